@@ -1,0 +1,89 @@
+"""What arrays may come in: dtype and rank checks that name the argument, batch dimensions folded into one, size buckets."""
+
+from collections.abc import Sequence
+
+import jax
+import numpy as np
+
+from srt_jax.types import Array
+
+_SIZES = (8, 16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096)
+
+
+def as_mask(name: str, value: Array, *, core_rank: int = 2) -> Array:
+    """Returns `value` if it is bool [..., *core]; else TypeError or ValueError with the remedy."""
+    array = _as_array(value)
+    if array.dtype != bool:
+        raise TypeError(f"{name} must be bool (True where the agent fits), got {array.dtype}: write {name}.astype(bool)")
+    return _with_rank(name, array, core_rank)
+
+
+def as_cells(name: str, value: Array | Sequence[int]) -> Array:
+    """Returns `value` as int32 [..., 2], cells (row, col)."""
+    array = _as_array(value)
+    if not np.issubdtype(array.dtype, np.integer):
+        raise TypeError(f"{name} must hold integers (row, col), got {array.dtype}: cells are counted, not measured")
+    if array.ndim < 1 or array.shape[-1] != 2:
+        raise ValueError(f"{name} must have shape [..., 2] (row, col), got {list(array.shape)}")
+    return array if array.dtype == np.int32 else array.astype(np.int32)
+
+
+def as_floats(name: str, value: Array, *, core_rank: int = 2) -> Array:
+    """Returns `value` if it is float32 [..., *core]."""
+    array = _as_array(value)
+    if array.dtype != np.float32:
+        raise TypeError(f"{name} must be float32, got {array.dtype}: write {name}.astype('float32')")
+    return _with_rank(name, array, core_rank)
+
+
+def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
+    """Returns the batch dimensions shared by all arrays, given as name=(array, core rank); ValueError where they differ."""
+    batches = {name: array.shape[: array.ndim - rank] for name, (array, rank) in core_ranks_of.items()}
+    if len(set(batches.values())) != 1:
+        told = ", ".join(f"{name} has {list(batch)}" for name, batch in batches.items())
+        raise ValueError(f"batch dimensions must be equal: {told}; broadcast them first, or use jax.vmap")
+    batch = next(iter(batches.values()))
+    if 0 in batch:
+        raise ValueError(f"the batch is empty (batch dimensions {list(batch)}): give at least one map")
+    return batch
+
+
+def fold(array: Array, core_rank: int) -> Array:
+    """Returns `array` with its batch dimensions folded into one: [..., *core] -> [B, *core]; B is 1 where there is none."""
+    return array.reshape(-1, *array.shape[array.ndim - core_rank :])
+
+
+def unfold(array: Array, batch: tuple[int, ...]) -> Array:
+    """Returns the inverse of `fold`: [B, *core] -> [*batch, *core]."""
+    return array.reshape(*batch, *array.shape[1:])
+
+
+def size_bucket(length: int) -> int:
+    """Returns the side to which a map's side is padded, so that few shapes are compiled."""
+    for size in _SIZES:
+        if length <= size:
+            return size
+    return -(-length // 1024) * 1024
+
+
+def batch_bucket(count: int) -> int:
+    """Returns the batch size to which `count` is padded: the next power of two."""
+    return 1 << max(0, count - 1).bit_length()
+
+
+def is_traced(*trees: object) -> bool:
+    """Returns whether any leaf is a tracer, hence whether the caller is inside jit, vmap, scan or grad."""
+    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
+
+
+def _as_array(value: object) -> Array:
+    return value if isinstance(value, jax.Array | np.ndarray) else np.asarray(value)
+
+
+def _with_rank(name: str, array: Array, core_rank: int) -> Array:
+    if array.ndim < core_rank or 0 in array.shape[array.ndim - core_rank :]:
+        core = ", ".join("HW"[:core_rank]) if core_rank <= 2 else "L, H, W"
+        raise ValueError(f"{name} must have shape [..., {core}] with no empty side, got {list(array.shape)}")
+    return array
+
+

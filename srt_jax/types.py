@@ -1,0 +1,109 @@
+"""The records that travel between the stages, each array with its shape and dtype.
+
+`...` stands for any number of batch dimensions, the same ones in every array of a record. H x W are the cells of a map, L the
+layers of labels, M the obstacles, K the obstacles that may be destroyed, N the cells a route may have. A cell is (row, col),
+row 0 on top.
+"""
+
+import enum
+
+import chex
+import numpy as np
+
+FREE = -1
+"""Label of a cell that no obstacle covers (in this layer)."""
+
+OUTSIDE = -2
+"""Label of padding: a blocked cell that belongs to no obstacle, hence can never be opened."""
+
+Array = chex.Array | np.ndarray
+
+
+class Status(enum.IntEnum):
+    """How a task ended. The text says what it means for the person who set the task."""
+
+    PATH_EXISTS = 0, "nothing blocks: the route needs no destroying"
+    SOLVED = 1, "no path existed; after the destroying named in the solution there is one"
+    UNSOLVABLE = 2, "no path exists even with every destroyable obstacle gone"
+    START_BLOCKED = 3, "the start lies outside the map or inside an obstacle"
+    GOAL_BLOCKED = 4, "the goal lies outside the map or inside an obstacle that cannot be destroyed"
+    BUDGET_SPENT = 5, "a limit was met before an answer: raise max_destroyed or max_cells"
+
+    meaning: str
+
+    def __new__(cls, value: int, meaning: str) -> "Status":
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.meaning = meaning
+        return member
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether the solution holds a route to the goal."""
+        return self in (Status.PATH_EXISTS, Status.SOLVED)
+
+
+@chex.dataclass(frozen=True)
+class Task:
+    """One smart relocation task, or a batch of them padded to one shape (PY16 §2).
+
+    labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none does, OUTSIDE (-2) on padding.
+      Obstacles that overlap lie in different layers; a cell is free when every layer says FREE.
+    destroyable: bool [..., M], whether the agent can destroy obstacle i; False on padding.
+    removal_cost: float32 [..., M], positive; what destroying obstacle i costs.
+    start, goal: int32 [..., 2], cells.
+    size: int32 [..., 2], height and width before padding.
+    """
+
+    labels: Array
+    destroyable: Array
+    removal_cost: Array
+    start: Array
+    goal: Array
+    size: Array
+
+
+@chex.dataclass(frozen=True)
+class Path:
+    """A shortest path, start first.
+
+    cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more than N cells.
+    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask again with a larger N.
+    cost: float32 [...], length in cell sides, inf where there is no path.
+    """
+
+    cells: Array
+    num_cells: Array
+    cost: Array
+
+
+@chex.dataclass(frozen=True)
+class Solution:
+    """The answer to a task, or to each task of a batch.
+
+    status: int32 [...], a `Status`.
+    cost: float32 [...], length of the route in cell sides; inf without a route.
+    cells: int32 [..., N, 2], the whole route, start first, -1 after its end.
+    num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT): the route did not fit.
+    destroyed: int32 [..., K], ids of the obstacles destroyed, in order, -1 after the last.
+    num_destroyed: int32 [...].
+    destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an 8-neighbour of it; -1 padded.
+    removal_cost: float32 [...], total removal cost of `destroyed`; inf without a route.
+    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution; inf where none exists.
+    seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
+    contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False where nothing blocks.
+    blocking: int32 [..., M], ascending ids of the obstacles on the contour, -1 after the last.
+    """
+
+    status: Array
+    cost: Array
+    cells: Array
+    num_cells: Array
+    destroyed: Array
+    num_destroyed: Array
+    destroyed_at: Array
+    removal_cost: Array
+    removal_bound: Array
+    seed: Array
+    contour: Array
+    blocking: Array
