@@ -1,0 +1,345 @@
+"""The judge accepts right solutions, written down by hand, and notices when any field of one is spoilt."""
+
+import jax
+import numpy as np
+import pytest
+
+from srt_jax.check import check
+from srt_jax.types import Solution, Status, Task
+
+INF = np.float32(np.inf)
+ROOT = 2**0.5
+
+
+def task_of(picture: str, *, fixed: str = "@", cost: dict[str, float] | None = None, **where) -> Task:
+    """A task from a picture: S start, G goal, '#' outside, other letters obstacles in the order of the alphabet.
+
+    A second picture after an empty line is a second layer.
+    """
+    layers = [[list(line.strip()) for line in layer.split()] for layer in picture.strip().split("\n\n")]
+    signs = np.array(layers)
+    names = sorted(set(signs.flat) - set(".SG#"))
+    labels = np.full(signs.shape, -1, np.int32)
+    labels[signs == "#"] = -2
+    for i, name in enumerate(names):
+        labels[signs == name] = i
+    cells = {sign: np.argwhere((signs == sign).any(axis=0))[0] for sign in "SG" if (signs == sign).any()} | where
+    return Task(
+        labels=labels,
+        destroyable=np.array([name not in fixed for name in names]),
+        removal_cost=np.array([(cost or {}).get(name, 1) for name in names], np.float32),
+        start=np.array(cells["S"], np.int32),
+        goal=np.array(cells["G"], np.int32),
+        size=np.array(labels.shape[1:], np.int32),
+    )
+
+
+def solution_of(task: Task, status: Status, *, room: int = 12, **told) -> Solution:
+    """A solution with what is not told left empty; `contour` as a list of cells."""
+    height, width = task.labels.shape[-2:]
+    contour = np.zeros((height, width), bool)
+    contour[tuple(np.array(told.get("contour", np.zeros((0, 2), int))).T)] = True
+    padded = lambda values, length: np.array([*values, *[-1] * (length - len(values))], np.int32)  # noqa: E731
+    cells, destroyed = told.get("cells", []), told.get("destroyed", [])
+    nothing = 0.0 if status.is_solved else np.inf
+    return Solution(
+        status=np.int32(status),
+        cost=np.float32(told.get("cost", nothing)),
+        cells=np.array([*cells, *[(-1, -1)] * (room - len(cells))], np.int32).reshape(room, 2),
+        num_cells=np.int32(len(cells)),
+        destroyed=padded(destroyed, 4),
+        num_destroyed=np.int32(len(destroyed)),
+        destroyed_at=padded(told.get("destroyed_at", []), 4),
+        removal_cost=np.float32(told.get("removal_cost", nothing)),
+        removal_bound=np.float32(told.get("removal_bound", nothing)),
+        seed=np.array(told.get("seed", (-1, -1)), np.int32),
+        contour=contour,
+        blocking=padded(told.get("blocking", []), len(task.destroyable)),
+    )
+
+
+def open_path():
+    task = task_of("""
+        S.@
+        ..@
+        .@G
+        ...""")
+    cells = [(0, 0), (1, 0), (2, 0), (3, 0), (3, 1), (3, 2), (2, 2)]
+    return task, solution_of(task, Status.PATH_EXISTS, cells=cells, cost=6)
+
+
+def two_walls():
+    """Fence a, then fence b with a fixed part: the route goes diagonally once."""
+    task = task_of(
+        """
+        S.a..b.
+        ..a..@.
+        ..a..@G""",
+        cost={"a": 2, "b": 0.5},
+    )
+    cells = [(0, 0), (0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (0, 6), (1, 6), (2, 6)]
+    return task, solution_of(
+        task,
+        Status.SOLVED,
+        cells=cells,
+        cost=8,
+        destroyed=[1, 2],
+        destroyed_at=[1, 4],
+        removal_cost=2.5,
+        removal_bound=2.5,
+        seed=(2, 1),
+        contour=[(0, 1), (1, 1), (2, 1)],
+        blocking=[1],
+    )
+
+
+def goal_inside():
+    """The goal lies in two overlapping obstacles; both are destroyed from the same cell, then one diagonal move."""
+    task = task_of(
+        """
+        S....
+        ..aaa
+        ..a.a
+        ..aaa
+
+        .....
+        .....
+        ..bb.
+        .....""",
+        G=(2, 2),
+    )
+    return task, solution_of(
+        task,
+        Status.SOLVED,
+        cells=[(0, 0), (1, 1), (2, 1), (2, 2)],
+        cost=2 + ROOT,
+        destroyed=[1, 0],
+        destroyed_at=[1, 1],
+        removal_cost=2,
+        removal_bound=1,
+        seed=(2, 1),
+        contour=[(0, 1), (0, 2), (0, 3), (0, 4), (1, 1), (2, 1), (3, 1)],
+        blocking=[0, 1],
+    )
+
+
+def fixed_wall():
+    """The wall touches obstacle c by a corner and a gap in the map (#): all one blob, reported by the names on its contour."""
+    task = task_of("""
+        S.#.a
+        ..@.b
+        .c@.G""")
+    contour = [(0, 1), (1, 0), (1, 1), (2, 0)]
+    return task, solution_of(task, Status.UNSOLVABLE, seed=(1, 1), contour=contour, blocking=[0, 3])
+
+
+def boxed_start():
+    task = task_of(
+        """
+        aaa..
+        aaa.G""",
+        S=(0, 0),
+    )
+    return task, solution_of(task, Status.START_BLOCKED)
+
+
+def goal_in_rock():
+    task = task_of(
+        """
+        S.@
+        ...""",
+        G=(0, 2),
+    )
+    return task, solution_of(task, Status.GOAL_BLOCKED, seed=(0, 1), contour=[(0, 1), (1, 1), (1, 2)], blocking=[0])
+
+
+def on_the_spot():
+    task = task_of("S.@", G=(0, 0))
+    return task, solution_of(task, Status.PATH_EXISTS, cells=[(0, 0)])
+
+
+CASES = [open_path, two_walls, goal_inside, fixed_wall, boxed_start, goal_in_rock, on_the_spot]
+all_cases = pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+
+
+@all_cases
+def test_right_solutions_pass(case):
+    assert check(*case()) == []
+
+
+@all_cases
+def test_right_solutions_pass_as_device_arrays_too(case):
+    assert check(*jax.tree.map(jax.numpy.asarray, case())) == []
+
+
+def spoilt(solution: Solution):
+    """Every solution that differs in one entry of one field, with what was changed; a bound that is still true is left."""
+    for name, array in solution.items():
+        for index in np.ndindex(np.shape(array)):
+            old = np.asarray(array)[index]
+            values = (
+                {not old}
+                if array.dtype == bool
+                else {old + 1, old - 1, 99, -3, *([np.nan, 0] if array.dtype == "float32" else [])}
+            )
+            for value in values - {old}:
+                if name == "removal_bound" and 0 <= value <= solution.removal_cost < INF:
+                    continue
+                if value == old or (np.isinf(old) and np.isinf(value)):
+                    continue
+                changed = np.array(array)
+                changed[index] = value
+                yield f"{name}{list(index)} = {value}", solution.replace(**{name: changed if changed.ndim else changed[()]})
+
+
+@all_cases
+def test_any_spoilt_entry_is_noticed(case):
+    task, solution = case()
+    missed = [what for what, wrong in spoilt(solution) if not check(task, wrong)]
+    as_good = ["destroyed_at[1] = 2"] if case is goal_inside else []  # the next cell is beside the obstacle too
+    assert missed == as_good
+
+
+@all_cases
+def test_any_other_status_is_noticed(case):
+    task, solution = case()
+    for status in set(Status) - {Status(int(solution.status))}:
+        if solution.status == Status.UNSOLVABLE and status == Status.BUDGET_SPENT:
+            continue  # a limit may be met before the proof
+        assert check(task, solution.replace(status=np.int32(status))), status
+
+
+@all_cases
+def test_padding_and_company_change_nothing(case):
+    task, solution = case()
+    (padded, told), (other, its) = wide(task, solution), wide(*two_walls())
+    stack = lambda *arrays: np.stack(arrays)  # noqa: E731
+    tasks, solutions = jax.tree.map(stack, other, padded, other), jax.tree.map(stack, its, told, its)
+    assert check(tasks, solutions) == []
+    wrong = solutions.contour.copy()
+    wrong[1, -1, -1] = True
+    assert [m[:8] for m in check(tasks, solutions.replace(contour=wrong))] == ["task 1: "]
+
+
+def wide(task: Task, solution: Solution):
+    """Both padded to two layers of 6 x 9 cells and 6 obstacles."""
+    layers, height, width = task.labels.shape
+    room = ((0, 6 - height), (0, 9 - width))
+    labels = np.full((2, 6, 9), -1, np.int32)
+    labels[0] = -2
+    labels[:layers, :height, :width] = task.labels
+    more = 6 - len(task.destroyable)
+    return (
+        task.replace(
+            labels=labels,
+            destroyable=np.pad(task.destroyable, (0, more)),
+            removal_cost=np.pad(task.removal_cost, (0, more), constant_values=1),
+        ),
+        solution.replace(
+            contour=np.pad(solution.contour, room), blocking=np.pad(solution.blocking, (0, more), constant_values=-1)
+        ),
+    )
+
+
+def told(task, solution, *parts: str):
+    """Asserts that one message contains each part."""
+    messages = check(task, solution)
+    assert any(all(part in message for part in parts) for message in messages), messages
+
+
+def test_a_cut_corner_is_named():
+    task, solution = open_path()
+    cells = solution.cells.copy()
+    cells[:7] = [(0, 0), (1, 0), (2, 0), (3, 1), (3, 2), (2, 2), (-1, -1)]
+    told(
+        task, solution.replace(cells=cells, num_cells=np.int32(6), cost=np.float32(4 + ROOT)), "move 2", "cuts a blocked corner"
+    )
+
+
+def test_a_move_through_an_obstacle_not_yet_destroyed_is_named():
+    task, solution = two_walls()
+    late = solution.replace(destroyed_at=np.array([2, 4, -1, -1], np.int32))
+    told(task, late, "move 1", "enters (0, 2), which is blocked")
+
+
+def test_an_obstacle_destroyed_from_afar_is_named():
+    task, solution = two_walls()
+    told(task, solution.replace(destroyed_at=np.array([0, 4, -1, -1], np.int32)), "obstacle 1", "not beside")
+
+
+def test_an_indestructible_obstacle_must_stand():
+    task, solution = two_walls()
+    told(task.replace(destroyable=np.array([False, False, True])), solution, "obstacle 1 was destroyed, but is not destroyable")
+
+
+def test_a_false_proof_of_unsolvability_is_named():
+    task, solution = fixed_wall()
+    told(task.replace(destroyable=np.array([True] * 4)), solution, "status is UNSOLVABLE, but the truth is SOLVED")
+
+
+def test_an_unsolvable_task_is_no_solved_one():
+    task, _ = fixed_wall()
+    route = solution_of(task, Status.SOLVED, cells=[(0, 0)])
+    told(task, route, "status is SOLVED, but the truth is UNSOLVABLE")
+
+
+def test_a_route_that_does_not_fit_is_a_spent_budget():
+    task, solution = open_path()
+    empty = np.full((3, 2), -1, np.int32)
+    spent = solution.replace(
+        status=np.int32(Status.BUDGET_SPENT), cells=empty, cost=INF, removal_cost=INF, removal_bound=np.float32(0)
+    )
+    assert check(task, spent) == []
+    told(task, spent.replace(num_cells=np.int32(0)), "status is BUDGET_SPENT, but the truth is PATH_EXISTS")
+    told(task, spent.replace(status=np.int32(Status.PATH_EXISTS)), "num_cells is 7", "1 to 3")
+
+
+def test_a_spent_budget_has_no_route():
+    task, solution = two_walls()
+    told(task, solution.replace(status=np.int32(Status.BUDGET_SPENT)), "cells must be empty")
+
+
+@pytest.mark.parametrize("name", [*Task.__dataclass_fields__, *Solution.__dataclass_fields__])
+def test_wrong_form_is_a_message_not_a_crash(name):
+    task, solution = two_walls()
+    kinds = {"task": task, "solution": solution}
+    for what, record in kinds.items():
+        if name not in record:
+            continue
+        array = np.asarray(record[name])
+        for wrong in (
+            array.astype(np.float64),
+            array[None],
+            np.zeros((1, 2, 3, 4, 5), array.dtype),
+            "?",
+            None,
+            array.astype("O"),
+        ):
+            problems = check(**(kinds | {what: record.replace(**{name: wrong})}))
+            assert problems and all(isinstance(message, str) for message in problems)
+
+
+@pytest.mark.parametrize("name", ["labels", "destroyable", "cells", "contour", "blocking", "seed", "destroyed_at"])
+def test_a_side_of_another_length_is_told(name):
+    task, solution = two_walls()
+    cut = lambda record: record.replace(**{name: record[name][..., 1:]}) if name in record else record  # noqa: E731
+    assert check(cut(task), cut(solution)) or name == "labels"
+
+
+def test_what_is_no_record_is_told():
+    assert check(3, None)  # type: ignore[arg-type]
+
+
+def test_a_batch_of_another_length_is_told():
+    task, solution = jax.tree.map(lambda array: np.asarray(array)[None], two_walls())
+    two = jax.tree.map(lambda array: np.concatenate([array, array]), solution)
+    assert "batch dimensions" in check(task, two)[0]
+
+
+@pytest.mark.parametrize("change", [{"size": [0, 7]}, {"size": [3, 8]}, {"labels": 3}, {"labels": -3}])
+def test_a_task_out_of_range_is_told(change):
+    task, solution = two_walls()
+    (name, value), labels = *change.items(), task.labels.copy()
+    labels[0, 0, 0] = value if name == "labels" else -1
+    size = np.array(value, np.int32) if name == "size" else task.size
+    assert f"task.{name}" in check(task.replace(labels=labels, size=size), solution)[0]
