@@ -310,8 +310,9 @@ def _piece(mask: np.ndarray, cell: tuple[int, ...], *, by_corners: bool = False)
     links: list[list[int]] = [[] for _ in range(run[-1] + 1)]
     for ahead in (width - 1, width, width + 1) if by_corners else (width,):
         touching = np.flatnonzero(flat[:-ahead] & flat[ahead:])
-        for pair in np.unique(run[touching] * len(links) + run[touching + ahead]).tolist():
-            above, below = divmod(pair, len(links))
+        above_below = np.stack([run[touching], run[touching + ahead]], axis=1)
+        is_new = (np.diff(above_below, axis=0, prepend=-1) != 0).any(axis=1)  # two runs meet in one stretch
+        for above, below in above_below[is_new].tolist():
             links[above].append(below)
             links[below].append(above)
     waiting = [int(run[cell[0] * width + cell[1] + 1])]
