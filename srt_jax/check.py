@@ -310,9 +310,10 @@ def _piece(mask: np.ndarray, cell: tuple[int, ...], *, by_corners: bool = False)
     links: list[list[int]] = [[] for _ in range(run[-1] + 1)]
     for ahead in (width - 1, width, width + 1) if by_corners else (width,):
         touching = np.flatnonzero(flat[:-ahead] & flat[ahead:])
-        above_below = np.stack([run[touching], run[touching + ahead]], axis=1)
-        is_new = (np.diff(above_below, axis=0, prepend=-1) != 0).any(axis=1)  # two runs meet in one stretch
-        for above, below in above_below[is_new].tolist():
+        upper, lower = run[touching], run[touching + ahead]
+        is_new = np.ones(len(touching), bool)  # two runs meet in one stretch of cells: its first is enough
+        is_new[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
+        for above, below in zip(upper[is_new].tolist(), lower[is_new].tolist(), strict=True):
             links[above].append(below)
             links[below].append(above)
     waiting = [int(run[cell[0] * width + cell[1] + 1])]
