@@ -1,0 +1,144 @@
+"""The sign world model: names on top, prediction matrices below (PY16 §3.1), and the way between the two, without loss."""
+
+import dataclasses
+import functools
+from collections.abc import Iterable
+
+import numpy as np
+
+from sign_model import matrix as tables
+from sign_model.matrix import ColumnKind, Component, Matrices
+from sign_model.sign import Column, PredictionMatrix, Sign
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class WorldModel:
+    """What an agent knows: the names of its signs and all their prediction matrices.
+
+    names: sign i is called names[i]; names are unique.
+    matrices: the arrays; kernels (`recognition`, `activation`, `network`) take these.
+    """
+
+    names: tuple[str, ...]
+    matrices: Matrices
+
+    @functools.cached_property
+    def _index(self) -> dict[str, int]:
+        return {name: index for index, name in enumerate(self.names)}
+
+    def index(self, name: str) -> int:
+        """Returns the number of the sign with this name; ValueError where there is none."""
+        if name not in self._index:
+            raise ValueError(f"no sign is called {name!r}: the world model has {len(self.names)} signs, {self.names[:3]} first")
+        return self._index[name]
+
+    def features(self, names: Iterable[str]) -> np.ndarray:
+        """Returns the set of the named signs as bool [S]: a situation, or one step of an input flow."""
+        chosen = np.zeros(self.matrices.is_sign.shape[0], bool)
+        chosen[[self.index(name) for name in names]] = True
+        return chosen
+
+    def named(self, chosen: np.ndarray) -> tuple[str, ...]:
+        """Returns the names of the signs marked in bool [S]: the inverse of `features`."""
+        return tuple(self.names[index] for index in np.flatnonzero(np.asarray(chosen)))
+
+    def sign(self, name: str) -> Sign:
+        """Returns the symbolic view of one sign."""
+        index = self.index(name)
+        return _decoded(self, index, np.flatnonzero(np.asarray(self.matrices.owner) == index))
+
+    def signs(self) -> tuple[Sign, ...]:
+        """Returns the symbolic view of all signs, in order; `from_signs` is its inverse."""
+        owner = np.asarray(self.matrices.owner)
+        slots: list[list[int]] = [[] for _ in self.names]
+        for slot in np.flatnonzero(owner >= 0):
+            slots[owner[slot]].append(int(slot))
+        return tuple(_decoded(self, index, own) for index, own in enumerate(slots))
+
+    def with_signs(self, signs: Iterable[Sign]) -> "WorldModel":
+        """Returns a model that has these signs as well, after its own; ValueError where a name is taken."""
+        return from_signs((*self.signs(), *signs))
+
+    def grown(self, name: str, component: Component, matrix: PredictionMatrix) -> "WorldModel":
+        """Returns a model in which an experience has added a matrix to a component of one sign; the old model is unchanged.
+
+        The table doubles where it is full, so few shapes are ever compiled.
+        """
+        rows = sorted(self.index(feature) for feature in matrix.features)
+        num_signs, num_slots, num_rows, num_columns = tables.capacity(self.matrices)
+        needed = (num_signs, int(tables.num_matrices(self.matrices)) + 1, len(rows), len(matrix.columns))
+        larger = tuple(max(have, _bucket(need)) for have, need in zip((num_signs, num_slots, num_rows, num_columns), needed))
+        table = self.matrices if larger == tables.capacity(self.matrices) else tables.with_capacity(self.matrices, *larger)
+        encoded = _encoded(matrix, self._index, *larger[2:])
+        return WorldModel(self.names, tables.insert(table, np.int32(self.index(name)), np.int32(component), *encoded))
+
+
+def from_signs(signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | None = None) -> WorldModel:
+    """Returns the world model of these signs; `WorldModel.signs` gives them back.
+
+    Args:
+      signs: every feature of a matrix must be one of them (`with_elementary` adds what is missing).
+      capacity: numbers of signs, slots, rows and columns to make room for; by default powers of two, 4 at least.
+
+    Raises:
+      ValueError: two signs share a name, a feature is no sign, or the capacity is too small.
+    """
+    signs = tuple(signs)
+    names = tuple(sign.name for sign in signs)
+    index = {name: number for number, name in enumerate(names)}
+    if len(index) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"two signs are called {twice!r}: names must be unique")
+    stored = [(number, component, matrix) for number, sign in enumerate(signs) for component, matrix in sign]
+    needed = (
+        len(signs),
+        len(stored),
+        max((len(matrix.features) for _, _, matrix in stored), default=0),
+        max((len(matrix.columns) for _, _, matrix in stored), default=0),
+    )
+    table = tables.with_capacity(tables.empty_matrices(*needed), *(capacity or tuple(map(_bucket, needed))))
+    table.is_sign[: len(signs)] = True
+    for slot, (number, component, matrix) in enumerate(stored):
+        table.owner[slot], table.component[slot] = number, component
+        _fill(table, slot, matrix, index, names[number])
+    return WorldModel(names, table)
+
+
+def _fill(table: Matrices, slot: int, matrix: PredictionMatrix, index: dict[str, int], owner: str) -> None:
+    """Writes one matrix into a slot of a NumPy table that is still being built."""
+    try:
+        rows = sorted(index[feature] for feature in matrix.features)
+    except KeyError as missing:
+        raise ValueError(
+            f"sign {owner!r} has the feature {missing.args[0]!r}, which is no sign: add it, or call with_elementary first"
+        ) from None
+    row_of = {sign: row for row, sign in enumerate(rows)}
+    table.feature[slot, : len(rows)] = rows
+    for moment, column in enumerate(matrix.columns):
+        table.kind[slot, moment] = column.kind
+        table.bits[slot, [row_of[index[feature]] for feature in column.features], moment] = True
+
+
+def _encoded(matrix: PredictionMatrix, index: dict[str, int], num_rows: int, num_columns: int) -> tuple[np.ndarray, ...]:
+    """Returns feature [R], bits [R, T] and kind [T] of one matrix."""
+    single = tables.empty_matrices(0, 1, num_rows, num_columns)
+    _fill(single, 0, matrix, index, "?")
+    return single.feature[0], single.bits[0], single.kind[0]
+
+
+def _decoded(model: WorldModel, index: int, slots: Iterable[int]) -> Sign:
+    table = model.matrices
+    components: tuple[list[PredictionMatrix], ...] = ([], [], [])
+    for slot in slots:
+        feature, bits, kind = (np.asarray(part[slot]) for part in (table.feature, table.bits, table.kind))
+        columns = (
+            Column(frozenset(model.names[row] for row in feature[bits[:, moment]]), ColumnKind(kind[moment]))
+            for moment in np.flatnonzero(kind)
+        )
+        components[int(table.component[slot])].append(PredictionMatrix(tuple(columns)))
+    return Sign(model.names[index], *map(tuple, components))
+
+
+def _bucket(count: int) -> int:
+    """Returns the capacity that holds `count`: the next power of two, 4 at least."""
+    return max(4, 1 << max(0, count - 1).bit_length())

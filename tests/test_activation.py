@@ -1,0 +1,62 @@
+"""Spreading activation against a plain twin that walks the links."""
+
+import jax
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sign_worlds import NAMES, ROOM, face_signs, sign_worlds
+
+from sign_model.activation import spread_activation
+from sign_model.matrix import Component
+from sign_model.sign import Sign, sequence, with_elementary
+from sign_model.world_model import from_signs
+
+DECAY = np.array([0.5, 0.25, 0.75], np.float32)
+
+
+def twin(signs, active, decay, steps):
+    for _ in range(steps):
+        before = dict(active)
+        for sign in signs:
+            for component, matrix in sign:
+                for feature in matrix.features:
+                    sent = np.float32(before[sign.name]) * decay[component]
+                    active[feature] = max(active[feature], sent)
+    return active
+
+
+@settings(max_examples=60, deadline=None)
+@given(sign_worlds(), st.lists(st.floats(0, 1, width=32), min_size=6, max_size=6))
+def test_activation_equals_its_plain_twin_bit_for_bit(signs, start):
+    model = from_signs(signs, capacity=ROOM)
+    active = np.zeros(8, np.float32)
+    active[:6] = start
+    spread = spread_activation(model.matrices, active, decay=DECAY, steps=3)
+    told = twin(signs, dict(zip(NAMES, active[:6])), DECAY, 3)
+    assert np.asarray(spread)[:6].tolist() == [float(told[name]) for name in NAMES]
+
+
+def test_activation_halves_with_each_link_and_stops_after_the_steps_given():
+    signs = with_elementary(
+        [Sign("a", image=(sequence("b"),)), Sign("b", image=(sequence("c"),)), Sign("c", image=(sequence("d"),))]
+    )
+    model = from_signs(signs)
+    active = model.features(["a"]).astype(np.float32)
+    assert spread_activation(model.matrices, active, decay=DECAY, steps=2).tolist() == [1.0, 0.5, 0.25, 0.0]
+    assert spread_activation(model.matrices, active, decay=DECAY, steps=0).tolist() == active.tolist()
+
+
+def test_a_closed_network_passes_nothing_on():
+    model = from_signs(face_signs())
+    active = model.features(["face"]).astype(np.float32)
+    decay = DECAY.copy()
+    decay[Component.IMAGE] = 0
+    assert spread_activation(model.matrices, active, decay=decay, steps=4).tolist() == active.tolist()
+
+
+def test_a_batch_of_situations_gives_the_same_bits():
+    model = from_signs(face_signs())
+    active = np.random.default_rng(0).random((2, 3, 8), np.float32)
+    batch = spread_activation(model.matrices, active, decay=DECAY, steps=2)
+    single = [[spread_activation(model.matrices, one, decay=DECAY, steps=2) for one in row] for row in active]
+    assert np.array_equal(batch, np.stack([np.stack(row) for row in jax.tree.map(np.asarray, single)]))

@@ -1,0 +1,157 @@
+"""Recognition in an input flow against a plain twin that works on symbols."""
+
+import chex
+import jax
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sign_worlds import NAMES, ROOM, face_signs, sign_worlds
+
+from sign_model.matrix import ColumnKind, Component
+from sign_model.recognition import attention, recognise
+from sign_model.sign import Sign, causal, sequence, with_elementary
+from sign_model.world_model import from_signs
+
+
+def flow_of(model, *steps):
+    return np.stack([model.features(step) for step in steps])
+
+
+def ends(matrix, flow, contiguous):
+    """Returns the steps at which the matrix can end in the flow: every way to place its columns is tried."""
+
+    def matches(column, step):
+        if column.kind == ColumnKind.DELETES:
+            return not column.features & flow[step]
+        return column.features <= flow[step]
+
+    def places(columns, first, last):
+        if not columns:
+            return {first - 1}
+        found = set()
+        for step in range(first, last + 1):
+            if matches(columns[0], step):
+                nearest = step if contiguous else len(flow) - 1
+                found |= places(columns[1:], step + 1, min(nearest + 1, len(flow) - 1))
+                merged = columns[:2]
+                if [column.kind for column in merged] == [ColumnKind.ADDS, ColumnKind.DELETES] and matches(merged[1], step):
+                    found.add(step)
+        return found
+
+    return places(matrix.columns, 0, len(flow) - 1) if matrix.columns else set()
+
+
+def twin(signs, flow, *, contiguous, levels=1):
+    """Returns {name: (step, precedent)} of the signs recognised by their images."""
+    offered = [set(step) for step in flow]
+    for step in range(len(flow)):
+        for _ in range(levels - 1):
+            past = offered[: step + 1]
+            found = {sign.name for sign in signs if any(step in ends(matrix, past, contiguous) for matrix in sign.image)}
+            offered[step] |= found
+    recognised = {}
+    for sign in signs:
+        done = [
+            (min(steps), number) for number, matrix in enumerate(sign.image) if (steps := ends(matrix, offered, contiguous))
+        ]
+        if done:
+            recognised[sign.name] = min(done)
+    return recognised
+
+
+FLOWS = st.lists(st.frozensets(st.sampled_from(NAMES), max_size=4), min_size=5, max_size=5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(sign_worlds(max_columns=3), FLOWS, st.booleans(), st.sampled_from([1, 3]))
+def test_recognition_equals_its_plain_twin(signs, steps, contiguous, levels):
+    model = from_signs(signs, capacity=ROOM)
+    found = recognise(model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels)
+    told = {
+        name: (int(found.step[index]), int(found.precedent[index]))
+        for index, name in enumerate(NAMES)
+        if found.recognised[index]
+    }
+    assert told == twin(signs, steps, contiguous=contiguous, levels=levels)
+    assert not found.recognised[len(NAMES) :].any()
+
+
+def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
+    model = from_signs(face_signs())
+    flow = flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"], ["left eye"])
+    found = recognise(model.matrices, flow)
+    face = model.index("face")
+    assert bool(found.recognised[face]) and int(found.step[face]) == 3 and int(found.precedent[face]) == 1
+    assert int(found.recognised.sum()) == 1 and int(found.step[model.index("nose")]) == -1
+
+
+def test_other_steps_may_lie_between_unless_the_columns_must_be_contiguous():
+    model = from_signs(face_signs())
+    flow = flow_of(model, ["nose"], ["mouth"], ["padded"], ["right eye"], ["left eye"])
+    assert bool(recognise(model.matrices, flow).recognised[0])
+    assert not bool(recognise(model.matrices, flow, contiguous=True).recognised[0])
+
+
+def test_attention_says_what_is_expected_next_and_how_eagerly():
+    model = from_signs(face_signs())
+    found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"]))
+    eager = np.asarray(attention(model.matrices, found))[model.index("face")]
+    told = {name: float(eager[model.index(name)]) for name in model.named(eager > 0)}
+    assert told == {"right eye": 1.0, "padded": 1.0}
+    first = np.asarray(attention(model.matrices, recognise(model.matrices, flow_of(model, ["nose"]))))[0]
+    assert {name: float(first[model.index(name)]) for name in model.named(first > 0)} == {"left eye": 0.25, "mouth": 0.5}
+
+
+def test_a_recognised_sign_expects_nothing_more():
+    model = from_signs(face_signs())
+    found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"]))
+    assert not found.expected.any()
+
+
+def test_a_sign_recognised_within_a_step_is_a_feature_for_the_signs_above_it():
+    signs = with_elementary(
+        [
+            Sign("scene", image=(sequence("face", "hand"),)),
+            Sign("face", image=(sequence("nose", "eye"),)),
+            Sign("nose", image=(sequence("dot"),)),
+        ]
+    )
+    model = from_signs(signs)
+    flow = flow_of(model, ["dot"], ["eye"], ["hand"])
+    assert model.named(recognise(model.matrices, flow, levels=3).recognised[: len(signs)]) == ("scene", "face", "nose")
+    assert model.named(recognise(model.matrices, flow, levels=1).recognised[: len(signs)]) == ("nose",)
+
+
+def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_moment():
+    signs = with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))])
+    model = from_signs(signs)
+    done = flow_of(model, ["near", "wall"], ["near", "open"])
+    undone = flow_of(model, ["near", "wall"], ["near", "wall", "open"])
+    found = recognise(model.matrices, np.stack([done, undone]), component=Component.MEANING)
+    assert found.recognised[:, 0].tolist() == [True, False] and int(found.step[0, 0]) == 1
+
+
+def test_an_empty_flow_shows_nothing():
+    model = from_signs(face_signs())
+    found = recognise(model.matrices, np.zeros((0, 8), bool))
+    assert not found.recognised.any() and not found.passed.any()
+
+
+def test_flows_in_a_batch_of_any_shape_and_models_in_a_batch_give_the_same_bits():
+    model = from_signs(face_signs())
+    flows = np.random.default_rng(0).random((2, 3, 7, 8)) < 0.4
+    batch = recognise(model.matrices, flows)
+    for i in range(2):
+        for j in range(3):
+            single = recognise(model.matrices, flows[i, j])
+            chex.assert_trees_all_equal(jax.tree.map(lambda leaf, i=i, j=j: leaf[i, j], batch), single)
+    models = jax.tree.map(lambda leaf: np.stack([leaf] * 2), model.matrices)
+    chex.assert_trees_all_equal(jax.vmap(recognise)(models, flows), batch)
+
+
+def test_new_flows_and_new_models_of_one_shape_compile_once():
+    recognise.clear_cache()
+    for names in (("a", "b", "c"), ("c", "b", "a")):
+        model = from_signs(with_elementary([Sign("sign", image=(sequence(*names),))]))
+        recognise(model.matrices, flow_of(model, ["a"], ["b"], ["c"]))
+    assert recognise._cache_size() == 1
