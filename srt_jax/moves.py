@@ -17,7 +17,7 @@ MOVES = tuple(sorted(STRAIGHT_MOVES + DIAGONAL_MOVES))
 """The eight moves in row order: the order in which ties are broken."""
 
 FIXED_POINTS = ((5741, 8119), (2378, 3363), (985, 1393), (408, 577), (169, 239), (70, 99), (29, 41), (12, 17))
-"""Pell's pairs (straight, diagonal), finest first: relative errors of the ratio 8e-9, 4e-8, 3e-7, 2e-6, 9e-6, 5e-5, 3e-4, 2e-3."""
+"""Pell's pairs (straight, diagonal), finest first: relative errors 8e-9, 4e-8, 3e-7, 2e-6, 9e-6, 5e-5, 3e-4, 2e-3."""
 
 
 def max_path_cells(height: int, width: int) -> int:

@@ -1,0 +1,73 @@
+"""How the masks of a batch lie in machine words: 32 cells of a row in one uint32, and several maps side by side in lanes.
+
+words: uint32 [B, H, ceil(W / 32)]; bit i of word w is column 32 w + i, columns past W are 0.
+lanes: uint32 [B / group, H, (words + 2) * group]; the word w of map m of a group lies at (1 + w) * group + m. So one row of the
+  whole group is one long vector, and the neighbouring word is a plain slice, shifted by `group`. The first and the last
+  `group` lanes are guards, always 0, which spares the slices any edge case.
+"""
+
+import functools
+
+import jax.numpy as jnp
+from jax import Array, lax
+
+WORD = 32
+_GROUP_BYTES = 640 * 1024  # free and reached of one group: to stay within the second-level cache of one core
+
+
+def num_words(width: int) -> int:
+    """Returns how many words hold one row."""
+    return -(-width // WORD)
+
+
+def group_size(batch: int, height: int, width: int) -> int:
+    """Returns how many maps lie side by side: a power of two that fits the cache, no more than the batch needs."""
+    bytes_per_map = 2 * 4 * height * (num_words(width) + 2)
+    group = 1
+    while group < min(batch, 32) and 2 * group * bytes_per_map <= _GROUP_BYTES:
+        group *= 2
+    return group
+
+
+def pack(mask: Array) -> Array:
+    """Returns bool [B, H, W] as words, uint32 [B, H, ceil(W / 32)]."""
+    batch, height, width = mask.shape
+    words = num_words(width)
+    byte = jnp.pad(mask.astype(jnp.uint8), ((0, 0), (0, 0), (0, words * WORD - width)))
+    quad = lax.bitcast_convert_type(byte.reshape(batch, height, words, 8, 4), jnp.uint32)  # four cells, 0 or 1, little endian
+    nibble = (quad * jnp.uint32(0x10204080)) >> jnp.uint32(28)  # one multiply brings bits 0, 8, 16, 24 to 28..31
+    return functools.reduce(jnp.bitwise_or, [nibble[..., i] << jnp.uint32(4 * i) for i in range(8)])
+
+
+def unpack(words: Array, width: int) -> Array:
+    """Returns words, uint32 [B, H, words], as bool [B, H, width]."""
+    batch, height, count = words.shape
+    shift = jnp.arange(WORD, dtype=jnp.uint32)[None, None, None]
+    bits = (words[..., None] >> shift) & jnp.uint32(1)
+    return bits.astype(bool).reshape(batch, height, count * WORD)[:, :, :width]
+
+
+def to_lanes(words: Array, group: int) -> Array:
+    """Returns words, uint32 [B, H, words], in lanes; empty maps fill the last group."""
+    batch, height, count = words.shape
+    words = jnp.pad(words, ((0, -batch % group), (0, 0), (1, 1)))
+    return words.reshape(-1, group, height, count + 2).transpose(0, 2, 3, 1).reshape(-1, height, (count + 2) * group)
+
+
+def from_lanes(lanes: Array, group: int, batch: int) -> Array:
+    """Returns the inverse of `to_lanes`, without the guards: uint32 [batch, H, words]."""
+    groups, height, _ = lanes.shape
+    lanes = lanes[:, :, group:-group].reshape(groups, height, -1, group)
+    return lanes.transpose(0, 3, 1, 2).reshape(groups * group, height, -1)[:batch]
+
+
+def cells_in_lanes(cell: Array, height: int, width: int, group: int) -> Array:
+    """Returns lanes with only the bit of each map's cell set, none where the cell, int32 [B, 2], lies outside the map."""
+    batch = cell.shape[0]
+    row, col = cell[:, 0], cell[:, 1]
+    which = jnp.arange(batch)
+    inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    bit = jnp.where(inside, jnp.uint32(1) << (col % WORD).astype(jnp.uint32), jnp.uint32(0))
+    lane = (1 + col // WORD) * group + which % group
+    shape = (-(-batch // group), height, (num_words(width) + 2) * group)
+    return jnp.zeros(shape, jnp.uint32).at[which // group, row, lane].set(bit, mode="drop")

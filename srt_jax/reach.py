@@ -1,0 +1,136 @@
+"""Which cells can be reached? Bit-packed wavefront sweeps over a batch of maps (PY16 §3.2: CLOSED).
+
+A flood needs a step per cell of its longest path; a sweep carries it across the whole map in one pass over the rows, top to
+bottom, then bottom to top, until nothing changes. A diagonal needs both side cells free, so eight moves reach what four reach,
+and `reach` floods through sides only. `flood` can also pass corners, as obstacles hang together through them.
+"""
+
+import jax.numpy as jnp
+from jax import Array, lax
+
+from srt_jax import bucketed, packing, shapes
+from srt_jax import types as records
+from srt_jax.kernel import batch_kernel, compiled_whole
+
+
+def reach(free: records.Array, start: records.Array) -> Array:
+    """Returns which cells can be reached from `start`; all False where `start` is blocked or outside the map.
+
+    The set that A* has in CLOSED when it fails (PY16 §3.2).
+
+    Args:
+      free: bool [..., H, W], True where the agent fits.
+      start: int32 [..., 2], (row, col); may lie outside the map.
+
+    Returns:
+      bool [..., H, W].
+
+    Raises:
+      TypeError, ValueError: for a dtype or a shape that does not fit.
+    """
+    free, start = shapes.as_mask("free", free), shapes.as_cells("start", start)
+    batch = shapes.common_batch(free=(free, 2), start=(start, 1))
+    return bucketed.call(reach_maps, batch, free, start)
+
+
+@batch_kernel
+def reach_maps(free: Array, start: Array) -> Array:
+    """Returns `reach` of a batch: free bool [B, H, W], start int32 [B, 2] -> bool [B, H, W]."""
+    return packing.unpack(reach_words(packing.pack(free), start, width=free.shape[2]), free.shape[2])
+
+
+def reach_words(free: Array, start: Array, *, width: int) -> Array:
+    """Returns `reach` of packed masks, packed: free uint32 [B, H, words], `width` the W that was packed."""
+    batch, height, _ = free.shape
+    group = packing.group_size(batch, height, width)
+    source = packing.cells_in_lanes(start, height, width, group)
+    lanes = flood_lanes(packing.to_lanes(free, group), source, group=group, through_corners=False)
+    return packing.from_lanes(lanes, group, batch)
+
+
+def flood(passable: Array, sources: Array, *, through_corners: bool) -> Array:
+    """Returns the passable cells connected with any source, itself passable; all False where there is none.
+
+    Args:
+      passable, sources: bool [B, H, W].
+      through_corners: whether cells that share only a corner are connected (8-connected), else sides only (4-connected).
+
+    Returns:
+      bool [B, H, W].
+    """
+
+    @batch_kernel
+    def run(passable: Array, sources: Array) -> Array:
+        words = flood_words(packing.pack(passable), packing.pack(sources), through_corners=through_corners)
+        return packing.unpack(words, passable.shape[2])
+
+    return run(passable, sources)
+
+
+def flood_words(passable: Array, sources: Array, *, through_corners: bool) -> Array:
+    """Returns `flood` of packed masks, packed: uint32 [B, H, words]."""
+    batch, height, words = passable.shape
+    group = packing.group_size(batch, height, words * packing.WORD)
+    lanes = [packing.to_lanes(mask, group) for mask in (passable, sources)]
+    return packing.from_lanes(flood_lanes(*lanes, group=group, through_corners=through_corners), group, batch)
+
+
+def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: bool) -> Array:
+    """Returns `flood` of masks in lanes, in lanes. Groups run one after the other, and each stops when it is done."""
+
+    def all_groups(free: Array, sources: Array) -> Array:
+        return lax.map(lambda pair: _flood_group(*pair, group=group, through_corners=through_corners), (free, sources))
+
+    return compiled_whole(all_groups)(free, sources & free)
+
+
+def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
+    """Sweeps one group down and up until nothing changes; it ends, because bits are only ever added."""
+
+    def one_round(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        reached, _ = state
+        reached, down = _sweep(free, reached, group=group, through_corners=through_corners, upwards=False)
+        reached, up = _sweep(free, reached, group=group, through_corners=through_corners, upwards=True)
+        return reached, jnp.any((down | up) != jnp.uint32(0))
+
+    return lax.while_loop(lambda state: state[1], one_round, (reached, jnp.bool_(True)))[0]
+
+
+def _sweep(free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool) -> tuple[Array, Array]:
+    """One pass over the rows of a group, [H, lanes]. Returns the new `reached` and the bits that changed, ORed over rows.
+
+    The carry between words comes from the row before and from the last sweep, not from the row in work, which would be a serial
+    chain. That is sound (only reached cells are passed on) and complete (when nothing changes, old and new agree).
+    """
+    inner = slice(group, -group)
+    num_lanes = free.shape[1] - 2 * group
+    one, top = jnp.uint32(1), jnp.uint32(31)
+
+    def row_step(carry: tuple, rows: tuple) -> tuple:
+        line, bare, changed = carry  # the row before with guards and without: to cut it out again costs 30 %
+        free_line, old_line = rows
+        here, old = free_line[inner], old_line[inner]
+        before_left, before_right = line[:num_lanes], line[2 * group :]
+        left = (before_left & free_line[:num_lanes]) | old_line[:num_lanes]
+        right = (before_right & free_line[2 * group :]) | old_line[2 * group :]
+        new = (bare & here) | old | (left >> top) | (right << top)
+        if through_corners:
+            new = new | (bare << one) | (bare >> one) | (before_left >> top) | (before_right << top)
+        new = _fill_runs(here, new & here)
+        line = jnp.pad(new, (group, group))
+        return (line, new, changed | (new ^ old)), line
+
+    nothing = jnp.zeros_like(free[0])
+    bare = nothing[inner]
+    (_, _, changed), reached = lax.scan(row_step, (nothing, bare, bare), (free, reached), reverse=upwards)
+    return reached, changed
+
+
+def _fill_runs(free: Array, reached: Array) -> Array:
+    """Spreads every bit of `reached` over its run of 1s in `free`, inside each word."""
+    reached = reached | (free & ~(free + reached))  # towards high bits: the carry of the sum runs along the 1s
+    run = free
+    for shift in (1, 2, 4, 8, 16):  # towards low bits: prefix doubling
+        reached = reached | (run & (reached >> jnp.uint32(shift)))
+        run = run & (run >> jnp.uint32(shift))
+    return reached
