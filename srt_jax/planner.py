@@ -1,0 +1,48 @@
+"""What the path planner reports: the reached cells and, where the goal is not among them, what blocks (PY16 §3.2).
+
+The seed is the reached cell nearest the goal; the blocked cell on its greedy step towards the goal belongs to the obstacle that
+separates, a piece of blocked cells that hang together by sides or corners. On real maps such a piece is often several objects
+grown together, so the report names every object that meets its contour.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from srt_jax.contour import obstacle_ahead
+from srt_jax.objects import around, inside_cells, met_by, only_cell
+from srt_jax.reach import flood
+from srt_jax.seed import seed_cells
+from srt_jax.types import Array
+
+
+class Blockage(NamedTuple):
+    """What keeps the agent from the goal; all empty where nothing does.
+
+    seed: int32 [B, 2], the reached cell nearest the goal, (-1, -1) where nothing blocks.
+    contour: bool [B, H, W], reached cells that touch the separating piece by a side or a corner.
+    on_contour: bool [B, M], the objects of that piece that touch the contour.
+    """
+
+    seed: Array
+    contour: Array
+    on_contour: Array
+
+
+def find_blockage(labels: Array, free: Array, reached: Array, goal: Array, *, num_obstacles: int, among: Array) -> Blockage:
+    """Returns what blocks the way from the `reached` cells to `goal`; an empty report where `among` is False.
+
+    Args:
+      labels: int32 [B, L, H, W].
+      free: bool [B, H, W], the cells open now (some obstacles may be gone).
+      reached: bool [B, H, W], from `reach` on `free`.
+      goal: int32 [B, 2].
+      among: bool [B], the tasks asked about: those whose goal is not reached.
+    """
+    _, _, H, W = labels.shape
+    seed = jnp.where(among[:, None], seed_cells(reached, goal), -1)
+    ahead = obstacle_ahead(free, seed, goal)  # the seed, if there is one, lies on the map, and the goal too
+    blocked = inside_cells(labels) & ~free & among[:, None, None]
+    piece = flood(blocked, only_cell(ahead, H, W), through_corners=True)
+    contour = around(piece) & reached
+    return Blockage(seed, contour, met_by(labels, around(contour) & piece, num_obstacles))

@@ -1,0 +1,251 @@
+"""The whole task: the path where there is one; else what blocks, what to destroy, and the route that does it."""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from srt_jax.distance import cost_field
+from srt_jax.greedy import greedy_walk
+from srt_jax.kernel import batch_kernel
+from srt_jax.moves import max_path_cells
+from srt_jax.objects import free_cells, only_cell, open_cells, value_at
+from srt_jax.path import trace_field
+from srt_jax.planner import find_blockage
+from srt_jax.reach import flood
+from srt_jax.removal import joins, least_removal
+from srt_jax.route import first_needed, in_order
+from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, size_bucket, unfold
+from srt_jax.task import stack
+from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
+
+MODES = ("least", "paper")
+
+
+def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells: int | None = None) -> Solution:
+    """Returns the route to the goal and what must be destroyed for it; what went wrong is told by `status`, never raised.
+
+    PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
+    then takes the shortest route for them; mode "paper" is the paper's greedy loop, read kindly (`srt_jax.greedy`).
+    One task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the batch around a task.
+
+    Args:
+      task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
+      mode: "least" or "paper".
+      max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
+      max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
+        of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
+
+    Raises:
+      TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of range.
+    """
+    batch = task_batch(task)
+    if mode not in MODES:
+        raise ValueError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
+    if max_destroyed < 1:
+        raise ValueError(f"max_destroyed must be at least 1, got {max_destroyed}")
+    if max_cells is not None and max_cells < 1:
+        raise ValueError(f"max_cells must be at least 1, got {max_cells}")
+    core_ranks = Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
+    flat = jax.tree.map(fold, task, core_ranks)
+    H, W = flat.labels.shape[-2:]
+    max_cells = max_cells or max_path_cells(H, W) * (1 if mode == "least" else 2)
+    run = _solver(mode, max_destroyed, max_cells)
+    solution = run(flat) if is_traced(task) else _in_buckets(run, flat)
+    return jax.tree.map(lambda array: unfold(array, batch), solution)
+
+
+def solve_many(
+    tasks: Iterable[Task],
+    *,
+    mode: str = "least",
+    max_destroyed: int = 8,
+    max_cells: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Solution]:
+    """Returns the solution of each of many single tasks of any sizes, solved in batches of like size; empty for no task.
+
+    Tasks are grouped by size bucket and solved in batches that fit some 64 MiB of labels. `progress` is called with the number
+    of tasks done after each batch. Other arguments as for `solve`.
+    """
+    tasks = list(tasks)
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for index, task in enumerate(tasks):
+        L, H, W = task.labels.shape
+        groups.setdefault((size_bucket(H), size_bucket(W), L), []).append(index)
+    solutions: list[Solution | None] = [None] * len(tasks)
+    for (H, W, L), members in groups.items():
+        for chunk in _chunks(members, size=max(1, min(256, 2**24 // (H * W * L)))):
+            answer = _with_room(stack([tasks[i] for i in chunk]), max_cells, mode=mode, max_destroyed=max_destroyed)
+            for place, index in enumerate(chunk):
+                one = jax.tree.map(lambda array, place=place: array[place], answer)
+                solutions[index] = _cut_to(one, tasks[index])
+            if progress:
+                progress(len(chunk))
+    return solutions
+
+
+def _with_room(tasks: Task, max_cells: int | None, **options: object) -> Solution:
+    """Returns the solutions, as NumPy arrays; where no `max_cells` is given, with little room first, and all of it if need be."""
+    if max_cells is not None:
+        return jax.tree.map(np.asarray, solve(tasks, max_cells=max_cells, **options))
+    H, W = tasks.labels.shape[-2:]
+    room = 8 * (size_bucket(H) + size_bucket(W))
+    answer = jax.tree.map(np.asarray, solve(tasks, max_cells=room, **options))
+    return jax.tree.map(np.asarray, solve(tasks, **options)) if (answer.num_cells > room).any() else answer
+
+
+def _cut_to(solution: Solution, task: Task) -> Solution:
+    """Returns a solution of a padded task without the padding."""
+    H, W = task.labels.shape[-2:]
+    return solution.replace(contour=solution.contour[:H, :W], blocking=solution.blocking[: len(task.destroyable)])
+
+
+def _chunks(items: list[int], size: int) -> Iterator[list[int]]:
+    return (items[i : i + size] for i in range(0, len(items), size))
+
+
+def _in_buckets(run: Callable[[Task], Solution], task: Task) -> Solution:
+    """Returns `run(task)`, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
+    B, L, H, W = task.labels.shape
+    M = task.destroyable.shape[1]
+    more = (batch_bucket(B) - B, size_bucket(H) - H, size_bucket(W) - W, batch_bucket(M) - M)
+    if not any(more):
+        return run(task)
+    b, h, w, m = more
+    host = jax.tree.map(np.asarray, task)
+    labels = np.full((B + b, L, H + h, W + w), FREE, np.int32)
+    labels[:, 0] = OUTSIDE
+    labels[:B, :, :H, :W] = host.labels
+    padded = Task(
+        labels=labels,
+        destroyable=np.pad(host.destroyable, ((0, b), (0, m))),
+        removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
+        start=np.pad(host.start, ((0, b), (0, 0))),  # outside: such a task ends at once
+        goal=np.pad(host.goal, ((0, b), (0, 0))),
+        size=np.pad(host.size, ((0, b), (0, 0))),
+    )
+    solution = jax.tree.map(lambda array: np.asarray(array)[:B], run(padded))
+    cut = solution.replace(contour=solution.contour[:, :H, :W], blocking=solution.blocking[:, :M])
+    return jax.tree.map(jnp.asarray, cut)
+
+
+@functools.cache
+def _solver(mode: str, max_destroyed: int, max_cells: int) -> Callable[[Task], Solution]:
+    """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
+    names = [field.name for field in dataclasses.fields(Task)]
+
+    @batch_kernel
+    def of_arrays(*arrays: Array) -> Solution:
+        task = Task(**dict(zip(names, arrays)))
+        return _solve_batch(task, mode=mode, max_destroyed=max_destroyed, max_cells=max_cells)
+
+    return jax.jit(lambda task: of_arrays(*(getattr(task, name) for name in names)))
+
+
+def _solve_batch(task: Task, *, mode: str, max_destroyed: int, max_cells: int) -> Solution:
+    """`solve` for one leading batch axis, every stage natively batched."""
+    H, W = task.labels.shape[-2:]
+    num_obstacles = task.destroyable.shape[1]
+    free = free_cells(task.labels)
+    at_start = only_cell(task.start, H, W) & free
+    starts = at_start.any(axis=(1, 2))
+    reached = flood(free, at_start, through_corners=False)
+    is_open = value_at(reached, task.goal)
+    is_cut_off = starts & ~is_open
+    can_end = value_at(open_cells(task.labels, task.destroyable), task.goal)
+    is_solvable = is_cut_off & can_end & joins(task, task.destroyable, is_cut_off & can_end)
+    first = find_blockage(task.labels, free, reached, task.goal, num_obstacles=num_obstacles, among=is_cut_off)
+
+    plan = _least if mode == "least" else _paper
+    way = plan(task, reached, is_solvable, is_open, first, max_destroyed=max_destroyed, max_cells=max_cells)
+    has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= max_cells)
+    status = jnp.select(
+        [~starts, ~is_open & ~can_end, is_cut_off & ~is_solvable, ~has_route, is_open],
+        [Status.START_BLOCKED, Status.GOAL_BLOCKED, Status.UNSOLVABLE, Status.BUDGET_SPENT, Status.PATH_EXISTS],
+        Status.SOLVED,
+    ).astype(jnp.int32)
+    is_too_long = way.num_cells > max_cells
+    return Solution(
+        status=status,
+        cost=jnp.where(has_route, way.cost, jnp.inf),
+        cells=jnp.where(has_route[:, None, None], way.cells, -1),
+        num_cells=jnp.where(has_route | is_too_long, way.num_cells, 0),
+        destroyed=jnp.where(has_route[:, None], way.destroyed, -1),
+        num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
+        destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
+        removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
+        removal_bound=jnp.where(is_open, 0.0, jnp.where(is_solvable, way.removal_bound, jnp.inf)),
+        seed=first.seed,
+        contour=first.contour,
+        blocking=_as_ids(first.on_contour),
+    )
+
+
+class Way(NamedTuple):
+    """A route and what is destroyed on it, as in `Solution`; meaningful where `is_there`.
+
+    `num_destroyed` and `num_cells` are the true numbers, which may exceed the room for them.
+    """
+
+    cells: Array
+    num_cells: Array
+    cost: Array
+    destroyed: Array
+    destroyed_at: Array
+    num_destroyed: Array
+    removal_bound: Array
+    is_there: Array
+
+
+def _least(task, reached, is_solvable, is_open, first, *, max_destroyed: int, max_cells: int) -> Way:
+    """The least removal, and the shortest route for it."""
+    gone, bound = least_removal(task, reached, is_solvable, max_destroyed=max_destroyed)
+    among = is_open | is_solvable
+    field = cost_field(open_cells(task.labels, gone) & among[:, None, None], task.start)
+    path = trace_field(field, task.goal, max_cells=max_cells)
+    needed = first_needed(task.labels, path.cells, path.num_cells, num_obstacles=gone.shape[1])
+    destroyed, destroyed_at, num_destroyed = in_order(needed, max_destroyed=max_destroyed)
+    is_there = among & (path.num_cells > 0)
+    return Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, bound, is_there)
+
+
+def _paper(task, reached, is_solvable, is_open, first, *, max_destroyed: int, max_cells: int) -> Way:
+    """The greedy loop. Its bound: every solution destroys at least one of the objects on the first contour."""
+    walk = greedy_walk(task, is_open | is_solvable, max_destroyed=max_destroyed, max_cells=max_cells)
+    bound = jnp.where(first.on_contour & task.destroyable, task.removal_cost, jnp.inf).min(axis=1)
+    fields = (walk.cells, walk.num_cells, walk.cost, walk.destroyed, walk.destroyed_at, walk.num_destroyed)
+    return Way(*fields, removal_bound=bound, is_there=walk.is_there)
+
+
+def _total_cost(task: Task, ids: Array) -> Array:
+    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up: float32 [B]."""
+    costs = jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1)
+    return jnp.where(ids >= 0, costs, 0.0).sum(axis=1)
+
+
+def _as_ids(mask: Array) -> Array:
+    """Returns the indices that are True, ascending, then -1: bool [B, M] -> int32 [B, M]."""
+    M = mask.shape[1]
+    ids = jnp.sort(jnp.where(mask, jnp.arange(M, dtype=jnp.int32)[None], M), axis=1)
+    return jnp.where(ids < M, ids, -1)
+
+
+def task_batch(task: Task) -> tuple[int, ...]:
+    """Returns the batch dimensions of a task whose arrays fit together; TypeError or ValueError that names the one that does not."""
+    wanted = {"labels": (np.int32, 3), "destroyable": (np.bool_, 1), "removal_cost": (np.float32, 1)}
+    wanted |= dict.fromkeys(("start", "goal", "size"), (np.int32, 1))
+    for name, (dtype, core_rank) in wanted.items():
+        array = getattr(task, name)
+        if getattr(array, "dtype", None) != dtype:
+            raise TypeError(f"task.{name} must be an array of {np.dtype(dtype)}, got {getattr(array, 'dtype', type(array))}")
+        if array.ndim < core_rank or 0 in array.shape[array.ndim - core_rank :]:
+            raise ValueError(f"task.{name} must have at least {core_rank} dimensions, none empty, got {list(array.shape)}")
+    for name, length in (("start", 2), ("goal", 2), ("size", 2), ("removal_cost", task.destroyable.shape[-1])):
+        if getattr(task, name).shape[-1] != length:
+            raise ValueError(f"task.{name} must have {length} entries, got {list(getattr(task, name).shape)}")
+    return common_batch(**{name: (getattr(task, name), core_rank) for name, (_, core_rank) in wanted.items()})
