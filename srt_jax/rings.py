@@ -1,0 +1,193 @@
+"""Closed rings of points and whether they bound a polygon, decided exactly.
+
+Points are in metres and are taken to the nearest nanometre; from there on all arithmetic is in whole numbers, so that no
+answer hangs on rounding. Python's own integers step in where a product might not fit into 64 bits.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+UNITS_PER_METRE = 10**9
+_MAX_METRES = 1e9
+"""Farther out the nanometres of a coordinate no longer fit into 64 bits."""
+_FINEST_METRES = 9e6
+"""Farther out float64 is coarser than a nanometre, and there is nothing to round."""
+_MAX_PAIRS = 1 << 20
+"""Pairs of edges held in memory at once."""
+
+Ring = tuple[tuple[float, float], ...]
+Parts = tuple[tuple[Ring, ...], ...]
+"""The polygons of an obstacle, each an outer ring followed by its holes."""
+
+
+def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns `values` as float64 of `shape` (-1: any length), each taken to the nearest nanometre.
+
+    Raises:
+      TypeError: not numbers. ValueError: a wrong shape, NaN, infinity, or more than 1e9 m.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name} must have shape {_spelled(shape)}, but its rows differ in length") from error
+    if array.size and not (np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)):
+        raise TypeError(f"{name} must hold numbers (metres), got {array.dtype}")
+    if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
+        raise ValueError(f"{name} must have shape {_spelled(shape)}, got {list(array.shape)}")
+    array = array.astype(np.float64)
+    wrong = ~(np.abs(array) <= _MAX_METRES)
+    if wrong.any():
+        raise ValueError(f"{name} holds {array[wrong][0]}: coordinates must be finite and at most 1e9 metres")
+    return np.where(np.abs(array) < _FINEST_METRES, np.round(array, 9), array) + 0.0
+
+
+def as_units(metres: ArrayLike) -> np.ndarray:
+    """Returns metres as whole nanometres, int64 of the same shape."""
+    return np.rint(np.asarray(metres, np.float64) * UNITS_PER_METRE).astype(np.int64)
+
+
+def for_products(values: np.ndarray, largest: int) -> np.ndarray:
+    """Returns int64 `values` as they are if `largest`, the largest number they will lead to, fits; else as Python integers."""
+    return values if largest < 2**62 else values.astype(object)
+
+
+def as_ring(name: str, points: ArrayLike) -> Ring:
+    """Returns the ring through `points` without a closing point and without points that repeat the one before.
+
+    Raises:
+      TypeError, ValueError: not numbers [K, 2], NaN, or fewer than three different points.
+    """
+    array = as_metres(name, points, (-1, 2))
+    num_different = len(np.unique(array, axis=0))
+    if num_different < 3:
+        raise ValueError(f"{name} has {num_different} different points: a polygon needs at least three")
+    kept = array[(array != np.roll(array, -1, axis=0)).any(axis=1)]
+    return tuple((x, y) for x, y in kept.tolist())
+
+
+def conflict(parts: Parts) -> str:
+    """Returns what keeps the rings from bounding polygons, in words; "" where nothing does.
+
+    A ring must not meet itself; two rings may touch in points but neither cross nor run along one another; holes lie inside
+    their outer ring and outside each other; polygons of one obstacle do not lie inside each other.
+    """
+    return _crossing(parts) or _misplaced(parts)
+
+
+def repaired(parts: Parts) -> Parts:
+    """Returns valid polygons that cover what `parts` enclose (by shapely's make_valid); () where they enclose nothing.
+
+    A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without area vanish.
+    """
+    try:
+        import shapely
+    except ImportError as error:
+        raise ImportError("repairing polygons needs shapely: pip install 'srt-jax[world]'") from error
+    polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in parts]
+    valid = shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
+    snapped = shapely.get_parts(shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE)))
+    return tuple(
+        tuple(as_ring("a repaired ring", np.asarray(ring.coords)) for ring in (polygon.exterior, *polygon.interiors))
+        for polygon in snapped
+        if isinstance(polygon, shapely.Polygon) and not polygon.is_empty
+    )
+
+
+def _crossing(parts: Parts) -> str:
+    rings = [as_units(ring) for part in parts for ring in part]
+    tails = np.concatenate(rings)
+    heads = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    origin = tails.min(axis=0)
+    extent = int((tails.max(axis=0) - origin).max())
+    tails, heads = (for_products(points - origin, 2 * extent * extent) for points in (tails, heads))
+    ring_of = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+    next_edge = np.concatenate([np.roll(np.flatnonzero(ring_of == ring), -1) for ring in range(len(rings))])
+    for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads)):
+        wrong = _wrong_pairs(tails, heads, a, b, ring_of[a] == ring_of[b], (next_edge[a] == b) | (next_edge[b] == a))
+        if wrong.size:
+            first, second = a[wrong[0]], b[wrong[0]]
+            others = "itself" if ring_of[first] == ring_of[second] else "another ring of the same obstacle"
+            told = [_told(tails[edge] + origin, heads[edge] + origin) for edge in (first, second)]
+            return f"a ring meets {others} where edge {told[0]} meets edge {told[1]}"
+    return ""
+
+
+def _close_pairs(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yields pairs of edges whose bounding boxes meet, in blocks: a sweep from left to right."""
+    order = np.argsort(low[:, 0], kind="stable")
+    left = low[order, 0]
+    num_after = np.searchsorted(left, high[order, 0], side="right") - np.arange(len(order)) - 1
+    ends = np.cumsum(num_after)
+    first = 0
+    while first < len(order):
+        spent = int(ends[first - 1]) if first else 0
+        last = max(first + 1, int(np.searchsorted(ends, spent + _MAX_PAIRS, side="right")))
+        count = num_after[first:last]
+        a = np.repeat(np.arange(first, last), count)
+        b = a + 1 + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
+        a, b = order[a], order[b]
+        is_close = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+        yield a[is_close], b[is_close]
+        first = last
+
+
+def _wrong_pairs(tails, heads, a, b, is_same_ring, is_adjacent) -> np.ndarray:
+    """Returns the places in the pairs (a, b) of edges that meet as they must not; their bounding boxes do meet."""
+    sides = [_side(tails[a], heads[a], tails[b]), _side(tails[a], heads[a], heads[b])]
+    sides += [_side(tails[b], heads[b], tails[a]), _side(tails[b], heads[b], heads[a])]
+    meets = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
+    crosses = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
+    low = np.maximum(np.minimum(tails[a], heads[a]), np.minimum(tails[b], heads[b]))
+    high = np.minimum(np.maximum(tails[a], heads[a]), np.maximum(tails[b], heads[b]))
+    runs_along = (np.stack(sides) == 0).all(axis=0) & (high > low).any(axis=1)
+    return np.flatnonzero(runs_along | np.where(is_same_ring, meets & ~is_adjacent, crosses))
+
+
+def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Returns int64 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1 to the right, 0 on it."""
+    along, out = head - tail, point - tail
+    left, right = along[..., 0] * out[..., 1], along[..., 1] * out[..., 0]
+    return (left > right).astype(np.int64) - (left < right).astype(np.int64)
+
+
+def _misplaced(parts: Parts) -> str:
+    for index, (outer, *holes) in enumerate(parts):
+        for place, hole in enumerate(holes):
+            if (_where(hole, outer) < 0).any():
+                return f"the hole at {hole[0]} lies outside its outer ring"
+            if any((_where(hole, other) > 0).any() for other in holes[:place] + holes[place + 1 :]):
+                return f"the hole at {hole[0]} lies inside another hole"
+        for other in parts[:index] + parts[index + 1 :]:
+            is_covered = _where(outer, other[0]) > 0
+            for hole in other[1:]:
+                is_covered &= _where(outer, hole) < 0
+            if is_covered.any():
+                return f"the polygon at {outer[0]} lies inside another polygon of the same obstacle"
+    return ""
+
+
+def _where(ring: Ring, around: Ring) -> np.ndarray:
+    """Returns for each point and middle of an edge of `ring`: 1 inside `around`, 0 on it, -1 outside (int64 [2 K])."""
+    corners, tails = as_units(ring), 2 * as_units(around)
+    points = np.concatenate([2 * corners, corners + np.roll(corners, -1, axis=0)])
+    origin = np.minimum(points.min(axis=0), tails.min(axis=0))
+    extent = int(max((points - origin).max(), (tails - origin).max()))
+    points, tails = (for_products(values - origin, 2 * extent * extent) for values in (points, tails))
+    heads, points = np.roll(tails, -1, axis=0), points[:, None]
+    side = _side(tails, heads, points)
+    low, high = np.minimum(tails, heads), np.maximum(tails, heads)
+    is_on = (side == 0) & ((low <= points) & (points <= high)).all(axis=-1)
+    rises = (tails[:, 1] <= points[..., 1]) & (points[..., 1] < heads[:, 1])
+    falls = (heads[:, 1] <= points[..., 1]) & (points[..., 1] < tails[:, 1])
+    num_crossed = ((rises & (side > 0)) | (falls & (side < 0))).sum(axis=1)
+    return np.where(is_on.any(axis=1), 0, np.where(num_crossed % 2 == 1, 1, -1))
+
+
+def _told(tail: np.ndarray, head: np.ndarray) -> str:
+    return "-".join(f"({x / UNITS_PER_METRE:g}, {y / UNITS_PER_METRE:g})" for x, y in (tail.tolist(), head.tolist()))
+
+
+def _spelled(shape: tuple[int, ...]) -> str:
+    return "[" + ", ".join("K" if side < 0 else str(side) for side in shape) + "]"
