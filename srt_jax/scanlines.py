@@ -47,7 +47,7 @@ def touched(edges: Edges) -> Spans:
     bottom = _columns(edges, edge, np.minimum(high[edge], (row + 1) * edges.cell))
     border = Spans(edges.owner[edge], row, np.minimum(top[0], bottom[0]), np.maximum(top[1], bottom[1]) - 1)
     level = _level(edges)
-    row, in_row = np.divmod(low[level], edges.cell)
+    row, in_row = low[level] // edges.cell, low[level] % edges.cell
     left, right = _ends(edges, level)
     level_border = Spans(edges.owner[level], row, left // edges.cell, -(-right // edges.cell) - 1)
     return _joined(_inside(edges), border, _where(level_border, in_row > 0))
@@ -61,7 +61,7 @@ def centred(edges: Edges) -> Spans:
     left, right = _columns(edges, edge, row * edges.cell + half, shift=half)
     border = _where(Spans(edges.owner[edge], row, left, right), left == right)
     level = _level(edges)
-    row, off_centre = np.divmod(low[level], edges.cell)
+    row, off_centre = low[level] // edges.cell, low[level] % edges.cell
     left, right = _ends(edges, level)
     level_border = Spans(edges.owner[level], row, -((half - left) // edges.cell), (right - half) // edges.cell)
     return _joined(_inside(edges), border, _where(level_border, off_centre == 0))
