@@ -1,0 +1,45 @@
+"""Sets of features as words of bits on the host: packing, and unions or intersections of rows named by lists."""
+
+import numpy as np
+
+WORD = 64
+_COUNTS = np.array([bin(i).count("1") for i in range(1 << 16)], np.uint8)
+
+
+def pack(rows: np.ndarray) -> np.ndarray:
+    """Returns bool [..., F] as uint64 [..., ceil(F / 64)] (at least one word), feature f in bit f % 64 of word f // 64."""
+    size = rows.shape[-1]
+    num_words = max(1, -(-size // WORD))
+    padded = np.zeros((*rows.shape[:-1], num_words * WORD), np.uint8)
+    padded[..., :size] = rows
+    return np.packbits(padded, axis=-1, bitorder="little").view(np.uint64)
+
+
+def popcount(words: np.ndarray) -> np.ndarray:
+    """Returns the number of 1-bits of each row: uint64 [..., W] -> int32 [...]."""
+    return _COUNTS[np.ascontiguousarray(words).view(np.uint16)].sum(axis=-1, dtype=np.int32)
+
+
+def any_row(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int) -> np.ndarray:
+    """Returns uint64 [num_owners, W]: the OR of `rows[member]` per owner, 0 for an owner without members.
+
+    Args:
+      rows: uint64 [N, W].
+      owner, member: int [P], owners ascending.
+    """
+    return _reduced(np.bitwise_or, rows, owner, member, num_owners, np.uint64(0))
+
+
+def all_rows(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int) -> np.ndarray:
+    """Returns uint64 [num_owners, W]: the AND of `rows[member]` per owner, all ones for an owner without members."""
+    return _reduced(np.bitwise_and, rows, owner, member, num_owners, ~np.uint64(0))
+
+
+def _reduced(
+    operation: np.ufunc, rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int, empty: np.uint64
+) -> np.ndarray:
+    out = np.full((num_owners, rows.shape[1]), empty, np.uint64)
+    if len(owner):
+        first = np.flatnonzero(np.diff(owner, prepend=-1))
+        out[owner[first]] = operation.reduceat(rows[member], first, axis=0)
+    return out

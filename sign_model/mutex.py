@@ -1,0 +1,136 @@
+"""Which features can never hold together: by pair reachability (h2), or by mutex groups where pairs are too many.
+
+Regression needs them badly: most situations that look relevant from the goal can never be reached from the start.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sign_model.pddl import Atom
+
+MAX_PAIR_FEATURES = 600
+"""Beyond this number of features the pair fixpoint (its cost grows with A F^2 a sweep) gives way to mutex groups."""
+
+
+def mutexes(
+    features: Sequence[Atom], conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (mutex bool [F, F], usable bool [A]) that hold for every situation reachable from any of the starts.
+
+    A feature that is mutex with itself can never be reached; an action that is not usable can never go.
+
+    Args:
+      features: F atoms, used to guess groups.
+      conditions, adds, deletes: bool [A, F].
+      starts: bool [N, F].
+    """
+    if len(features) <= MAX_PAIR_FEATURES:
+        return _by_pairs(conditions, adds, deletes, starts)
+    mutex = np.zeros((len(features), len(features)), bool)
+    for group in mutex_groups(features, conditions, adds, deletes, starts):
+        mutex |= np.outer(group, group)
+    np.fill_diagonal(mutex, False)
+    return mutex, ~_clashes(conditions, mutex)
+
+
+def _clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
+    """bool [A]: whether two conditions of an action exclude each other."""
+    return ((conditions.astype(np.float32) @ mutex.astype(np.float32) > 0) & conditions).any(axis=1)
+
+
+def _by_pairs(conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The h2 fixpoint on matrices: pairs[p, q] grows from the pairs of the starts until no action adds to it.
+
+    Boolean products are float32 products: exact, as sums stay far below 2^24.
+    """
+    needs, gives = conditions.astype(np.float32), adds.astype(np.float32)
+    pairs = (starts.T.astype(np.float32) @ starts.astype(np.float32)) > 0
+    while True:
+        clash = (needs @ (~pairs).astype(np.float32)) > 0  # [A, F]: q cannot hold beside the conditions
+        usable = ~(clash & conditions).any(axis=1)
+        beside = ((~clash & ~deletes) | adds) & usable[:, None]  # q holds after the action: it survives, or is added
+        new = (np.where(usable[:, None], gives, np.float32(0)).T @ beside.astype(np.float32)) > 0
+        grown = pairs | new | new.T
+        if (grown == pairs).all():
+            return ~pairs, usable
+        pairs = grown
+
+
+def mutex_groups(
+    features: Sequence[Atom], conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray, max_parts: int = 4
+) -> list[np.ndarray]:
+    """Returns groups bool [F] of which at most one feature holds at any time; none where no guess proves right.
+
+    A guess is a set of parts (predicate, position): the features of the predicate whose argument at the position is the group's
+    object (position -1: all of them). It is right when every start has at most one of the group and no action that can go (it needs
+    at most one of the group) adds more of it than it takes away of what it needs. A wrong guess is extended by what its offending action takes away.
+    """
+    kinds = sorted({_kind(atom) for atom in features})
+    waiting = [frozenset([(kind, position)]) for kind in kinds for position in (-1, *range(1, kind[1]))]
+    taken = conditions & deletes
+    needs = conditions.astype(np.float32)
+    gain = adds.astype(np.float32) - taken.astype(np.float32)
+    seen, groups = set(waiting), []
+    while waiting:
+        parts = waiting.pop(0)
+        members = np.array(_members(parts, features))
+        members = members[(starts.astype(np.float32) @ members.T.astype(np.float32)).max(axis=0, initial=0) <= 1]
+        as_columns = members.T.astype(np.float32)
+        can_go = needs @ as_columns <= 1  # [A, groups]: two conditions of one group never hold together
+        surplus = np.where(can_go, gain @ as_columns, np.float32(0))
+        worst = surplus.max(axis=0, initial=0)
+        groups += list(members[worst <= 0])
+        if (worst > 0).any() and len(parts) < max_parts:
+            broken = int((worst > 0).argmax())
+            for more in _extensions(parts, members[broken], taken[surplus[:, broken].argmax()], features):
+                if more not in seen:
+                    seen.add(more)
+                    waiting.append(more)
+    return _maximal(groups)
+
+
+def _kind(atom: Atom) -> tuple[str, int]:
+    return (atom[0] if atom[0] != "not" else "not-" + atom[1], len(atom))
+
+
+def _members(parts: frozenset, features: Sequence[Atom]) -> list[np.ndarray]:
+    """The groups of a guess: one per object that stands at the parts' positions, or a single one where all are counted."""
+    positions = dict(parts)
+    groups: dict[str, list[int]] = {}
+    everywhere: list[int] = []
+    for i, atom in enumerate(features):
+        position = positions.get(_kind(atom))
+        if position == -1:
+            everywhere.append(i)
+        elif position is not None:
+            groups.setdefault(atom[position] if position else "", []).append(i)
+    return [_vector(members + everywhere, len(features)) for members in (groups.values() if groups else [[]])]
+
+
+def _vector(members: list[int], size: int) -> np.ndarray:
+    out = np.zeros(size, bool)
+    out[members] = True
+    return out
+
+
+def _extensions(parts: frozenset, group: np.ndarray, taken: np.ndarray, features: Sequence[Atom]) -> list[frozenset]:
+    """The guess enlarged by one part that contains a feature which the offending action needs and takes away."""
+    known = dict(parts)
+    objects = {features[i][known[_kind(features[i])]] for i in np.flatnonzero(group) if known[_kind(features[i])] > 0}
+    out = []
+    for i in np.flatnonzero(taken & ~group):
+        kind = _kind(features[i])
+        if kind in known:
+            continue
+        positions = [p for p in range(1, kind[1]) if features[i][p] in objects] if objects else []
+        out += [parts | {(kind, position)} for position in [*positions, -1]]
+    return out
+
+
+def _maximal(groups: list[np.ndarray]) -> list[np.ndarray]:
+    kept: list[np.ndarray] = []
+    for group in sorted(groups, key=lambda g: -int(g.sum())):
+        if group.sum() > 1 and not any((group & ~other).sum() == 0 for other in kept):
+            kept.append(group)
+    return kept

@@ -1,0 +1,83 @@
+"""The grounded task: one planning problem as boolean matrices, with the names that give its bits their meaning."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sign_model.pddl import Atom, Domain, Problem
+
+
+@dataclass(frozen=True, eq=False)
+class PlanningTask:
+    """A grounded STRIPS task. F features, A actions; an action may go when its conditions hold; then deletes, then adds.
+
+    features: the atom of each feature; ("not", p, ...) is the complement of p, made where a condition or the goal needs p false.
+    actions: (schema, argument, ...) of each ground action.
+    conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
+    costs: int32 [A], 0 or more.
+    start, goal: bool [F]; the goal is partial, the start complete.
+    domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
+    """
+
+    features: tuple[Atom, ...]
+    actions: tuple[Atom, ...]
+    conditions: np.ndarray
+    adds: np.ndarray
+    deletes: np.ndarray
+    costs: np.ndarray
+    start: np.ndarray
+    goal: np.ndarray
+    domain: Domain | None = None
+    problem: Problem | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def num_features(self) -> int:
+        return len(self.features)
+
+    @property
+    def num_actions(self) -> int:
+        return len(self.actions)
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """The actions as a plan file writes them: `(pick-up a)`."""
+        return tuple(f"({' '.join(action)})" for action in self.actions)
+
+    def situation(self, atoms: Sequence[Atom]) -> np.ndarray:
+        """Returns bool [F], True at the given atoms; ValueError for one that is no feature (unreachable, static or misspelt)."""
+        index = {atom: i for i, atom in enumerate(self.features)}
+        situation = np.zeros(self.num_features, bool)
+        for atom in atoms:
+            if atom not in index:
+                raise ValueError(f"({' '.join(atom)}) is no feature of this task: it is static, unreachable or misspelt")
+            situation[index[atom]] = True
+        return situation
+
+
+def task_from_arrays(
+    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, start: np.ndarray, goal: np.ndarray, costs: np.ndarray | None = None
+) -> PlanningTask:
+    """Returns a task of nameless features and actions (`(f0)`, `(a0)`); an action that deletes and adds a feature adds it.
+
+    Args:
+      conditions, adds, deletes: bool [A, F].
+      start, goal: bool [F].
+      costs: int32 [A], 1 each where not given.
+    """
+    num_actions, num_features = conditions.shape
+    for name, array in dict(conditions=conditions, adds=adds, deletes=deletes, start=start, goal=goal).items():
+        shape = (num_features,) if name in ("start", "goal") else (num_actions, num_features)
+        if array.dtype != bool or array.shape != shape:
+            raise ValueError(f"{name} must be bool {list(shape)}, got {array.dtype} {list(array.shape)}")
+    return PlanningTask(
+        features=tuple((f"f{i}",) for i in range(num_features)),
+        actions=tuple((f"a{i}",) for i in range(num_actions)),
+        conditions=conditions,
+        adds=adds,
+        deletes=deletes & ~adds,
+        costs=np.ones(num_actions, np.int32) if costs is None else costs.astype(np.int32),
+        start=start,
+        goal=goal,
+    )

@@ -1,0 +1,82 @@
+"""Replays a plan forward, step by step, from the lifted task: the independent judge of every planner here.
+
+It reads the PDDL records and sets of atoms only. No matrix, mutex or pruning of the planners enters, so that a slip in them
+cannot hide.
+"""
+
+from collections.abc import Sequence
+
+from sign_model.pddl import Atom, Domain, Problem, Schema
+from sign_model.task import PlanningTask
+
+
+def validate(task: PlanningTask, actions: Sequence[str]) -> list[str]:
+    """Returns what is wrong with a plan, one sentence each; empty when it leads from the start to the goal.
+
+    Args:
+      task: the task; one made from arrays is replayed on its matrices, as it has no lifted form.
+      actions: the plan in the order of execution, `(pick-up a)` each; case doesn't matter.
+    """
+    plan = [tuple(action.strip().strip("()").lower().split()) for action in actions]
+    if task.domain is None or task.problem is None:
+        return _replay_arrays(task, plan)
+    return _replay(task.domain, task.problem, plan)
+
+
+def _replay(domain: Domain, problem: Problem, plan: list[Atom]) -> list[str]:
+    schemas = {schema.name: schema for schema in domain.schemas}
+    state = set(problem.start)
+    for number, step in enumerate(plan, 1):
+        told = f"step {number} ({' '.join(step)})"
+        if not step or step[0] not in schemas:
+            return [f"{told}: there is no such action"]
+        schema = schemas[step[0]]
+        problems = _wrong_arguments(domain, problem, schema, step[1:])
+        if problems:
+            return [f"{told}: {problem_}" for problem_ in problems]
+        env = dict(zip((role for role, _ in schema.roles), step[1:]))
+        missing = sorted(_filled(schema.conditions, env) - state)
+        present = sorted(_filled(schema.negative_conditions, env) & state)
+        wrong = [f"{told}: ({' '.join(atom)}) does not hold" for atom in missing]
+        wrong += [f"{told}: ({' '.join(atom)}) holds but must not" for atom in present]
+        if wrong:
+            return wrong
+        state = (state - _filled(schema.deletes, env)) | _filled(schema.adds, env)
+    unmet = [f"the goal ({' '.join(atom)}) is not reached" for atom in problem.goal if atom not in state]
+    return unmet + [f"the goal (not ({' '.join(atom)})) is not reached" for atom in problem.negative_goal if atom in state]
+
+
+def _filled(atoms: tuple[Atom, ...], env: dict[str, str]) -> set[Atom]:
+    return {(atom[0], *(env.get(x, x) for x in atom[1:])) for atom in atoms}
+
+
+def _wrong_arguments(domain: Domain, problem: Problem, schema: Schema, arguments: Atom) -> list[str]:
+    if len(arguments) != len(schema.roles):
+        return [f"{len(arguments)} argument(s), the action takes {len(schema.roles)}"]
+    wrong = [f"there is no object '{name}'" for name in arguments if name not in problem.objects]
+    if wrong:
+        return wrong
+    wrong = [
+        f"'{name}' is no {'/'.join(kinds)}"
+        for name, (_, kinds) in zip(arguments, schema.roles)
+        if not domain.is_a(problem.objects[name], kinds)
+    ]
+    env = dict(zip((role for role, _ in schema.roles), arguments))
+    for one, other, wanted in schema.equalities:
+        if (env.get(one, one) == env.get(other, other)) != wanted:
+            wrong.append(f"{one} and {other} must {'' if wanted else 'not '}be equal")
+    return wrong
+
+
+def _replay_arrays(task: PlanningTask, plan: list[Atom]) -> list[str]:
+    number_of = {action: i for i, action in enumerate(task.actions)}
+    state = task.start.copy()
+    for number, step in enumerate(plan, 1):
+        action = number_of.get(step)
+        if action is None:
+            return [f"step {number} ({' '.join(step)}): there is no such action"]
+        missing = [task.features[f] for f in (task.conditions[action] & ~state).nonzero()[0]]
+        if missing:
+            return [f"step {number} ({' '.join(step)}): ({' '.join(atom)}) does not hold" for atom in missing]
+        state = (state & ~task.deletes[action]) | task.adds[action]
+    return [f"the goal ({' '.join(task.features[f])}) is not reached" for f in (task.goal & ~state).nonzero()[0]]
