@@ -104,6 +104,12 @@ def with_capacity(matrices: Matrices, num_signs: int, num_slots: int, num_rows: 
     return jax.tree.map(placed, larger, matrices)
 
 
+def picked(matrices: Matrices, slots: Array) -> Matrices:
+    """Returns a table of the chosen slots only, in the order given (host); canonical where that order ascends."""
+    parts = ("owner", "component", "feature", "bits", "kind")
+    return dataclasses.replace(matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in parts})
+
+
 def num_matrices(matrices: Matrices) -> Array:
     """Returns how many slots are in use, int32 [...]."""
     return (matrices.owner >= 0).sum(axis=-1, dtype=np.int32)

@@ -1,0 +1,82 @@
+"""A world model in words, and as a drawing: text for people, DOT for Graphviz."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from sign_model.matrix import ColumnKind, Component, num_matrices
+from sign_model.network import is_procedural, networks
+from sign_model.sign import PredictionMatrix, Sign
+from sign_model.world_model import WorldModel
+
+NETWORK_NAMES = {Component.IMAGE: "W_p", Component.SIGNIFICANCE: "W_m", Component.MEANING: "W_a"}
+COMPONENT_NAMES = {Component.IMAGE: "image", Component.SIGNIFICANCE: "significance", Component.MEANING: "personal meaning"}
+_COLOURS = {Component.IMAGE: "black", Component.SIGNIFICANCE: "blue", Component.MEANING: "red"}
+
+
+def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
+    """Returns the signs, their matrices and the three networks as text; for a model without signs, the heading alone.
+
+    A matrix reads from its first moment to its last: `nose -> mouth`; effects follow `=>`, `+` what is added, `-` what is
+    deleted. `[strict order]` marks the component of a procedural sign, whose columns keep one order in all its matrices. Links
+    are listed once, under the sign from which they go.
+
+    Args:
+      model: the world model.
+      names: the signs to tell of, in this order; by default all.
+    """
+    links = np.asarray(networks(model.matrices))
+    counts = ", ".join(f"{int(links[component].sum())} in {NETWORK_NAMES[component]}" for component in Component)
+    total = int(num_matrices(model.matrices))
+    heading = f"World model of {len(model.names)} signs with {total} prediction matrices; links: {counts}."
+    signs = model.signs() if names is None else tuple(model.sign(name) for name in names)
+    return "\n".join([heading, *(line for sign in signs for line in _told_sign(model, sign, links))]) + "\n"
+
+
+def to_dot(model: WorldModel, *, components: Iterable[Component] = tuple(Component), name: str = "world_model") -> str:
+    """Returns the networks as a Graphviz digraph: an edge for each link, black in W_p, blue in W_m, red in W_a.
+
+    Args:
+      model: the world model.
+      components: which networks to draw.
+      name: of the graph.
+    """
+    links = np.asarray(networks(model.matrices))
+    nodes = [f"  {_quoted(sign)};" for sign in model.names]
+    edges = [
+        f"  {_quoted(model.names[source])} -> {_quoted(model.names[target])}"
+        f' [color={_COLOURS[component]}, label="{NETWORK_NAMES[component]}"];'
+        for component in components
+        for source, target in np.argwhere(links[component])
+    ]
+    return "\n".join([f"digraph {_quoted(name)} {{", "  rankdir=LR;", *nodes, *edges, "}"]) + "\n"
+
+
+def told_matrix(matrix: PredictionMatrix) -> str:
+    """Returns one matrix in one line; `(nothing)` where it has no column."""
+    conditions = " -> ".join(_told_set(column.features) for column in matrix.columns if column.kind == ColumnKind.CONDITION)
+    if not matrix.is_causal:
+        return conditions or "(nothing)"
+    effects = [f"+{_told_set(matrix.named(ColumnKind.ADDS))}"] if matrix.named(ColumnKind.ADDS) else []
+    effects += [f"-{_told_set(matrix.named(ColumnKind.DELETES))}"] if matrix.named(ColumnKind.DELETES) else []
+    return " ".join([conditions or "(nothing)", "=>", *effects])
+
+
+def _told_set(features: frozenset[str]) -> str:
+    return next(iter(features)) if len(features) == 1 else "{" + ", ".join(sorted(features)) + "}"
+
+
+def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str]:
+    number = model.index(sign.name)
+    yield f"\n{sign.name}"
+    for component in Component:
+        matrices = sign.matrices(component)
+        if matrices:
+            mark = " [strict order]" if is_procedural(model.matrices, number, component) else ""
+            yield f"  {COMPONENT_NAMES[component]}{mark}"
+            yield from (f"    {count}. {told_matrix(matrix)}" for count, matrix in enumerate(matrices, 1))
+            yield f"    {NETWORK_NAMES[component]}: {', '.join(model.named(links[component, number])) or '-'}"
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

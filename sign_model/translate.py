@@ -1,0 +1,175 @@
+"""Planning tasks -> signs, and back to the matrices of the search.
+
+| PDDL | sign | image (W_p) | significance (W_m) | personal meaning (W_a) |
+|---|---|---|---|---|
+| object `a` | `a` | elementary | | |
+| type `block` | `type block` | | one matrix per object and per subtype | |
+| predicate `on` | `predicate on` | | the types of its roles, in order of position | |
+| fact `(on a b)` | `(on a b)` | predicate, then each argument in its place | | |
+| action schema `stack` | `action stack` | | the script: roles, conditions => adds, deletes | its acts |
+| role `?x` of `stack` | `role stack ?x` | | the types that may fill it | |
+| atom of a script | `script stack (on ?x ?y)` | predicate, then each role in its place | | |
+| ground action | `act (stack a b)` | schema, then each argument in its place | | (FC, FA, FD) |
+| start, goal | `situation start`, `situation goal` | | | the facts that hold |
+
+Places are columns, so an argument may stand in several. A negated atom begins with `predicate not`. No two names clash: PDDL
+names hold neither blank nor parenthesis, and the first word tells the kind. Costs are no signs and stay with the task.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from sign_model.matrix import ColumnKind, Component, features_of, picked
+from sign_model.pddl import Atom, Domain, Problem, Schema
+from sign_model.sign import PredictionMatrix, Sign, causal, sequence, with_elementary
+from sign_model.task import PlanningTask
+from sign_model.world_model import WorldModel, from_signs
+
+START, GOAL = "situation start", "situation goal"
+
+
+class TaskMatrices(NamedTuple):
+    """The matrices of a planning task, read from a world model; names and shapes as in `PlanningTask`."""
+
+    features: tuple[Atom, ...]
+    actions: tuple[Atom, ...]
+    conditions: np.ndarray
+    adds: np.ndarray
+    deletes: np.ndarray
+    start: np.ndarray
+    goal: np.ndarray
+
+
+def world_model_of(task: PlanningTask) -> WorldModel:
+    """Returns the signs of a planning task, by the table above; `task_matrices` reads the task's matrices back.
+
+    A task made from arrays has no lifted form: its signs have images and personal meanings only.
+    """
+    lifted = () if task.domain is None or task.problem is None else _lifted_signs(task.domain, task.problem)
+    facts = tuple(Sign(fact_name(atom), image=(_image(atom),)) for atom in task.features)
+    situations = (Sign(START, meaning=(_situation(task, task.start),)), Sign(GOAL, meaning=(_situation(task, task.goal),)))
+    schemas = _with_meanings(lifted, task.actions)
+    return from_signs(with_elementary((*schemas, *facts, *_acts(task), *situations)))
+
+
+def task_matrices(model: WorldModel) -> TaskMatrices:
+    """Returns features, actions, (FC, FA, FD), start and goal of a task's world model, bit for bit as they were."""
+    facts = [number for number, name in enumerate(model.names) if name.startswith("(")]
+    acts = [number for number, name in enumerate(model.names) if name.startswith("act ")]
+    owners = [*acts, model.index(START), model.index(GOAL)]
+    # Picked first: dense rows of all slots of a large task would take hundreds of megabytes.
+    table = picked(model.matrices, _meaning_slots(model)[owners])
+    kinds = (ColumnKind.CONDITION, ColumnKind.ADDS, ColumnKind.DELETES)
+    conditions, adds, deletes = (np.asarray(features_of(table, kind))[:, facts] for kind in kinds)
+    return TaskMatrices(
+        features=tuple(_atom(model.names[number]) for number in facts),
+        actions=tuple(_atom(model.names[number].removeprefix("act ")) for number in acts),
+        conditions=conditions[:-2],
+        adds=adds[:-2],
+        deletes=deletes[:-2],
+        start=conditions[-2],
+        goal=conditions[-1],
+    )
+
+
+def fact_name(atom: Atom) -> str:
+    """Returns the name of the sign of a fact, `(on a b)`."""
+    return f"({' '.join(atom)})"
+
+
+def act_name(action: Atom) -> str:
+    """Returns the name of the sign of a ground action, `act (stack a b)`."""
+    return f"act {fact_name(action)}"
+
+
+def _atom(name: str) -> Atom:
+    return tuple(name[1:-1].split(" "))
+
+
+def _meaning_slots(model: WorldModel) -> np.ndarray:
+    """Returns the slot of each sign's first personal meaning, int [S]; N where it has none."""
+    owner = np.where(np.asarray(model.matrices.component) == Component.MEANING, model.matrices.owner, -1)
+    slots = np.full(model.matrices.is_sign.shape[0], len(owner))
+    used = np.flatnonzero(owner >= 0)[::-1]
+    slots[owner[used]] = used
+    return slots
+
+
+def _image(atom: Atom, schema: str | None = None) -> PredictionMatrix:
+    """Returns the predicate and then what fills its places; roles are those of `schema`."""
+    predicate, *places = atom
+    if predicate == "not" and places:
+        return PredictionMatrix(sequence("predicate not").columns + _image(tuple(places), schema).columns)
+    return sequence(f"predicate {predicate}", *(f"role {schema} {x}" if x.startswith("?") else x for x in places))
+
+
+def _situation(task: PlanningTask, holds: np.ndarray) -> PredictionMatrix:
+    facts = [fact_name(task.features[feature]) for feature in np.flatnonzero(holds)]
+    return sequence(facts) if facts else sequence()
+
+
+def _acts(task: PlanningTask) -> Iterator[Sign]:
+    names = [fact_name(atom) for atom in task.features]
+    for number, action in enumerate(task.actions):
+        rule = (
+            [names[feature] for feature in np.flatnonzero(part[number])] for part in (task.conditions, task.adds, task.deletes)
+        )
+        yield Sign(act_name(action), image=(sequence(f"action {action[0]}", *action[1:]),), meaning=(causal(*rule),))
+
+
+def _with_meanings(lifted: tuple[Sign, ...], actions: tuple[Atom, ...]) -> Iterator[Sign]:
+    """Yields the lifted signs, each schema with its ground actions as personal meanings; bare schemas where there are none."""
+    acts: dict[str, list[PredictionMatrix]] = {}
+    for action in actions:
+        acts.setdefault(f"action {action[0]}", []).append(sequence(act_name(action)))
+    for sign in lifted:
+        yield Sign(sign.name, sign.image, sign.significance, tuple(acts.pop(sign.name, ())))
+    for name, meanings in acts.items():
+        yield Sign(name, meaning=tuple(meanings))
+
+
+def _lifted_signs(domain: Domain, problem: Problem) -> tuple[Sign, ...]:
+    objects = tuple(Sign(name) for name in problem.objects)
+    types = tuple(_type_sign(kind, domain, problem) for kind in _types(domain, problem))
+    predicates = tuple(
+        Sign(f"predicate {name}", significance=(sequence(*map(_told_types, roles)),))
+        for name, roles in domain.predicates.items()
+    )
+    scripts = tuple(sign for schema in domain.schemas for sign in _schema_signs(schema))
+    return (*objects, *types, *predicates, *scripts)
+
+
+def _types(domain: Domain, problem: Problem) -> list[str]:
+    declared = [kind for kinds in problem.objects.values() for kind in kinds]
+    parents = [parent for parents in domain.types.values() for parent in parents]
+    return list(dict.fromkeys(["object", *domain.types, *parents, *declared]))
+
+
+def _type_sign(kind: str, domain: Domain, problem: Problem) -> Sign:
+    subtypes = [f"type {name}" for name, parents in domain.types.items() if kind in parents and name != kind]
+    objects = [name for name, kinds in problem.objects.items() if kind in (kinds or ("object",))]
+    return Sign(f"type {kind}", significance=tuple(map(sequence, (*subtypes, *objects))))
+
+
+def _told_types(kinds: tuple[str, ...]) -> list[str]:
+    return [f"type {kind}" for kind in kinds or ("object",)]
+
+
+def _schema_signs(schema: Schema) -> Iterator[Sign]:
+    """Yields the sign of a schema, then its roles, then the atoms of its script."""
+    negated = [("not", *atom) for atom in schema.negative_conditions]
+    equal = [("=", one, other) if wanted else ("not", "=", one, other) for one, other, wanted in schema.equalities]
+    conditions = (*schema.conditions, *negated, *equal)
+
+    def told(atoms: tuple[Atom, ...]) -> list[str]:
+        return [f"script {schema.name} {fact_name(atom)}" for atom in atoms]
+
+    roles = sequence(*(f"role {schema.name} {role}" for role, _ in schema.roles))
+    rule = causal(told(conditions), told(schema.adds), told(schema.deletes))
+    yield Sign(f"action {schema.name}", significance=(PredictionMatrix(roles.columns + rule.columns),))
+    for role, kinds in schema.roles:
+        yield Sign(f"role {schema.name} {role}", significance=(sequence(_told_types(kinds)),))
+    for atom in dict.fromkeys((*conditions, *schema.adds, *schema.deletes)):
+        yield Sign(f"script {schema.name} {fact_name(atom)}", image=(_image(atom, schema.name),))

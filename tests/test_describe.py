@@ -1,0 +1,53 @@
+"""World models in words and as drawings."""
+
+from sign_worlds import face_signs
+
+from sign_model.describe import describe, to_dot, told_matrix
+from sign_model.matrix import Component
+from sign_model.sign import Sign, causal, sequence, with_elementary
+from sign_model.world_model import from_signs
+
+
+def test_a_sign_is_told_with_its_matrices_and_links():
+    told = describe(from_signs(face_signs()))
+    assert told.startswith(
+        "World model of 6 signs with 3 prediction matrices; links: 5 in W_p, 0 in W_m, 0 in W_a.\n\nface\n  image\n"
+    )
+    assert "    1. nose -> mouth -> right eye -> left eye\n" in told
+    assert "    3. left eye -> nose -> mouth -> {padded, right eye}\n" in told
+    assert "    W_p: left eye, mouth, nose, padded, right eye\n" in told
+    assert told.endswith("\n\nright eye\n")
+
+
+def test_a_process_is_marked_and_its_effects_follow_an_arrow():
+    model = from_signs(with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))]))
+    told = describe(model, names=["destroy"])
+    assert "  personal meaning [strict order]\n    1. {near, wall} => +open -wall\n    W_a: near, open, wall\n" in told
+    assert "\nnear\n" not in told
+
+
+def test_matrices_without_some_columns_are_told():
+    assert told_matrix(sequence()) == "(nothing)"
+    assert told_matrix(causal(adds="a")) == "(nothing) => +a"
+    assert told_matrix(causal("a", deletes={"b", "c"})) == "a => -{b, c}"
+
+
+def test_a_model_of_no_sign_is_told_by_its_heading():
+    assert (
+        describe(from_signs(())) == "World model of 0 signs with 0 prediction matrices; links: 0 in W_p, 0 in W_m, 0 in W_a.\n"
+    )
+
+
+def test_the_drawing_has_a_node_for_each_sign_and_an_edge_for_each_link():
+    model = from_signs(with_elementary([Sign('a "b"', image=(sequence("c", "c"),), meaning=(sequence("c"),))]))
+    drawn = to_dot(model)
+    assert drawn.splitlines() == [
+        'digraph "world_model" {',
+        "  rankdir=LR;",
+        r'  "a \"b\"";',
+        '  "c";',
+        r'  "a \"b\"" -> "c" [color=black, label="W_p"];',
+        r'  "a \"b\"" -> "c" [color=red, label="W_a"];',
+        "}",
+    ]
+    assert "W_a" not in to_dot(model, components=[Component.IMAGE])
