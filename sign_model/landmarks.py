@@ -1,0 +1,82 @@
+"""What each feature still needs, seen from the start: tables made once a task, with which every situation is rated.
+
+That is what regression buys: all situations are measured against one start, so a rating is an OR of table rows and a count.
+
+    landmarks     bit q of row f: feature q must become true on every way from the start to f, deletes ignored
+    relaxed plan  bit a of row f: action a belongs to the relaxed plan that h_add picks for f (the FF heuristic, tabulated)
+"""
+
+import numpy as np
+
+from sign_model.bits import all_rows, any_row, pack
+from sign_model.regression import RegressionSpace
+
+
+def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+    """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, itself among them; 0 for what holds in the start.
+
+    The greatest fixpoint of
+
+        L[f] = {f} | AND over achievers a of f ( OR over conditions p of a: L[p]  |  what a itself adds )     f not in the start
+
+    An achiever's own adds belong in: without them the table is blind to what comes along with f. Ends: rows only shrink.
+    """
+    num_actions, num_features = space.conditions.shape
+    condition_of, conditions = np.nonzero(space.conditions)
+    feature_of, achievers = np.nonzero(space.adds.T)
+    own = pack(np.eye(num_features, dtype=bool))
+    comes_along = pack(space.adds & ~start)
+    table = np.where(start[:, None], np.uint64(0), pack(np.ones((num_features, num_features), bool)))
+    while True:
+        need = any_row(table, condition_of, conditions, num_actions) | comes_along
+        shared = all_rows(need, feature_of, achievers, num_features) & pack(np.ones((1, num_features), bool)) | own
+        new = np.where(start[:, None], np.uint64(0), shared)
+        if (new == table).all():
+            return table
+        table = new
+
+
+def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+    """Returns uint64 [F, ceil(A / 64)]: the actions of each feature's relaxed plan; 0 for what holds in the start.
+
+    The best achiever of a feature is the one of least h_add cost, ties to the lowest action.
+    """
+    num_actions, num_features = space.conditions.shape
+    best = best_achievers(space, start)
+    known = np.flatnonzero(best >= 0)
+    own = np.zeros((num_features, num_actions), bool)
+    own[known, best[known]] = True
+    own_words = pack(own)
+    chosen_needs = np.zeros((num_features, num_features), bool)
+    chosen_needs[known] = space.conditions[best[known]]
+    owner, member = np.nonzero(chosen_needs)
+    table = own_words
+    while True:
+        new = any_row(table, owner, member, num_features) | own_words
+        if (new == table).all():
+            return table
+        table = new
+
+
+def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds in the start or never can."""
+    num_actions, num_features = space.conditions.shape
+    condition_of, conditions = np.nonzero(space.conditions)
+    feature_of, achievers = np.nonzero(space.adds.T)
+    best = np.full(num_features, -1)
+    if not len(feature_of):
+        return best
+    first = np.flatnonzero(np.diff(feature_of, prepend=-1))
+    cost = np.where(start, 0.0, np.inf)
+    while True:
+        action_cost = 1.0 + np.bincount(condition_of, weights=cost[conditions], minlength=num_actions)
+        cheapest = np.full(num_features, np.inf)
+        cheapest[feature_of[first]] = np.minimum.reduceat(action_cost[achievers], first)
+        new = np.minimum(cost, cheapest)
+        if (new == cost).all():
+            break
+        cost = new
+    hit = (action_cost[achievers] == cost[feature_of]) & np.isfinite(cost[feature_of]) & ~start[feature_of]
+    lowest = np.flatnonzero(hit)[::-1]  # written backwards, the lowest action stays
+    best[feature_of[lowest]] = achievers[lowest]
+    return best

@@ -1,0 +1,173 @@
+"""The MAP iteration for one task, on the host: goal regression with a beam that widens until there is a plan or a proof.
+
+    S := goal
+    repeat  M-step  actions whose scripts fit: they explain a part of S and break nothing of it
+            P-step  the situation before each: (S & ~adds) | conditions
+                    forget it when it, or a part of it, was reached before with a plan no longer
+            A-step  rate what is left by a heuristic sign, keep the best
+    until S is included in the start, or nothing is left
+
+(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is rated is where an action
+leads. All of the beam goes through one step together, in matrix operations. Nothing was cut off and nothing is left: then there
+is no plan, and that is a proof, because situations are compared bit by bit, never by a hash.
+
+Deterministic: ties go to the situation that came first, hence to the lowest action of the first situation.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sign_model.bits import pack
+from sign_model.heuristics import HeuristicSign
+from sign_model.rating import Rating, make_rating
+from sign_model.regression import RegressionSpace, regression_space
+from sign_model.task import PlanningTask
+
+BEAMS = (32, 128, 512, 2048, 1 << 30)
+"""Situations kept a step, rung by rung; the last keeps all, so that the search is complete."""
+
+_PAIRS_COMPARED = 1 << 22
+"""How many words the test for included situations may touch a step; beyond it only equal situations are recognised."""
+
+
+@dataclass(frozen=True)
+class Regression:
+    """What a regression ended with: plan (actions of the space, in order of execution) or None; is_proof: there is no plan."""
+
+    plan: list[int] | None
+    expansions: int
+    is_proof: bool
+
+
+def plan_map(
+    task: PlanningTask,
+    signs: Sequence[HeuristicSign],
+    *,
+    max_expansions: int,
+    beams: Sequence[int] = BEAMS,
+    out_of_time: Callable[[], bool] = lambda: False,
+) -> Regression:
+    """Returns the shortest plan that the heuristic signs find on the first rung where one of them finds any.
+
+    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a spent budget.
+    """
+    space = regression_space(task)
+    start, goal = space.situations(task.start), space.situations(task.goal)
+    if not space.is_consistent(goal[None])[0]:
+        return Regression(None, 0, True)
+    schemas = [task.actions[a][0] for a in space.kept_actions]
+    ratings = [make_rating(sign, space, start, goal, schemas) for sign in signs]
+    expansions = 0
+    for beam in beams:
+        best: Regression | None = None
+        for rating in ratings if beam < 1 << 30 else ratings[:1]:
+            found = regress(space, start, goal, rating, beam=beam, max_expansions=max_expansions - expansions, stop=out_of_time)
+            expansions += found.expansions
+            if found.is_proof:
+                return Regression(None, expansions, True)
+            if found.plan is not None and (best is None or best.plan is None or len(found.plan) < len(best.plan)):
+                best = found
+        if best is not None and best.plan is not None:
+            return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
+        if expansions >= max_expansions or out_of_time():
+            break
+    return Regression(None, expansions, False)
+
+
+def regress(
+    space: RegressionSpace,
+    start: np.ndarray,
+    goal: np.ndarray,
+    rating: Rating,
+    *,
+    beam: int,
+    max_expansions: int,
+    stop: Callable[[], bool] = lambda: False,
+) -> Regression:
+    """Returns what one beam of regression finds; a goal included in the start needs no action.
+
+    Args:
+      start, goal: bool [F], over the features of the space.
+      rating: the A-step.
+      beam: situations kept a step.
+      max_expansions: the most situations expanded.
+      stop: asked before every step; True spends the budget.
+    """
+    if not (goal & ~start).any():
+        return Regression([], 0, False)
+    scripts = space.adds.astype(np.float32).T, space.bad.astype(np.float32).T
+    situations, expansions, was_cut = goal[None], 0, False
+    memory = _Memory(pack(goal[None]))
+    trail: list[tuple[np.ndarray, np.ndarray]] = []
+    while len(situations) and expansions + len(situations) <= max_expansions and not stop():
+        expansions += len(situations)
+        parents, actions = _m_step(situations, *scripts)
+        before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]  # P-step
+        fresh = memory.forget_known(before)
+        parents, actions, before = parents[fresh], actions[fresh], before[fresh]
+        done = ~(before & ~start).any(axis=1)
+        if done.any():
+            first = int(done.argmax())
+            return Regression(_unwind(trail, int(parents[first]), int(actions[first])), expansions, False)
+        if len(before) > beam:
+            was_cut = True
+            kept = np.argsort(rating(before), kind="stable")[:beam]
+            parents, actions, before = parents[kept], actions[kept], before[kept]
+        memory.learn(before)
+        trail.append((parents, actions))
+        situations = before
+    return Regression(None, expansions, not was_cut and not len(situations))
+
+
+def _m_step(situations: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(situation, action) numbers of all fitting pairs, ordered by situation, then action."""
+    held = situations.astype(np.float32)
+    return np.nonzero(((held @ adds) > 0) & ((held @ bad) == 0))
+
+
+def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int) -> list[int]:
+    """The plan in the order of execution: the last action chosen is the first to execute."""
+    plan = [action]
+    for parents, actions in reversed(trail):
+        plan.append(int(actions[parent]))
+        parent = int(parents[parent])
+    return plan
+
+
+class _Memory:
+    """The situations kept so far, to forget those that contain one of them: they ask for more and come later."""
+
+    def __init__(self, words: np.ndarray) -> None:
+        self.words = words
+        self.keys = {row.tobytes() for row in words}
+
+    def forget_known(self, situations: np.ndarray) -> np.ndarray:
+        """Numbers of the situations that are new, each once, in order; none contains a known one or a smaller new one."""
+        words = pack(situations)
+        keys = [row.tobytes() for row in words]
+        first: dict[bytes, int] = {}
+        for i, key in enumerate(keys):
+            if key not in self.keys:
+                first.setdefault(key, i)
+        fresh = np.fromiter(first.values(), np.int64, len(first))
+        for known in (self.words, words[fresh]):
+            if len(fresh) * len(known) * words.shape[1] <= _PAIRS_COMPARED and len(fresh):
+                fresh = fresh[~_contains_another(words[fresh], known)]
+        return fresh
+
+    def learn(self, situations: np.ndarray) -> None:
+        words = pack(situations)
+        self.words = np.concatenate([self.words, words])
+        self.keys.update(row.tobytes() for row in words)
+
+
+def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """bool [N]: whether a situation strictly contains one of the others (equal ones don't count)."""
+    missing = np.zeros((len(words), len(others)), bool)
+    extra = np.zeros((len(words), len(others)), bool)
+    for w in range(words.shape[1]):
+        missing |= (others[None, :, w] & ~words[:, None, w]) != 0
+        extra |= (words[:, None, w] & ~others[None, :, w]) != 0
+    return (~missing & extra).any(axis=1)

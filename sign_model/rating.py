@@ -1,0 +1,54 @@
+"""Rates situations on the host: the A-step for one task, from the tables of `landmarks`."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sign_model.bits import any_row, pack, popcount
+from sign_model.heuristics import HeuristicSign, Weights, weight_of
+from sign_model.landmarks import landmark_table, relaxed_plan_table
+from sign_model.regression import RegressionSpace
+
+Rating = Callable[[np.ndarray], np.ndarray]
+"""Situations bool [N, F] -> int32 [N], low is near the start."""
+
+
+def kind_of(atom: tuple[str, ...]) -> str:
+    """Returns the predicate of a feature; a complement counts as a predicate of its own, "not-p"."""
+    return atom[0] if atom[0] != "not" else f"not-{atom[1]}"
+
+
+def make_rating(sign: HeuristicSign, space: RegressionSpace, start: np.ndarray, goal: np.ndarray, schemas: list[str]) -> Rating:
+    """Returns the rating by which `sign` judges the situations of one task.
+
+    Args:
+      space: the kept features and actions.
+      start, goal: bool [F], over the kept features.
+      schemas: the name of each kept action's schema.
+    """
+    kinds = [kind_of(atom) for atom in space.features]
+    goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
+    parts = []
+    if any(sign.landmarks.values()):
+        parts.append((landmark_table(space, start), _column_weights(sign.landmarks, kinds, goal_kinds)))
+    if any(sign.plan.values()):
+        parts.append((relaxed_plan_table(space, start), _column_weights(sign.plan, schemas, set())))
+    held, unmet = (_column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet))
+    feature_weights = np.where(start, held, unmet)
+    classes = [(table, [(int(w), pack(columns == w)) for w in np.unique(columns) if w]) for table, columns in parts]
+
+    def rate(situations: np.ndarray) -> np.ndarray:
+        rating = (situations @ feature_weights).astype(np.int32)
+        owner, member = np.nonzero(situations)
+        for table, masks in classes:
+            needed = any_row(table, owner, member, len(situations))
+            for weight, mask in masks:
+                rating += np.int32(weight) * popcount(needed & mask)
+        return rating
+
+    return rate
+
+
+def _column_weights(weights: Weights, names: list[str], goal_names: set[str]) -> np.ndarray:
+    known = {name: weight_of(weights, name, goal_names) for name in set(names)}
+    return np.array([known[name] for name in names], np.int64)

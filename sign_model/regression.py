@@ -1,0 +1,83 @@
+"""A task made ready for regression: only features and actions that matter, and what an action must not meet.
+
+An action a may be the last step towards a situation S (the M-step's test) when
+
+    adds(a) & S != 0      it explains a part of S
+    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its conditions, unless it adds it)
+
+so two masks are the whole test of relevance and consistency.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sign_model.mutex import mutexes
+from sign_model.pddl import Atom
+from sign_model.task import PlanningTask
+
+
+@dataclass(frozen=True, eq=False)
+class RegressionSpace:
+    """The matrices a regression works on; F and A count what was kept.
+
+    features: atoms. kept_features, kept_actions: int, their numbers in the task.
+    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can never be reached.
+    """
+
+    features: tuple[Atom, ...]
+    kept_features: np.ndarray
+    kept_actions: np.ndarray
+    conditions: np.ndarray
+    adds: np.ndarray
+    deletes: np.ndarray
+    bad: np.ndarray
+    mutex: np.ndarray
+
+    def situations(self, of_task: np.ndarray) -> np.ndarray:
+        """Returns situations of the task, bool [..., F of the task], over the kept features."""
+        return of_task[..., self.kept_features]
+
+    def is_consistent(self, goals: np.ndarray) -> np.ndarray:
+        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never hold."""
+        held = goals.astype(np.float32)
+        return ((held @ self.mutex.astype(np.float32)) * held).sum(axis=1) == 0
+
+
+def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals: np.ndarray | None = None) -> RegressionSpace:
+    """Returns the space for every pair of a start and a goal; those of the task where none are given.
+
+    Args:
+      task: whose features and actions they share.
+      starts, goals: bool [N, F]. Mutexes hold for all starts at once.
+    """
+    starts = task.start[None] if starts is None else starts
+    goals = task.goal[None] if goals is None else goals
+    mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts)
+    usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
+    relevant = _relevant(task.conditions[usable], task.adds[usable], goals.any(axis=0))
+    helpful = (task.adds[usable] & relevant).any(axis=1)
+    features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
+    conditions, adds, deletes = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))
+    mutex = mutex[np.ix_(features, features)]
+    clash = (conditions.astype(np.float32) @ mutex.astype(np.float32)) > 0
+    return RegressionSpace(
+        features=tuple(task.features[i] for i in features),
+        kept_features=features,
+        kept_actions=actions,
+        conditions=conditions,
+        adds=adds,
+        deletes=deletes,
+        bad=deletes | (clash & ~adds),
+        mutex=mutex,
+    )
+
+
+def _relevant(conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """bool [F]: what some chain of actions can need for the goal. Ends: it only grows."""
+    relevant = goal.copy()
+    while True:
+        needed = relevant | conditions[(adds & relevant).any(axis=1)].any(axis=0)
+        if (needed == relevant).all():
+            return relevant
+        relevant = needed
