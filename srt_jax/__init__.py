@@ -1,0 +1,45 @@
+"""Smart relocation tasks in batch, on JAX: find the way, or what blocks it, what to remove, and the way then.
+
+PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation task", Procedia Computer Science
+88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths are in cell sides.
+"""
+
+from srt_jax.check import check
+from srt_jax.contour import contour
+from srt_jax.distance import cost_to_come
+from srt_jax.explain import explain
+from srt_jax.many import solve_many
+from srt_jax.moves import octile_distance
+from srt_jax.path import trace_path
+from srt_jax.raster import rasterize
+from srt_jax.reach import reach
+from srt_jax.seed import seed_cell
+from srt_jax.solver import solve
+from srt_jax.task import make_task, stack, unstack
+from srt_jax.types import Path, Solution, Status, Task
+from srt_jax.world import Obstacle, World
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Obstacle",
+    "Path",
+    "Solution",
+    "Status",
+    "Task",
+    "World",
+    "check",
+    "contour",
+    "cost_to_come",
+    "explain",
+    "make_task",
+    "octile_distance",
+    "rasterize",
+    "reach",
+    "seed_cell",
+    "solve",
+    "solve_many",
+    "stack",
+    "trace_path",
+    "unstack",
+]

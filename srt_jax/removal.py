@@ -17,60 +17,66 @@ those are put back, dearest first, that are not needed: an upper bound, told apa
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import lax
 
 from srt_jax.distance import cost_field
-from srt_jax.moves import max_path_cells
 from srt_jax.objects import beside, cells_of, free_cells, met_by, only_cell, open_cells, owners_at, value_at
 from srt_jax.path import trace_field
 from srt_jax.reach import flood
 from srt_jax.route import NEVER, first_needed
-from srt_jax.types import Array, Task
+from srt_jax.types import Array, Path, Task
 
 
 class Prices(NamedTuple):
     """What each obstacle costs together with all that must go before it.
 
+    reached: bool [B, H, W], the cells reached with nothing destroyed.
     met_at: float32 [B, M], the price at which the flood first meets the obstacle, inf where it never does.
     open_at: float32 [B, M], `met_at` plus the obstacle's own cost.
-    goal: float32 [B], the price at which the goal is flooded: the lower bound; inf for tasks left out.
+    goal: float32 [B], the price at which the goal is flooded, the lower bound: 0 where a path exists, inf where nothing helps.
     """
 
+    reached: Array
     met_at: Array
     open_at: Array
     goal: Array
 
 
-def price_levels(task: Task, reached: Array, among: Array) -> Prices:
-    """Returns the price of every obstacle and of the goal; a task is left out where `among` is False.
-
-    Args:
-      task: a batch of tasks, solvable by destroying all that is destroyable where `among` is True.
-      reached: bool [B, H, W], the cells reached with nothing destroyed.
-      among: bool [B].
-    """
+def price_levels(task: Task) -> Prices:
+    """Returns the price of every obstacle and of the goal for a batch of tasks; all inf where the start is blocked."""
+    _, _, H, W = task.labels.shape
     num_obstacles = task.destroyable.shape[1]
-    never = jnp.full(task.destroyable.shape, jnp.inf, jnp.float32)
 
     def level(state):
-        reached, price, met_at, goal_price, is_active = state
+        is_first, price, met_at, reached, prices_reached, goal_price, is_active = state
+        passable = open_cells(task.labels, met_at + task.removal_cost <= price[:, None]) & is_active[:, None, None]
+        reached = jnp.where(is_active[:, None, None], flood(passable, reached & passable, through_corners=False), reached)
+        is_there = is_active & value_at(reached, task.goal)
+        is_active &= ~is_there
         met = met_by(task.labels, beside(reached) & is_active[:, None, None], num_obstacles) & task.destroyable
         met_at = jnp.where(met, jnp.minimum(met_at, price[:, None]), met_at)
         open_at = met_at + task.removal_cost
         next_price = jnp.where(open_at > price[:, None], open_at, jnp.inf).min(axis=1)
         is_active &= jnp.isfinite(next_price)
-        price = jnp.where(is_active, next_price, price)
-        passable = open_cells(task.labels, open_at <= price[:, None]) & is_active[:, None, None]
-        reached = jnp.where(is_active[:, None, None], flood(passable, reached & passable, through_corners=False), reached)
-        is_there = is_active & value_at(reached, task.goal)
-        return reached, price, met_at, jnp.where(is_there, price, goal_price), is_active & ~is_there
+        return (
+            jnp.bool_(False),
+            jnp.where(is_active, next_price, price),
+            met_at,
+            reached,
+            jnp.where(is_first, reached, prices_reached),
+            jnp.where(is_there, price, goal_price),
+            is_active,
+        )
 
-    price = jnp.zeros(among.shape, jnp.float32)
-    state = (reached, price, never, jnp.full(among.shape, jnp.inf, jnp.float32), among)
+    at_start = only_cell(task.start, H, W) & free_cells(task.labels)
+    nothing = jnp.zeros(task.start.shape[0], jnp.float32)
+    never = jnp.full(task.destroyable.shape, jnp.inf, jnp.float32)
+    state = (jnp.bool_(True), nothing, never, at_start, at_start, nothing + jnp.inf, at_start.any(axis=(1, 2)))
     # Ends: each level opens at least one more obstacle of every task still active.
-    _, _, met_at, goal_price, _ = lax.while_loop(lambda state: state[4].any(), level, state)
-    return Prices(met_at, met_at + task.removal_cost, goal_price)
+    _, _, met_at, _, reached, goal_price, _ = lax.while_loop(lambda state: state[-1].any(), level, state)
+    return Prices(reached, met_at, met_at + task.removal_cost, goal_price)
 
 
 def cheapest_chain(task: Task, prices: Prices, *, max_destroyed: int) -> Array:
@@ -84,67 +90,82 @@ def cheapest_chain(task: Task, prices: Prices, *, max_destroyed: int) -> Array:
     free = free_cells(task.labels)
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
 
-    def met_from(cells):
-        region = flood(free | cells, cells, through_corners=False)
-        return met_by(task.labels, beside(region), num_obstacles)
-
     def take(near, price, chain, is_active):
         fits = near & (prices.open_at == price[:, None]) & task.destroyable & ~chain & is_active[:, None]
         taken = fits & (ids == fits.argmax(axis=1).astype(jnp.int32)[:, None])
-        price = jnp.where(taken, prices.met_at, 0.0).sum(axis=1)
-        return taken, price, chain | taken, price > 0  # at price 0 the obstacle is met from the start itself
+        price = jnp.where(taken, prices.met_at, 0.0).sum(axis=1)  # 0: met from the start itself, the chain is whole
+        return cells_of(task.labels, taken), price, chain | taken, price > 0
 
     def link(state):
-        num_links, taken, *rest = state
-        near = met_from(cells_of(task.labels, taken & rest[2][:, None]))
-        return num_links + 1, *take(near, *rest)
+        num_links, cells, *rest = state
+        region = flood(free | cells, cells, through_corners=False)
+        return num_links + 1, *take(met_by(task.labels, beside(region), num_obstacles), *rest)
 
-    among = jnp.isfinite(prices.goal)
-    owners = owners_at(task.labels, task.goal, num_obstacles) & among[:, None]
-    is_covered = owners.any(axis=1)
-    near = jnp.where(is_covered[:, None], owners, met_from(only_cell(task.goal, H, W) & (among & ~is_covered)[:, None, None]))
-    state = (jnp.int32(1), *take(near, prices.goal, jnp.zeros_like(task.destroyable), among))
+    is_asked = jnp.isfinite(prices.goal) & (prices.goal > 0)
+    owners = owners_at(task.labels, task.goal, num_obstacles)  # a goal inside an obstacle: that is the first link
+    is_covered = is_asked & owners.any(axis=1)
+    cells, price, chain, is_active = take(owners, prices.goal, jnp.zeros_like(owners), is_covered)
+    at_goal = only_cell(task.goal, H, W) & (is_asked & ~is_covered)[:, None, None]
+    price, is_active = jnp.where(is_covered, price, prices.goal), jnp.where(is_covered, is_active, is_asked)
+    state = (chain.any().astype(jnp.int32), cells | at_goal, price, chain, is_active)
     # Ends: capped; and every link lowers the price.
-    state = lax.while_loop(lambda state: state[4].any() & (state[0] < max_destroyed), link, state)
-    return state[3]
+    return lax.while_loop(lambda state: state[-1].any() & (state[0] < max_destroyed), link, state)[3]
 
 
-def least_removal(task: Task, reached: Array, among: Array, *, max_destroyed: int) -> tuple[Array, Array]:
-    """Returns the obstacles to destroy, bool [B, M], and a lower bound on the cost of any choice, float32 [B].
+class Passage(NamedTuple):
+    """The shortest route once the obstacles `gone` (bool [B, M]) are, and when it needs each of them gone (`first_needed`)."""
 
-    The two agree (the choice is proven least) where obstacles are connected by sides and do not overlap. Nothing is chosen and
-    the bound is inf where `among` is False. Args as for `price_levels`.
+    gone: Array
+    path: Path
+    needed: Array
+
+
+def open_passage(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Passage:
+    """Returns the obstacles to destroy and the route; none of either where the goal's price is inf.
+
+    Three attempts at most: the cheapest chain; where that opens no way, all that is affordable; then what is needed of it.
     """
-    prices = price_levels(task, reached, among)
-    chain = cheapest_chain(task, prices, max_destroyed=max_destroyed)
-    opens = joins(task, chain, among)
-    affordable = (prices.open_at <= prices.goal[:, None]) & (among & ~opens)[:, None]
-    chosen = lax.cond(affordable.any(), _without_needless, lambda task, _: jnp.zeros_like(chain), task, affordable)
-    return jnp.where(opens[:, None], chain, chosen), prices.goal
+    num_obstacles = task.destroyable.shape[1]
+    affordable = prices.open_at <= prices.goal[:, None]
+
+    def attempt(state):
+        num_tried, passage, is_active = state
+        field = cost_field(open_cells(task.labels, passage.gone) & is_active[:, None, None], task.start)
+        path = trace_field(field, task.goal, max_cells=max_cells)
+        needed = first_needed(task.labels, path.cells, path.num_cells, num_obstacles=num_obstacles)
+        is_there = path.num_cells > 0
+        is_last = (num_tried == 2) | (path.num_cells > max_cells) | (is_there & (num_tried == 0))
+        next_active = is_active & ~is_last
+        used = (needed < NEVER) & (is_active & is_there & (num_tried == 1))[:, None]
+        next_gone = jnp.where(is_there[:, None], _without_needless(task, used), affordable)
+        tried = Passage(jnp.where(next_active[:, None], next_gone, passage.gone), path, needed)
+        return num_tried + 1, _where(is_active, tried, passage), next_active
+
+    B = task.start.shape[0]
+    none = jnp.zeros(B, jnp.int32)
+    nowhere = Path(cells=jnp.full((B, max_cells, 2), -1, jnp.int32), num_cells=none, cost=jnp.full(B, jnp.inf, jnp.float32))
+    gone = cheapest_chain(task, prices, max_destroyed=max_destroyed)
+    state = (jnp.int32(0), Passage(gone, nowhere, jnp.full(gone.shape, NEVER, jnp.int32)), jnp.isfinite(prices.goal))
+    return lax.while_loop(lambda state: state[-1].any(), attempt, state)[1]
 
 
-def joins(task: Task, gone: Array, among: Array) -> Array:
-    """Returns whether start and goal are joined once the obstacles `gone` (bool [B, M]) are; False where `among` is."""
+def _without_needless(task: Task, used: Array) -> Array:
+    """Returns the obstacles `used` (bool [B, M]) less those, dearest first, without whose removal the goal is still reached."""
     _, _, H, W = task.labels.shape
-    passable = open_cells(task.labels, gone) & among[:, None, None]
-    return value_at(flood(passable, only_cell(task.start, H, W) & passable, through_corners=False), task.goal)
-
-
-def _without_needless(task: Task, affordable: Array) -> Array:
-    """Returns the obstacles on a shortest route through the `affordable`, less those that turn out not to be needed."""
-    _, _, H, W = task.labels.shape
-    among = affordable.any(axis=1)
-    field = cost_field(open_cells(task.labels, affordable) & among[:, None, None], task.start)
-    route = trace_field(field, task.goal, max_cells=max_path_cells(H, W))
-    used = first_needed(task.labels, route.cells, route.num_cells, num_obstacles=affordable.shape[1]) < NEVER
+    ids = jnp.arange(used.shape[1], dtype=jnp.int32)[None]
 
     def put_back(state):
         kept, in_doubt = state
         dearest = jnp.where(in_doubt, task.removal_cost, -jnp.inf).argmax(axis=1).astype(jnp.int32)
-        one = in_doubt & (jnp.arange(affordable.shape[1], dtype=jnp.int32)[None] == dearest[:, None])
-        is_needed = ~joins(task, (kept | in_doubt) & ~one, one.any(axis=1))
-        return kept | (one & is_needed[:, None]), in_doubt & ~one
+        one = in_doubt & (ids == dearest[:, None])
+        passable = open_cells(task.labels, (kept | in_doubt) & ~one) & one.any(axis=1)[:, None, None]
+        joined = value_at(flood(passable, only_cell(task.start, H, W) & passable, through_corners=False), task.goal)
+        return kept | (one & ~joined[:, None]), in_doubt & ~one
 
     # Ends: each pass decides on one obstacle of every task.
-    kept, _ = lax.while_loop(lambda state: state[1].any(), put_back, (jnp.zeros_like(used), used & among[:, None]))
-    return kept
+    return lax.while_loop(lambda state: state[1].any(), put_back, (jnp.zeros_like(used), used))[0]
+
+
+def _where(chosen: Array, new: Passage, old: Passage) -> Passage:
+    """Returns `new` for the tasks `chosen` (bool [B]), else `old`."""
+    return jax.tree.map(lambda a, b: jnp.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b), new, old)

@@ -2,25 +2,21 @@
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax.distance import cost_field
 from srt_jax.greedy import greedy_walk
 from srt_jax.kernel import batch_kernel
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import free_cells, only_cell, open_cells, value_at
-from srt_jax.path import trace_field
 from srt_jax.planner import find_blockage
-from srt_jax.reach import flood
-from srt_jax.removal import joins, least_removal
-from srt_jax.route import first_needed, in_order
+from srt_jax.removal import Prices, open_passage, price_levels
+from srt_jax.route import in_order
 from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, size_bucket, unfold
-from srt_jax.task import stack
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper")
@@ -59,79 +55,34 @@ def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells:
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 
-def solve_many(
-    tasks: Iterable[Task],
-    *,
-    mode: str = "least",
-    max_destroyed: int = 8,
-    max_cells: int | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> list[Solution]:
-    """Returns the solution of each of many single tasks of any sizes, solved in batches of like size; empty for no task.
-
-    Tasks are grouped by size bucket and solved in batches that fit some 64 MiB of labels. `progress` is called with the number
-    of tasks done after each batch. Other arguments as for `solve`.
-    """
-    tasks = list(tasks)
-    groups: dict[tuple[int, ...], list[int]] = {}
-    for index, task in enumerate(tasks):
-        L, H, W = task.labels.shape
-        groups.setdefault((size_bucket(H), size_bucket(W), L), []).append(index)
-    solutions: list[Solution | None] = [None] * len(tasks)
-    for (H, W, L), members in groups.items():
-        for chunk in _chunks(members, size=max(1, min(256, 2**24 // (H * W * L)))):
-            answer = _with_room(stack([tasks[i] for i in chunk]), max_cells, mode=mode, max_destroyed=max_destroyed)
-            for place, index in enumerate(chunk):
-                one = jax.tree.map(lambda array, place=place: array[place], answer)
-                solutions[index] = _cut_to(one, tasks[index])
-            if progress:
-                progress(len(chunk))
-    return solutions
-
-
-def _with_room(tasks: Task, max_cells: int | None, **options: object) -> Solution:
-    """Returns the solutions, as NumPy arrays; where no `max_cells` is given, with little room first, and all of it if need be."""
-    if max_cells is not None:
-        return jax.tree.map(np.asarray, solve(tasks, max_cells=max_cells, **options))
-    H, W = tasks.labels.shape[-2:]
-    room = 8 * (size_bucket(H) + size_bucket(W))
-    answer = jax.tree.map(np.asarray, solve(tasks, max_cells=room, **options))
-    return jax.tree.map(np.asarray, solve(tasks, **options)) if (answer.num_cells > room).any() else answer
-
-
-def _cut_to(solution: Solution, task: Task) -> Solution:
-    """Returns a solution of a padded task without the padding."""
-    H, W = task.labels.shape[-2:]
-    return solution.replace(contour=solution.contour[:H, :W], blocking=solution.blocking[: len(task.destroyable)])
-
-
-def _chunks(items: list[int], size: int) -> Iterator[list[int]]:
-    return (items[i : i + size] for i in range(0, len(items), size))
-
-
 def _in_buckets(run: Callable[[Task], Solution], task: Task) -> Solution:
     """Returns `run(task)`, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
-    more = (batch_bucket(B) - B, size_bucket(H) - H, size_bucket(W) - W, batch_bucket(M) - M)
-    if not any(more):
+    bucket = (batch_bucket(B), L, size_bucket(H), size_bucket(W), batch_bucket(M))
+    if bucket == (B, L, H, W, M):
         return run(task)
-    b, h, w, m = more
+    solution = jax.tree.map(lambda array: np.asarray(array)[:B], run(pad_batch(task, bucket)))
+    cut = solution.replace(contour=solution.contour[:, :H, :W], blocking=solution.blocking[:, :M])
+    return jax.tree.map(jnp.asarray, cut)
+
+
+def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
+    """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end at once, START_BLOCKED."""
+    b, l, h, w, m = (to - now for to, now in zip(shape, (*task.labels.shape, task.destroyable.shape[1])))
     host = jax.tree.map(np.asarray, task)
-    labels = np.full((B + b, L, H + h, W + w), FREE, np.int32)
+    B, L, H, W = host.labels.shape
+    labels = np.full((B + b, L + l, H + h, W + w), FREE, np.int32)
     labels[:, 0] = OUTSIDE
-    labels[:B, :, :H, :W] = host.labels
-    padded = Task(
+    labels[:B, :L, :H, :W] = host.labels
+    return Task(
         labels=labels,
         destroyable=np.pad(host.destroyable, ((0, b), (0, m))),
         removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
-        start=np.pad(host.start, ((0, b), (0, 0))),  # outside: such a task ends at once
+        start=np.pad(host.start, ((0, b), (0, 0))),
         goal=np.pad(host.goal, ((0, b), (0, 0))),
         size=np.pad(host.size, ((0, b), (0, 0))),
     )
-    solution = jax.tree.map(lambda array: np.asarray(array)[:B], run(padded))
-    cut = solution.replace(contour=solution.contour[:, :H, :W], blocking=solution.blocking[:, :M])
-    return jax.tree.map(jnp.asarray, cut)
 
 
 @functools.cache
@@ -150,22 +101,19 @@ def _solver(mode: str, max_destroyed: int, max_cells: int) -> Callable[[Task], S
 def _solve_batch(task: Task, *, mode: str, max_destroyed: int, max_cells: int) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched."""
     H, W = task.labels.shape[-2:]
-    num_obstacles = task.destroyable.shape[1]
     free = free_cells(task.labels)
-    at_start = only_cell(task.start, H, W) & free
-    starts = at_start.any(axis=(1, 2))
-    reached = flood(free, at_start, through_corners=False)
-    is_open = value_at(reached, task.goal)
-    is_cut_off = starts & ~is_open
+    prices = price_levels(task)
+    starts = (only_cell(task.start, H, W) & free).any(axis=(1, 2))
+    is_open, is_solvable = prices.goal == 0, jnp.isfinite(prices.goal)
     can_end = value_at(open_cells(task.labels, task.destroyable), task.goal)
-    is_solvable = is_cut_off & can_end & joins(task, task.destroyable, is_cut_off & can_end)
-    first = find_blockage(task.labels, free, reached, task.goal, num_obstacles=num_obstacles, among=is_cut_off)
-
-    plan = _least if mode == "least" else _paper
-    way = plan(task, reached, is_solvable, is_open, first, max_destroyed=max_destroyed, max_cells=max_cells)
+    first = find_blockage(
+        task.labels, free, prices.reached, task.goal, num_obstacles=task.destroyable.shape[1], among=starts & ~is_open
+    )
+    walk = _least if mode == "least" else _paper
+    way = walk(task, prices, max_destroyed=max_destroyed, max_cells=max_cells)
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= max_cells)
     status = jnp.select(
-        [~starts, ~is_open & ~can_end, is_cut_off & ~is_solvable, ~has_route, is_open],
+        [~starts, ~is_open & ~can_end, ~is_solvable, ~has_route, is_open],
         [Status.START_BLOCKED, Status.GOAL_BLOCKED, Status.UNSOLVABLE, Status.BUDGET_SPENT, Status.PATH_EXISTS],
         Status.SOLVED,
     ).astype(jnp.int32)
@@ -179,7 +127,7 @@ def _solve_batch(task: Task, *, mode: str, max_destroyed: int, max_cells: int) -
         num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
         removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
-        removal_bound=jnp.where(is_open, 0.0, jnp.where(is_solvable, way.removal_bound, jnp.inf)),
+        removal_bound=prices.goal,
         seed=first.seed,
         contour=first.contour,
         blocking=_as_ids(first.on_contour),
@@ -198,28 +146,21 @@ class Way(NamedTuple):
     destroyed: Array
     destroyed_at: Array
     num_destroyed: Array
-    removal_bound: Array
     is_there: Array
 
 
-def _least(task, reached, is_solvable, is_open, first, *, max_destroyed: int, max_cells: int) -> Way:
+def _least(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Way:
     """The least removal, and the shortest route for it."""
-    gone, bound = least_removal(task, reached, is_solvable, max_destroyed=max_destroyed)
-    among = is_open | is_solvable
-    field = cost_field(open_cells(task.labels, gone) & among[:, None, None], task.start)
-    path = trace_field(field, task.goal, max_cells=max_cells)
-    needed = first_needed(task.labels, path.cells, path.num_cells, num_obstacles=gone.shape[1])
+    _, path, needed = open_passage(task, prices, max_destroyed=max_destroyed, max_cells=max_cells)
     destroyed, destroyed_at, num_destroyed = in_order(needed, max_destroyed=max_destroyed)
-    is_there = among & (path.num_cells > 0)
-    return Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, bound, is_there)
+    return Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, is_there=path.num_cells > 0)
 
 
-def _paper(task, reached, is_solvable, is_open, first, *, max_destroyed: int, max_cells: int) -> Way:
-    """The greedy loop. Its bound: every solution destroys at least one of the objects on the first contour."""
-    walk = greedy_walk(task, is_open | is_solvable, max_destroyed=max_destroyed, max_cells=max_cells)
-    bound = jnp.where(first.on_contour & task.destroyable, task.removal_cost, jnp.inf).min(axis=1)
+def _paper(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Way:
+    """The greedy loop, asked only where some way can be opened."""
+    walk = greedy_walk(task, jnp.isfinite(prices.goal), max_destroyed=max_destroyed, max_cells=max_cells)
     fields = (walk.cells, walk.num_cells, walk.cost, walk.destroyed, walk.destroyed_at, walk.num_destroyed)
-    return Way(*fields, removal_bound=bound, is_there=walk.is_there)
+    return Way(*fields, is_there=walk.is_there)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:
