@@ -56,11 +56,16 @@ def grid_over(bounds: Sequence[float], side: float) -> Grid:
 
 
 def square_grid(bounds: Sequence[float], num_cells: int) -> Grid:
-    """Returns the grid of num_cells x num_cells cells over the largest square in the middle of the bounds."""
-    x_min, y_min, x_max, y_max = as_bounds(bounds)
-    step = int(as_units(min(x_max - x_min, y_max - y_min))) // num_cells
-    half = step * num_cells / 2 / UNITS_PER_METRE
-    return Grid(((x_min + x_max) / 2 - half, (y_min + y_max) / 2 + half), step / UNITS_PER_METRE, num_cells, num_cells)
+    """Returns the grid of num_cells x num_cells cells over the largest square in the middle of the bounds.
+
+    The side of a cell is whole nanometres, so the grid may fall short of the square by less than num_cells of them.
+    """
+    if num_cells < 1:
+        raise ValueError(f"a grid needs at least one cell a side, got {num_cells}")
+    low, high = as_units(as_bounds(bounds)).reshape(2, 2)
+    step = int((high - low).min()) // num_cells
+    x, y = ((low + high) // 2 + np.array([-1, 1]) * (step * num_cells // 2)).tolist()
+    return Grid((x / UNITS_PER_METRE, y / UNITS_PER_METRE), step / UNITS_PER_METRE, num_cells, num_cells)
 
 
 def cell_of(grid: Grid, point: ArrayLike) -> np.ndarray:

@@ -1,0 +1,50 @@
+"""Files read whole or refused in one sentence, and written whole or not at all."""
+
+import contextlib
+import os
+import pathlib
+from collections.abc import Iterator
+from typing import IO, Any
+
+PathLike = str | os.PathLike[str]
+
+
+def read_bytes(path: PathLike, kind: str) -> bytes:
+    """Returns the content of a file; ValueError where it cannot be read.
+
+    Args:
+      kind: what it should hold, for the message, such as "MovingAI map".
+    """
+    try:
+        return pathlib.Path(path).read_bytes()
+    except FileNotFoundError as error:
+        raise ValueError(f"{path}: no such file; a {kind} was to be read from it") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ValueError(f"{path}: the {kind} cannot be read: {reason}") from error
+
+
+def read_lines(path: PathLike, kind: str) -> list[str]:
+    """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8 stand as U+FFFD."""
+    text = read_bytes(path, kind).decode("utf-8-sig", errors="replace")
+    return [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
+
+
+@contextlib.contextmanager
+def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
+    """Opens a file that takes its name only once it is whole: on an error nothing is left, and an older file stays.
+
+    Raises:
+      ValueError: the folder does not exist or cannot be written to.
+    """
+    target = pathlib.Path(path)
+    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
+    encoding, newline = (None, None) if "b" in mode else ("utf-8", "\n")
+    try:
+        with open(draft, mode, encoding=encoding, newline=newline) as file:
+            yield file
+        os.replace(draft, target)
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be written: {error.strerror}; name a file in a folder that exists") from error
+    finally:
+        draft.unlink(missing_ok=True)
