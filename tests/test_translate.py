@@ -19,7 +19,7 @@ DOMAIN = """(define (domain yard) (:requirements :strips :typing :negative-preco
   (:predicates (at ?p - place) (lies ?r - rock ?p - place) (twin ?p ?q - place) (done))
   (:action act :parameters (?r - rock ?p - place) :precondition (and (at ?p) (lies ?r ?p) (not (done)))
     :effect (and (not (lies ?r ?p)) (done)))
-  (:action go :parameters (?p ?q - place) :precondition (and (at ?p) (not (= ?p ?q))) 
+  (:action go :parameters (?p ?q - place) :precondition (and (at ?p) (not (= ?p ?q)))
     :effect (and (not (at ?p)) (at ?q) (twin ?q ?q)))
 )"""
 PROBLEM = """(define (problem p) (:domain yard) (:objects big - boulder far - place)

@@ -1,0 +1,201 @@
+"""Precedents: the same task, other names, other tasks; and the file they are kept in."""
+
+import dataclasses
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from sign_model.grounding import load
+from sign_model.memory import Memory, load_memory, precedent_sign, save_memory
+from sign_model.renaming import colours, find_renaming
+from sign_model.sign import causal, sequence
+from sign_model.task import task_from_arrays
+from sign_model.validate import validate
+
+BLOCKS = """(define (domain blocks) (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
+ (:action pick-up :parameters (?x) :precondition (and (clear ?x) (ontable ?x) (handempty))
+  :effect (and (not (ontable ?x)) (not (clear ?x)) (not (handempty)) (holding ?x)))
+ (:action put-down :parameters (?x) :precondition (holding ?x)
+  :effect (and (not (holding ?x)) (clear ?x) (handempty) (ontable ?x)))
+ (:action stack :parameters (?x ?y) :precondition (and (holding ?x) (clear ?y))
+  :effect (and (not (holding ?x)) (not (clear ?y)) (clear ?x) (handempty) (on ?x ?y)))
+ (:action unstack :parameters (?x ?y) :precondition (and (on ?x ?y) (clear ?x) (handempty))
+  :effect (and (holding ?x) (clear ?y) (not (clear ?x)) (not (handempty)) (not (on ?x ?y)))))"""
+
+
+def blocks(towers, goal):
+    """Returns a blocks task: towers as words from the top down, the goal as pairs."""
+    names = "".join(towers)
+    facts = ["(handempty)"]
+    for tower in towers:
+        facts += [f"(clear {tower[0]})", f"(ontable {tower[-1]})", *(f"(on {x} {y})" for x, y in itertools.pairwise(tower))]
+    wanted = " ".join(f"(on {x} {y})" for x, y in goal)
+    return load(
+        BLOCKS,
+        f"(define (problem p) (:domain blocks) (:objects {' '.join(names)}) (:init {' '.join(facts)}) (:goal (and {wanted})))",
+    )
+
+
+SWAP = blocks(["ab", "c"], ["ba", "cb"])
+SWAP_PLAN = ("(unstack a b)", "(put-down a)", "(pick-up b)", "(stack b a)", "(pick-up c)", "(stack c b)")
+
+
+def test_an_empty_memory_recalls_nothing():
+    assert Memory().recall(SWAP) is None
+
+
+def test_a_goal_that_holds_from_the_start_asks_for_nothing():
+    recalled = Memory().learned(SWAP, SWAP_PLAN).recall(blocks(["ab", "c"], ["ab"]))
+    assert recalled is not None and recalled.is_same and recalled.actions == ()
+
+
+def test_the_same_task_is_recalled_as_it_was_solved():
+    recalled = Memory().learned(SWAP, SWAP_PLAN).recall(SWAP)
+    assert recalled is not None and recalled.is_same and recalled.actions == SWAP_PLAN
+
+
+def test_the_same_task_under_other_names_is_recalled_with_its_roles_filled_anew():
+    other = blocks(["yx", "w"], ["xy", "wx"])
+    recalled = Memory().learned(SWAP, SWAP_PLAN).recall(other)
+    assert recalled is not None and recalled.is_same
+    assert recalled.actions[0] == "(unstack y x)" and validate(other, recalled.actions) == []
+
+
+def test_a_larger_situation_that_includes_the_precedent_is_solved_by_it_but_not_called_the_same():
+    larger = blocks(["zq", "dc", "v"], ["cd"])
+    recalled = Memory().learned(SWAP, SWAP_PLAN).recall(larger)
+    assert recalled is not None and not recalled.is_same and validate(larger, recalled.actions) == []
+
+
+def test_a_precedent_that_does_not_unfold_is_left_alone():
+    memory = Memory().learned(SWAP, SWAP_PLAN)
+    assert memory.recall(blocks(["ab", "c"], ["ac"])) is None
+    assert memory.recall(blocks(["abc"], ["ba", "cb"])) is None
+
+
+def test_of_two_precedents_the_shorter_plan_is_recalled():
+    detour = ("(pick-up c)", "(put-down c)", *SWAP_PLAN)
+    memory = Memory().learned(SWAP, detour).learned(SWAP, SWAP_PLAN)
+    recalled = memory.recall(SWAP)
+    assert len(memory.precedents) == 2 and recalled is not None and recalled.actions == SWAP_PLAN
+    assert memory.learned(SWAP, detour) is memory
+
+
+def test_a_plan_that_does_not_solve_its_task_is_refused():
+    with pytest.raises(ValueError, match="only a plan that solves its task can be learned from"):
+        Memory().learned(SWAP, SWAP_PLAN[:-1])
+
+
+def test_constants_play_only_themselves():
+    domain = """(define (domain d) (:constants home away) (:predicates (at ?p))
+      (:action go-home :parameters (?p) :precondition (at ?p) :effect (and (not (at ?p)) (at home)))
+      (:action leave :parameters () :precondition (at home) :effect (and (not (at home)) (at away))))"""
+
+    def task(start, goal):
+        return load(domain, f"(define (problem p) (:domain d) (:objects x y) (:init (at {start})) (:goal (at {goal})))")
+
+    memory = Memory().learned(task("x", "home"), ["(go-home x)"])
+    recalled = memory.recall(task("y", "home"))
+    assert recalled is not None and recalled.actions == ("(go-home y)",) and recalled.is_same
+    assert memory.recall(task("home", "away")) is None
+
+
+def test_whatever_is_recalled_after_many_random_tasks_is_valid_and_no_other_domain_is_confused():
+    rng = np.random.default_rng(0)
+    memory = Memory().learned(SWAP, SWAP_PLAN).learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4])
+    unfolded = 0
+    for _ in range(60):
+        names = "".join(rng.permutation(list("abcd")))
+        cut = int(rng.integers(1, 4))
+        x, y = rng.choice(list("abcd"), 2, replace=False)
+        task = blocks([names[:cut], names[cut:]], [x + y])
+        recalled = memory.recall(task)
+        if recalled is not None:
+            unfolded += 1
+            assert validate(task, recalled.actions) == []
+    assert unfolded >= 2
+    other = load(
+        BLOCKS.replace("domain blocks", "domain bricks"),
+        "(define (problem p) (:domain bricks) (:objects a) (:init) (:goal (clear a)))",
+    )
+    assert memory.recall(other) is None
+
+
+def test_a_nameless_task_is_recalled_only_as_itself():
+    rule = np.eye(2, dtype=bool)
+    start, goal = np.array([True, False]), np.array([False, True])
+    task = task_from_arrays(rule[:1], rule[1:], rule[:1], start, goal)
+    memory = Memory().learned(task, ["(a0)"])
+    recalled = memory.recall(task)
+    assert recalled is not None and recalled.is_same and recalled.actions == ("(a0)",)
+    assert memory.recall(dataclasses.replace(task, conditions=rule[1:])) is None
+
+
+def test_an_exhausted_match_gives_up():
+    atoms = {("on", a, b) for a in "abcdef" for b in "abcdef" if a != b}
+    assert find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=3) is None
+    assert find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=100) is not None
+
+
+def test_the_match_goes_back_on_a_choice_that_fails():
+    start = [("on", "a", "b"), ("on", "c", "d"), ("red", "d")]
+    renaming = find_renaming([("on", "x", "y"), ("red", "y")], start, (), (), may_play=lambda role, name: True, max_nodes=50)
+    assert renaming == {"x": "c", "y": "d"}
+    assert find_renaming([("on", "x", "x")], start, (), (), may_play=lambda role, name: True, max_nodes=50) is None
+
+
+def test_colours_tell_objects_apart_by_what_stands_beside_them():
+    told = colours(dict.fromkeys("abcd", ("block",)), {"start": [("on", "a", "b"), ("on", "b", "c")]})
+    assert len(set(told.values())) == 4
+    alike = colours({"a": (), "b": ()}, {"start": [("clear", "a"), ("clear", "b")]})
+    assert alike["a"] == alike["b"] and colours({}, {}) == {}
+
+
+def test_a_precedent_is_a_sign_whose_image_is_the_sequence_of_its_acts():
+    (precedent,) = Memory().learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4]).precedents
+    sign = precedent_sign(precedent, "precedent 1")
+    assert sign.image == (sequence("act (unstack a b)", "act (put-down a)", "act (pick-up b)", "act (stack b a)"),)
+    assert sign.meaning == (
+        causal(
+            {"(on a b)", "(clear a)", "(handempty)", "(ontable b)"}, {"(on b a)", "(clear b)", "(handempty)", "(ontable a)"}
+        ),
+    )
+
+
+def test_a_memory_is_saved_and_loaded_without_loss(tmp_path):
+    memory = Memory().learned(SWAP, SWAP_PLAN).learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4])
+    save_memory(memory, tmp_path / "memory.json")
+    assert load_memory(tmp_path / "memory.json") == memory
+    assert [path.name for path in tmp_path.iterdir()] == ["memory.json"]
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        (lambda entry: entry.pop("needs"), "precedent 1: must have exactly the parts"),
+        (lambda entry: entry.update(domain=3), "precedent 1: domain must be text"),
+        (lambda entry: entry.update(objects=[["a"]]), "precedent 1: objects must be pairs"),
+        (lambda entry: entry.update(plan=[["stack", 1]]), "precedent 1: plan must be a list of lists of names"),
+        (lambda entry: entry.update(goal=[[]]), "precedent 1: goal must be a list of lists of names"),
+    ],
+)
+def test_a_damaged_memory_is_told_by_file_and_precedent(tmp_path, change, told):
+    path = tmp_path / "memory.json"
+    save_memory(Memory().learned(SWAP, SWAP_PLAN), path)
+    plain = json.loads(path.read_text())
+    change(plain["precedents"][0])
+    path.write_text(json.dumps(plain))
+    with pytest.raises(ValueError, match=told):
+        load_memory(path)
+
+
+@pytest.mark.parametrize(
+    "text, told", [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")]
+)
+def test_a_file_that_is_no_memory_is_told(tmp_path, text, told):
+    path = tmp_path / "memory.json"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=told):
+        load_memory(path)
