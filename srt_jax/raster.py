@@ -16,6 +16,10 @@ from srt_jax.task import make_task
 from srt_jax.types import FREE, Task
 from srt_jax.world import Obstacle, World, as_bounds
 
+_MAX_EXTENT = 2e9
+"""Metres from end to end of all allowed coordinates, of which twice the nanometres fit into 64 bits."""
+_MAX_CELLS = 1 << 28
+"""A GiB of labels per layer; more is a slip in a unit."""
 _RULES = {"touch": touched, "centre": centred}
 
 
@@ -36,9 +40,14 @@ class Grid:
     def __post_init__(self) -> None:
         x, y = as_metres("origin", self.origin, (2,)).tolist()
         side = as_metres("side", self.side, ()).item()
-        if side <= 0 or self.height < 1 or self.width < 1:
+        if min(side, self.height, self.width) <= 0:
             raise ValueError(
                 f"a grid of {self.height} x {self.width} cells with side {side:g} m is empty: all must be positive"
+            )
+        if side * max(self.height, self.width) > _MAX_EXTENT or self.height * self.width > _MAX_CELLS:
+            raise ValueError(
+                f"a grid of {self.height} x {self.width} cells with side {side:g} m is too large: at most {_MAX_CELLS} cells "
+                f"and {_MAX_EXTENT:g} m; take a larger cell or smaller bounds"
             )
         object.__setattr__(self, "origin", (x, y))
         object.__setattr__(self, "side", side)

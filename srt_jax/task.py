@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from srt_jax.components import label
 from srt_jax.shapes import as_cells
 from srt_jax.types import FREE, OUTSIDE, Array, Task
 
@@ -137,8 +138,6 @@ def _as_labels(array: np.ndarray) -> tuple[np.ndarray, bool]:
         rule = "a bool map must have shape [H, W]" if is_mask else "labels must have shape [H, W] or [L, H, W]"
         raise ValueError(f"{rule} with no empty side, got {list(array.shape)}: one task holds one map, stack makes a batch")
     if is_mask:
-        from srt_jax.components import label
-
         labels = np.asarray(label(~array), np.int32)
     else:
         labels = _checked_ids(array)
