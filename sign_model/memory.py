@@ -91,8 +91,8 @@ class Memory:
     def recall(self, task: PlanningTask, *, max_nodes: int = 2000) -> Recalled | None:
         """Returns a plan that some precedent gives for the task, replayed and valid; None where none unfolds.
 
-        First the same task under any names, then inclusion; each time the shortest plan, among equals the oldest. Where the goal
-        holds from the start there is nothing to do, which needs no precedent.
+        First the same task under any names, then inclusion; each time the shortest plan, among equals the oldest. Where the
+        goal holds from the start there is nothing to do, which needs no precedent.
 
         Args:
           task: to be solved.
