@@ -23,6 +23,7 @@ def test_coordinates_are_taken_to_the_nearest_nanometre():
     assert rings.as_units([0.3, -1.25]).tolist() == [300_000_000, -1_250_000_000]
 
 
+@settings(deadline=None)
 @given(st.floats(-1e9, 1e9))
 def test_taking_to_the_nearest_nanometre_twice_changes_nothing(value):
     once = rings.as_metres("x", value, ())
