@@ -13,7 +13,7 @@ from jax import lax
 
 from srt_jax.distance import cost_field, field_length
 from srt_jax.moves import octile_distance
-from srt_jax.objects import around, cells_of, free_cells, open_cells, value_at
+from srt_jax.objects import around, cells_of, open_cells, value_at
 from srt_jax.path import trace_field
 from srt_jax.planner import find_blockage
 from srt_jax.types import Array, Path, Task
@@ -34,50 +34,47 @@ class Walk(NamedTuple):
     gone: Array
     is_active: Array
     is_there: Array
-    is_spent: Array
 
 
-def greedy_walk(task: Task, among: Array, *, max_destroyed: int, max_cells: int) -> Walk:
-    """Returns the walk of every task in `among` (bool [B]): to the goal, or as far as it got."""
-    walk = _standing_still(task, among, max_destroyed, max_cells)
+def greedy_walk(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> Walk:
+    """Returns the walk of every task in `among` (bool [B]): to the goal, or as far as it got.
+
+    `room` (int32 [B]) is how many of the `capacity` cells the walk may use; one that needs more ends with their number.
+    """
+    walk = _standing_still(task, among, max_destroyed, capacity)
     # Ends: every pass reaches the goal, destroys one more obstacle (at most max_destroyed), or gives up.
-    return lax.while_loop(lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, max_cells), walk)
+    return lax.while_loop(lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, room), walk)
 
 
-def _standing_still(task: Task, among: Array, max_destroyed: int, max_cells: int) -> Walk:
+def _standing_still(task: Task, among: Array, max_destroyed: int, capacity: int) -> Walk:
     B, M = task.destroyable.shape
-    cells = jnp.full((B, max_cells, 2), -1, jnp.int32).at[:, 0].set(task.start)
+    cells = jnp.full((B, capacity, 2), -1, jnp.int32).at[:, 0].set(task.start)
     nothing = jnp.full((B, max_destroyed), -1, jnp.int32)
-    none, no = jnp.zeros(B, jnp.int32), jnp.zeros(B, bool)
+    none = jnp.zeros(B, jnp.int32)
     cost = jnp.zeros(B, jnp.float32)
-    return Walk(cells, none + 1, nothing, none, nothing, cost, jnp.zeros((B, M), bool), among, no, no)
+    return Walk(cells, none + 1, nothing, none, nothing, cost, jnp.zeros((B, M), bool), among, jnp.zeros(B, bool))
 
 
-def _one_pass(task: Task, walk: Walk, max_cells: int) -> Walk:
+def _one_pass(task: Task, walk: Walk, room: Array) -> Walk:
     num_obstacles, K = task.destroyable.shape[1], walk.destroyed.shape[1]
     here = _last_cell(walk)
-    free = jnp.where(walk.num_destroyed[:, None, None] > 0, open_cells(task.labels, walk.gone), free_cells(task.labels))
-    free &= walk.is_active[:, None, None]
-    field = cost_field(free, here)
+    free = open_cells(task.labels, walk.gone)
+    field = cost_field(free & walk.is_active[:, None, None], here)
     length = field_length(field)
     reached = jnp.isfinite(length)
     is_there = walk.is_active & value_at(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
-    found = find_blockage(
-        task.labels, open_cells(task.labels, walk.gone), reached, task.goal, num_obstacles=num_obstacles, among=is_cut_off
-    )
-    choice = found.on_contour & task.destroyable
-    is_spent = is_cut_off & choice.any(axis=1) & (walk.num_destroyed == K)
-    goes_on = is_cut_off & choice.any(axis=1) & ~is_spent
+    found = find_blockage(task.labels, free, reached, task.goal, num_obstacles=num_obstacles, among=is_cut_off)
+    choice = found.on_contour & task.destroyable & ~walk.gone  # where obstacles overlap, what is gone still has its labels
+    goes_on = is_cut_off & choice.any(axis=1) & (walk.num_destroyed < K)
     chosen = _nearest_goal(task, found.contour, choice) & goes_on[:, None]
     beside_it = found.contour & around(cells_of(task.labels, chosen))
     stop = jnp.where(is_there[:, None], task.goal, _least(jnp.where(beside_it, length, jnp.inf)))
-    leg = trace_field(field, stop, max_cells=max_cells)
+    leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
     moved = _append(walk, leg, is_there | goes_on)
     return _destroy(moved, chosen, goes_on)._replace(
-        is_active=goes_on & (moved.num_cells <= max_cells),
+        is_active=goes_on & (moved.num_cells <= room),
         is_there=walk.is_there | is_there,
-        is_spent=walk.is_spent | is_spent | (moved.num_cells > max_cells),
     )
 
 

@@ -5,12 +5,11 @@ from collections.abc import Callable, Sequence
 import jax
 import numpy as np
 
-from srt_jax.shapes import batch_bucket, size_bucket
+from srt_jax.shapes import batch_bucket, map_bucket
 from srt_jax.solver import pad_batch, solve
 from srt_jax.task import stack
 from srt_jax.types import Solution, Task
 
-_SMALLEST = 32  # smaller maps share this bucket: compiling another shape costs more than it saves
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
 
@@ -25,21 +24,21 @@ def solve_many(
 ) -> list[Solution]:
     """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty list for no task.
 
-    Tasks are grouped by the larger side of their maps and solved in batches, compiled once per group. `progress` is called
+    Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per group. `progress` is called
     with the number of tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells` the
     routes are given as much room as they need, so unlike there `cells` is no longer than that.
     """
-    groups: dict[tuple[int, int], list[int]] = {}
+    groups: dict[tuple[int, int, int], list[int]] = {}
     for index, task in enumerate(tasks):
         L, H, W = np.shape(task.labels)
-        groups.setdefault((L, max(_SMALLEST, size_bucket(max(H, W)))), []).append(index)
+        groups.setdefault((L, *map_bucket(H, W)), []).append(index)
     solutions: dict[int, Solution] = {}
-    for (L, side), members in sorted(groups.items()):
+    for (L, height, width), members in sorted(groups.items()):
         M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
-        at_once = max(1, min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * side * side), batch_bucket(len(members))))
+        at_once = max(1, min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))))
         for first in range(0, len(members), at_once):
             chunk = members[first : first + at_once]
-            batch = pad_batch(stack([tasks[index] for index in chunk]), (at_once, L, side, side, M))
+            batch = pad_batch(stack([tasks[index] for index in chunk]), (at_once, L, height, width, M))
             answer = _with_room(batch, max_cells, mode=mode, max_destroyed=max_destroyed)
             solutions |= {index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)}
             if progress:

@@ -120,10 +120,10 @@ class Passage(NamedTuple):
     needed: Array
 
 
-def open_passage(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Passage:
+def open_passage(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Passage:
     """Returns the obstacles to destroy and the route; none of either where the goal's price is inf.
 
-    Three attempts at most: the cheapest chain; where that opens no way, all that is affordable; then what is needed of it.
+    `room` (int32 [B]) is how many of the `capacity` cells a route may use. Three attempts at most: the cheapest chain; where that opens no way, all that is affordable; then what is needed of it.
     """
     num_obstacles = task.destroyable.shape[1]
     affordable = prices.open_at <= prices.goal[:, None]
@@ -131,10 +131,10 @@ def open_passage(task: Task, prices: Prices, *, max_destroyed: int, max_cells: i
     def attempt(state):
         num_tried, passage, is_active = state
         field = cost_field(open_cells(task.labels, passage.gone) & is_active[:, None, None], task.start)
-        path = trace_field(field, task.goal, max_cells=max_cells)
+        path = trace_field(field, task.goal, max_cells=capacity)
         needed = first_needed(task.labels, path.cells, path.num_cells, num_obstacles=num_obstacles)
         is_there = path.num_cells > 0
-        is_last = (num_tried == 2) | (path.num_cells > max_cells) | (is_there & (num_tried == 0))
+        is_last = (num_tried == 2) | (path.num_cells > room) | (is_there & (num_tried == 0))
         next_active = is_active & ~is_last
         used = (needed < NEVER) & (is_active & is_there & (num_tried == 1))[:, None]
         next_gone = jnp.where(is_there[:, None], _without_needless(task, used), affordable)
@@ -143,7 +143,7 @@ def open_passage(task: Task, prices: Prices, *, max_destroyed: int, max_cells: i
 
     B = task.start.shape[0]
     none = jnp.zeros(B, jnp.int32)
-    nowhere = Path(cells=jnp.full((B, max_cells, 2), -1, jnp.int32), num_cells=none, cost=jnp.full(B, jnp.inf, jnp.float32))
+    nowhere = Path(cells=jnp.full((B, capacity, 2), -1, jnp.int32), num_cells=none, cost=jnp.full(B, jnp.inf, jnp.float32))
     gone = cheapest_chain(task, prices, max_destroyed=max_destroyed)
     state = (jnp.int32(0), Passage(gone, nowhere, jnp.full(gone.shape, NEVER, jnp.int32)), jnp.isfinite(prices.goal))
     return lax.while_loop(lambda state: state[-1].any(), attempt, state)[1]

@@ -66,6 +66,12 @@ def size_bucket(length: int) -> int:
     return -(-length // 1024) * 1024
 
 
+def map_bucket(height: int, width: int) -> tuple[int, int]:
+    """Returns the sides to which a map is padded where compiling is dear: small maps share squares."""
+    side = max(32, size_bucket(max(height, width)))
+    return (side, side) if side <= 128 else (max(128, size_bucket(height)), max(128, size_bucket(width)))
+
+
 def batch_bucket(count: int) -> int:
     """Returns the batch size to which `count` is padded: the next power of two."""
     return 1 << max(0, count - 1).bit_length()

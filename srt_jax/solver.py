@@ -16,7 +16,7 @@ from srt_jax.objects import free_cells, only_cell, open_cells, value_at
 from srt_jax.planner import find_blockage
 from srt_jax.removal import Prices, open_passage, price_levels
 from srt_jax.route import in_order
-from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, size_bucket, unfold
+from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper")
@@ -46,24 +46,32 @@ def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells:
         raise ValueError(f"max_destroyed must be at least 1, got {max_destroyed}")
     if max_cells is not None and max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}")
-    core_ranks = Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
-    flat = jax.tree.map(fold, task, core_ranks)
-    H, W = flat.labels.shape[-2:]
-    max_cells = max_cells or max_path_cells(H, W) * (1 if mode == "least" else 2)
-    run = _solver(mode, max_destroyed, max_cells)
-    solution = run(flat) if is_traced(task) else _in_buckets(run, flat)
+    flat = jax.tree.map(fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1))
+    room = max_cells or _default_room(flat, mode)
+    if is_traced(task):
+        solution = _solver(mode, max_destroyed, room)(flat, jnp.full(len(flat.start), room, jnp.int32))
+    else:
+        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed)
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 
-def _in_buckets(run: Callable[[Task], Solution], task: Task) -> Solution:
-    """Returns `run(task)`, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
+def _default_room(task: Task, mode: str) -> int:
+    """Returns room for any route of mode "least", a shortest path; the legs of the paper's loop may add up to more."""
+    return max_path_cells(*task.labels.shape[-2:]) * (1 if mode == "least" else 2)
+
+
+def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroyed: int) -> Solution:
+    """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
-    bucket = (batch_bucket(B), L, size_bucket(H), size_bucket(W), batch_bucket(M))
-    if bucket == (B, L, H, W, M):
-        return run(task)
-    solution = jax.tree.map(lambda array: np.asarray(array)[:B], run(pad_batch(task, bucket)))
-    cut = solution.replace(contour=solution.contour[:, :H, :W], blocking=solution.blocking[:, :M])
+    bucket = (batch_bucket(B), L, *map_bucket(H, W), max(8, batch_bucket(M)))
+    padded = task if bucket == (B, L, H, W, M) else pad_batch(task, bucket)
+    capacity = _default_room(padded, mode) if is_default else max(128, batch_bucket(room))
+    solution = _solver(mode, max_destroyed, capacity)(padded, np.full(bucket[0], room, np.int32))
+    if padded is task and capacity == room:
+        return solution
+    some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
+    cut = some.replace(contour=some.contour[:, :H, :W], blocking=some.blocking[:, :M], cells=some.cells[:, :room])
     return jax.tree.map(jnp.asarray, cut)
 
 
@@ -86,20 +94,20 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
 
 
 @functools.cache
-def _solver(mode: str, max_destroyed: int, max_cells: int) -> Callable[[Task], Solution]:
+def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Array], Solution]:
     """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
     names = [field.name for field in dataclasses.fields(Task)]
 
     @batch_kernel
-    def of_arrays(*arrays: Array) -> Solution:
+    def of_arrays(room: Array, *arrays: Array) -> Solution:
         task = Task(**dict(zip(names, arrays)))
-        return _solve_batch(task, mode=mode, max_destroyed=max_destroyed, max_cells=max_cells)
+        return _solve_batch(task, room, mode=mode, max_destroyed=max_destroyed, capacity=capacity)
 
-    return jax.jit(lambda task: of_arrays(*(getattr(task, name) for name in names)))
+    return jax.jit(lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)))
 
 
-def _solve_batch(task: Task, *, mode: str, max_destroyed: int, max_cells: int) -> Solution:
-    """`solve` for one leading batch axis, every stage natively batched."""
+def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
+    """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
     H, W = task.labels.shape[-2:]
     free = free_cells(task.labels)
     prices = price_levels(task)
@@ -110,14 +118,14 @@ def _solve_batch(task: Task, *, mode: str, max_destroyed: int, max_cells: int) -
         task.labels, free, prices.reached, task.goal, num_obstacles=task.destroyable.shape[1], among=starts & ~is_open
     )
     walk = _least if mode == "least" else _paper
-    way = walk(task, prices, max_destroyed=max_destroyed, max_cells=max_cells)
-    has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= max_cells)
+    way = walk(task, prices, room, max_destroyed=max_destroyed, capacity=capacity)
+    has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.select(
         [~starts, ~is_open & ~can_end, ~is_solvable, ~has_route, is_open],
         [Status.START_BLOCKED, Status.GOAL_BLOCKED, Status.UNSOLVABLE, Status.BUDGET_SPENT, Status.PATH_EXISTS],
         Status.SOLVED,
     ).astype(jnp.int32)
-    is_too_long = way.num_cells > max_cells
+    is_too_long = way.num_cells > room
     return Solution(
         status=status,
         cost=jnp.where(has_route, way.cost, jnp.inf),
@@ -149,16 +157,16 @@ class Way(NamedTuple):
     is_there: Array
 
 
-def _least(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Way:
+def _least(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Way:
     """The least removal, and the shortest route for it."""
-    _, path, needed = open_passage(task, prices, max_destroyed=max_destroyed, max_cells=max_cells)
+    _, path, needed = open_passage(task, prices, room, max_destroyed=max_destroyed, capacity=capacity)
     destroyed, destroyed_at, num_destroyed = in_order(needed, max_destroyed=max_destroyed)
     return Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, is_there=path.num_cells > 0)
 
 
-def _paper(task: Task, prices: Prices, *, max_destroyed: int, max_cells: int) -> Way:
+def _paper(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Way:
     """The greedy loop, asked only where some way can be opened."""
-    walk = greedy_walk(task, jnp.isfinite(prices.goal), max_destroyed=max_destroyed, max_cells=max_cells)
+    walk = greedy_walk(task, jnp.isfinite(prices.goal), room, max_destroyed=max_destroyed, capacity=capacity)
     fields = (walk.cells, walk.num_cells, walk.cost, walk.destroyed, walk.destroyed_at, walk.num_destroyed)
     return Way(*fields, is_there=walk.is_there)
 

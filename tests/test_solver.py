@@ -1,0 +1,266 @@
+import chex
+import jax
+import numpy as np
+import pytest
+from conftest import drawn
+from labelled import random_tasks
+
+from srt_jax import Status, check, make_task, solve, solve_many, stack
+from srt_jax.reference.dijkstra import dijkstra
+from srt_jax.reference.removal import least_removal
+
+
+def task_from(picture, **options):
+    """A task from a picture: S, G, '.' free, '@' one firm obstacle each cell's piece, letters destroyable obstacles by name."""
+    free, places = drawn(picture)
+    rows = [line.strip() for line in picture.strip().splitlines()]
+    names = sorted({sign for row in rows for sign in row} - set(".@SG"))
+    labels = np.array([[names.index(sign) if sign in names else -1 for sign in row] for row in rows], np.int32)
+    labels[~free] = len(names)
+    destroyable = np.arange(len(names) + 1) < len(names)
+    return make_task(labels, places["S"], places["G"], destroyable=destroyable, **options), names
+
+
+def brute_force(task):
+    return least_removal(task.labels, task.destroyable, task.removal_cost, tuple(task.start.tolist()), tuple(task.goal.tolist()))
+
+
+def cells_of(solution):
+    return [tuple(cell) for cell in np.asarray(solution.cells)[: int(solution.num_cells)].tolist()]
+
+
+def destroyed_by(solution, names):
+    return [names[i] for i in np.asarray(solution.destroyed)[: int(solution.num_destroyed)]]
+
+
+def test_an_open_way_is_walked_and_nothing_is_destroyed():
+    task, _ = task_from("""
+        S.@.
+        ..@.
+        ...G
+    """)
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.PATH_EXISTS
+    assert cells_of(solution) == [(0, 0), (1, 0), (2, 1), (2, 2), (2, 3)]
+    assert float(solution.removal_bound) == 0
+    assert not check(task, solution)
+
+
+def test_the_one_obstacle_that_lets_through_is_destroyed_from_beside_it():
+    task, names = task_from("""
+        S.@...
+        ..a..G
+        ..@...
+    """)
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.SOLVED
+    assert destroyed_by(solution, names) == ["a"]
+    assert cells_of(solution)[int(solution.destroyed_at[0])] == (1, 1)
+    assert np.asarray(solution.seed).tolist() == [1, 1]
+    assert np.asarray(solution.blocking).tolist() == [0, 1]
+    assert not check(task, solution)
+
+
+def test_fewer_obstacles_win_over_a_shorter_route():
+    task, names = task_from("""
+        S.a.b.G
+        ..@.@..
+        ..@c@..
+        ..@@@..
+        .......
+        .......
+    """)
+    assert destroyed_by(solve(task), names) == []
+    walled, names = task_from("""
+        S.a.b.G
+        ..@.@..
+        ..@c@..
+        ..@@@..
+        ..@@@..
+        ...d...
+    """)
+    assert destroyed_by(solve(walled), names) == ["d"]
+
+
+def test_the_cheapest_total_wins_not_the_fewest():
+    task, names = task_from(
+        """
+        S.a.b.G
+        ..@@@..
+        ...c...
+    """,
+        removal_cost=[1.0, 1.5, 3.0, 1.0],
+    )
+    solution = solve(task)
+    assert destroyed_by(solution, names) == ["a", "b"]
+    assert float(solution.removal_cost) == float(solution.removal_bound) == 2.5
+
+
+def test_a_goal_inside_a_destroyable_obstacle_is_reached_by_destroying_it():
+    labels = np.full((3, 5), -1, np.int32)
+    labels[:, 3:] = 0
+    task = make_task(labels, (1, 0), (1, 4))
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.SOLVED and not check(task, solution)
+    assert Status(int(solve(make_task(labels, (1, 0), (1, 4), destroyable=False)).status)) is Status.GOAL_BLOCKED
+
+
+def test_a_start_inside_an_obstacle_is_told():
+    task = make_task(np.array([[False, True]]), (0, 0), (0, 1))
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.START_BLOCKED and not check(task, solution)
+
+
+def test_a_firm_ring_is_unsolvable_and_its_contour_is_reported():
+    free = np.ones((20, 20), bool)
+    free[5:15, 5:15] = False
+    free[6:14, 6:14] = True
+    task = make_task(free, (0, 0), (10, 10), destroyable=False)
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.UNSOLVABLE and not check(task, solution)
+    assert int(np.sum(solution.contour)) == 44
+    assert np.isinf(solution.cost) and np.isinf(solution.removal_bound)
+
+
+def test_a_budget_too_small_is_told_with_the_bound_kept():
+    task, _ = task_from("S.a.b.c.G")
+    solution = solve(task, max_destroyed=2)
+    assert Status(int(solution.status)) is Status.BUDGET_SPENT and not check(task, solution)
+    assert float(solution.removal_bound) == 3
+    short = solve(task, max_cells=5)
+    assert Status(int(short.status)) is Status.BUDGET_SPENT and int(short.num_cells) == 9
+
+
+def test_the_papers_loop_may_destroy_more_than_is_needed():
+    task, names = task_from("""
+        S.a.b.G
+        ..@.@..
+        ..@@@..
+        ...c...
+    """)
+    paper, least = solve(task, mode="paper"), solve(task)
+    assert destroyed_by(least, names) == ["c"]
+    assert destroyed_by(paper, names) == ["a", "b"]
+    assert not check(task, paper)
+
+
+@pytest.mark.parametrize("unit_costs", [True, False])
+def test_least_removal_equals_brute_force_where_obstacles_are_connected_and_disjoint(unit_costs):
+    tasks = random_tasks(1, 250, overlap=False, unit_costs=unit_costs)
+    for task, solution in zip(tasks, solve_many(tasks)):
+        best = brute_force(task)
+        assert not check(task, solution)
+        assert float(solution.removal_bound) == np.float32(best.cost)
+        assert Status(int(solution.status)).is_solved == best.is_solvable
+        if best.is_solvable:
+            assert float(solution.removal_cost) == np.float32(best.cost)
+
+
+def test_with_overlaps_and_pieces_the_bound_is_below_and_the_answer_valid():
+    tasks = random_tasks(2, 250, overlap=True)
+    for task, solution in zip(tasks, solve_many(tasks)):
+        best = brute_force(task)
+        assert not check(task, solution)
+        assert float(solution.removal_bound) <= best.cost
+        assert Status(int(solution.status)).is_solved == best.is_solvable
+        if best.is_solvable:
+            assert float(solution.removal_cost) >= best.cost
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_the_papers_loop_solves_what_can_be_solved(overlap):
+    tasks = random_tasks(3, 200, overlap=overlap)
+    for task, solution in zip(tasks, solve_many(tasks, mode="paper", max_destroyed=16)):
+        best = brute_force(task)
+        assert not check(task, solution)
+        assert Status(int(solution.status)).is_solved == best.is_solvable
+        assert float(solution.removal_bound) <= best.cost
+
+
+def test_the_route_is_the_shortest_for_what_is_destroyed():
+    tasks = random_tasks(4, 100, overlap=True)
+    for task, solution in zip(tasks, solve_many(tasks)):
+        if Status(int(solution.status)).is_solved:
+            gone = np.asarray(solution.destroyed)[: int(solution.num_destroyed)]
+            free = ((task.labels == -1) | np.isin(task.labels, gone)).all(axis=0)
+            np.testing.assert_allclose(solution.cost, dijkstra(free, tuple(task.start.tolist()))[tuple(task.goal)], rtol=1e-5)
+
+
+@pytest.mark.parametrize("mode", ["least", "paper"])
+def test_an_answer_does_not_depend_on_the_batch_around_it(mode):
+    tasks = random_tasks(5, 8, overlap=True, max_side=14)
+    batch = solve(stack(tasks), mode=mode)
+    backwards = solve(stack(tasks[::-1]), mode=mode)
+    traced = jax.jit(lambda task: solve(task, mode=mode))(stack(tasks))
+    for other in (traced, jax.tree.map(lambda x: x[::-1], backwards)):
+        chex.assert_trees_all_equal(batch, other)
+    for index, task in enumerate(tasks):
+        alone, (H, W) = solve(task, mode=mode), task.labels.shape[1:]
+        among = jax.tree.map(lambda x, i=index: x[i], batch)
+        among = among.replace(
+            contour=among.contour[:H, :W],
+            blocking=among.blocking[: len(task.destroyable)],
+            cells=among.cells[: alone.cells.shape[0]],
+        )
+        chex.assert_trees_all_equal(alone, among)
+
+
+def test_solve_may_be_vmapped_and_scanned():
+    tasks = stack(random_tasks(9, 4, overlap=True, max_side=14))
+    batch = solve(tasks)
+    chex.assert_trees_all_equal(batch, jax.vmap(solve)(tasks))
+    chex.assert_trees_all_equal(batch, jax.lax.scan(lambda carry, task: (carry, solve(task)), 0, tasks)[1])
+
+
+def test_any_number_of_batch_dimensions_is_kept():
+    batch = stack(random_tasks(6, 6, overlap=False, max_side=10))
+    flat = solve(batch)
+    square = solve(jax.tree.map(lambda x: x.reshape(2, 3, *x.shape[1:]), batch))
+    chex.assert_trees_all_equal(flat, jax.tree.map(lambda x: x.reshape(6, *x.shape[2:]), square))
+
+
+def test_many_tasks_of_unequal_size_come_back_in_order_and_cut_to_size():
+    tasks = [*random_tasks(7, 5, overlap=False, max_side=12), *random_tasks(8, 5, overlap=True, max_side=40)]
+    done = []
+    solutions = solve_many(tasks, progress=done.append)
+    assert sum(done) == 10
+    for task, solution in zip(tasks, solutions):
+        assert solution.contour.shape == task.labels.shape[1:]
+        alone = jax.tree.map(np.asarray, solve(task))
+        room = min(len(alone.cells), len(solution.cells))
+        chex.assert_trees_all_equal(
+            alone.replace(cells=alone.cells[:room]), solution.replace(cells=solution.cells[:room])
+        )
+    assert solve_many([]) == []
+
+
+def test_many_tasks_find_room_for_a_route_that_winds():
+    free = np.zeros((41, 41), bool)
+    free[::2] = True
+    free[1::4, -1] = free[3::4, 0] = True
+    (solution,) = solve_many([make_task(free, (0, 0), (40, 40))])
+    assert int(solution.num_cells) == 21 * 41 + 20
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "told"),
+    [
+        ({"labels": np.zeros((3, 3), np.int32)}, ValueError, "labels"),
+        ({"labels": np.zeros((1, 3, 3), np.float32)}, TypeError, "labels"),
+        ({"start": np.zeros(2, np.float32)}, TypeError, "start"),
+        ({"goal": np.zeros(3, np.int32)}, ValueError, "goal"),
+        ({"removal_cost": np.ones(3, np.float32)}, ValueError, "removal_cost"),
+        ({"destroyable": np.zeros((2, 1), bool)}, ValueError, "destroyable"),
+    ],
+)
+def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, told):
+    task = make_task(np.ones((3, 3), bool), (0, 0), (2, 2))
+    with pytest.raises(error, match=told) as caught:
+        solve(task.replace(**change))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("options", [{"mode": "best"}, {"max_destroyed": 0}, {"max_cells": 0}])
+def test_an_option_out_of_range_is_refused_by_name(options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        solve(make_task(np.ones((3, 3), bool), (0, 0), (2, 2)), **options)
