@@ -2,10 +2,12 @@
 
 import copy
 import json
+import pathlib
 
 import pytest
 
 from srt_jax.formats.world_json import read_world, write_world
+from srt_jax.raster import rasterize
 from srt_jax.world import Obstacle, World
 
 SQUARE = [[1, 1], [3, 1], [3, 3], [1, 3]]
@@ -110,3 +112,14 @@ def test_crossing_rings_are_repaired_when_asked(path):
     pytest.importorskip("shapely")
     path.write_text(changed("obstacles", 0, "polygon", to=[[[0, 0], [2, 2], [2, 0], [0, 2]]]))
     assert len(read_world(path, repair=True).obstacles[0].parts) == 2
+
+
+def test_the_example_in_the_docs_is_read_and_rasterised(path):
+    text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+    path.write_text(text.split("```json")[1].split("```")[0], encoding="utf-8")
+    world = read_world(path)
+    task = rasterize(world)
+    assert [obstacle.name for obstacle in world.obstacles] == ["fence", "house with a courtyard", "two sheds"]
+    assert task.size.tolist() == [30, 40] and task.start.tolist() == [27, 2] and task.goal.tolist() == [4, 36]
+    assert task.destroyable.tolist() == [True, False, True]
+    assert (task.labels == 0).sum() == 30 and (task.labels == 1).sum() == 100 - 16 and (task.labels == 2).sum() == 6
