@@ -120,6 +120,6 @@ def test_the_example_in_the_docs_is_read_and_rasterised(path):
     world = read_world(path)
     task = rasterize(world)
     assert [obstacle.name for obstacle in world.obstacles] == ["fence", "house with a courtyard", "two sheds"]
-    assert task.size.tolist() == [30, 40] and task.start.tolist() == [27, 2] and task.goal.tolist() == [4, 36]
+    assert task.size.tolist() == [30, 40] and task.start.tolist() == [27, 2] and task.goal.tolist() == [5, 36]
     assert task.destroyable.tolist() == [True, False, True]
     assert (task.labels == 0).sum() == 30 and (task.labels == 1).sum() == 100 - 16 and (task.labels == 2).sum() == 6
