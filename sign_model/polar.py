@@ -1,0 +1,192 @@
+"""The agent-centred polar frame: points, sectors, squares that hold them, and corridors along a straight link (PY16 §2).
+
+A point is (x, y) in metres, y to the left of x. In the agent's frame it is (r, phi): metres from the agent, and radians counted
+counter-clockwise (leftwards) from its heading, in (-pi, pi]. Every function takes NumPy arrays (float64 unless told otherwise)
+or JAX arrays with any batch dimensions, and gives back the kind it was given.
+"""
+
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from sign_model.matrix import Array, record
+
+FULL_TURN = 2 * math.pi
+
+
+@record
+class Sector:
+    """What lies between two distances and two directions from the agent: a fuzzy area made crisp.
+
+    near, far: float [...], metres, 0 <= near <= far.
+    start: float [...], radians, the direction of the side that lies rightmost, as seen from the agent.
+    width: float [...], radians from there leftwards, 0 to a full turn.
+    """
+
+    near: Array
+    far: Array
+    start: Array
+    width: Array
+
+
+def wrapped(angle: Array) -> Array:
+    """Returns the same directions in (-pi, pi], float [...]."""
+    turned = math.pi - (math.pi - angle) % FULL_TURN
+    # The remainder of a tiny negative number rounds to a full turn, which would leave the half-open range.
+    xp = array_namespace(angle)
+    return xp.where(turned <= -math.pi, turned + FULL_TURN, turned)
+
+
+def to_polar(points: Array, origin: Array, heading: Array) -> Array:
+    """Returns points in the agent's frame; (0, 0) for the agent's own place.
+
+    Args:
+      points: float [..., 2], (x, y).
+      origin: float [..., 2], where the agent stands.
+      heading: float [...], where it looks: radians counter-clockwise from the x axis.
+
+    Returns:
+      float [..., 2], (r, phi).
+    """
+    xp = array_namespace(points, origin, heading)
+    apart = points - origin
+    r = xp.hypot(apart[..., 0], apart[..., 1])
+    phi = wrapped(xp.arctan2(apart[..., 1], apart[..., 0]) - heading)
+    return xp.stack([r, xp.where(r > 0, phi, xp.zeros_like(phi))], axis=-1)
+
+
+def from_polar(polar: Array, origin: Array, heading: Array) -> Array:
+    """Returns points of the agent's frame as (x, y), float [..., 2]: the inverse of `to_polar`."""
+    xp = array_namespace(polar, origin, heading)
+    r, turn = polar[..., 0], polar[..., 1] + heading
+    return origin + xp.stack([r * xp.cos(turn), r * xp.sin(turn)], axis=-1)
+
+
+def sector_corners(sector: Sector) -> Array:
+    """Returns the four pairs (r, phi) that describe a sector: near right, near left, far left, far right; float [..., 4, 2]."""
+    xp = array_namespace(sector.near)
+    end = wrapped(sector.start + sector.width)
+    start = wrapped(sector.start)
+    pairs = ((sector.near, start), (sector.near, end), (sector.far, end), (sector.far, start))
+    return xp.stack([xp.stack(pair, axis=-1) for pair in pairs], axis=-2)
+
+
+def in_sector(polar: Array, sector: Sector) -> Array:
+    """Returns which points of the agent's frame lie in the sector, bool [...]; its border belongs to it."""
+    r, phi = polar[..., 0], polar[..., 1]
+    is_between = (sector.near <= r) & (r <= sector.far)
+    # The agent's own place has every direction.
+    return is_between & (((phi - sector.start) % FULL_TURN <= sector.width) | (sector.width >= FULL_TURN) | (r <= 0))
+
+
+def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) -> Sector:
+    """Returns the smallest sector that holds an upright square; all directions from 0 m on where the agent stands in it.
+
+    Args:
+      centre: float [..., 2]. side: float [...], metres.
+      origin, heading: of the agent, as in `to_polar`.
+    """
+    xp = array_namespace(centre, side, origin, heading)
+    half = side[..., None] / 2
+    offset = origin - centre
+    nearest = xp.clip(offset, -half, half) - offset
+    near = xp.hypot(nearest[..., 0], nearest[..., 1])
+    turns = xp.concatenate([-half, -half], axis=-1), xp.concatenate([-half, half], axis=-1)
+    corners = xp.stack([centre + turn * sign for turn in turns for sign in (1, -1)], axis=-2)
+    corners = to_polar(corners, origin[..., None, :], heading[..., None])
+    # Seen from outside a square fills a half turn at most, so no corner lies a half turn or more from its middle's direction.
+    middle = to_polar(centre, origin, heading)[..., 1]
+    beside = wrapped(corners[..., 1] - middle[..., None])
+    is_inside = near == 0
+    start = xp.where(is_inside, -math.pi, wrapped(middle + beside.min(axis=-1)))
+    width = xp.where(is_inside, FULL_TURN, beside.max(axis=-1) - beside.min(axis=-1))
+    return Sector(near=near, far=corners[..., 0].max(axis=-1), start=start, width=width)
+
+
+def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Array, Array]:
+    """Returns the smallest upright square round the middle of the sector's extent that holds the sector (PY16 Figure 1).
+
+    Args:
+      sector: in the frame of the agent that stands at `origin`, float [..., 2], and looks along `heading`, float [...].
+
+    Returns:
+      centre: float [..., 2], (x, y).
+      side: float [...], metres.
+    """
+    xp = array_namespace(sector.near, origin, heading)
+    corners = from_polar(sector_corners(sector), origin[..., None, :], heading[..., None])
+    low, high = corners.min(axis=-2), corners.max(axis=-2)
+
+    def reach(quarter: int, sign: int, border: Array) -> Array:
+        """The border, moved to where the far arc crosses an axis, if it does so between its two sides."""
+        is_crossed = (quarter * math.pi / 2 - heading - sector.start) % FULL_TURN <= sector.width
+        tip = origin[..., quarter % 2] + sign * sector.far
+        return xp.where(is_crossed, sign * xp.maximum(sign * tip, sign * border), border)
+
+    high = xp.stack([reach(0, 1, high[..., 0]), reach(1, 1, high[..., 1])], axis=-1)
+    low = xp.stack([reach(2, -1, low[..., 0]), reach(3, -1, low[..., 1])], axis=-1)
+    return (low + high) / 2, (high - low).max(axis=-1)
+
+
+def in_square(points: Array, centre: Array, side: Array) -> Array:
+    """Returns which points (x, y) lie in the upright square, bool [...]; its border belongs to it."""
+    return (abs(points - centre) <= side[..., None] / 2).all(axis=-1)
+
+
+def distance_to_link(points: Array, start: Array, goal: Array) -> Array:
+    """Returns how far points lie from the straight link start-goal, in metres, float [...]; from the point where they are one.
+
+    Args:
+      points, start, goal: float [..., 2], (x, y); batch dimensions broadcast.
+    """
+    xp = array_namespace(points, start, goal)
+    link, apart = goal - start, points - start
+    length = (link * link).sum(axis=-1)
+    along = (apart * link).sum(axis=-1) / xp.where(length > 0, length, xp.ones_like(length))
+    away = apart - xp.clip(along, 0, 1)[..., None] * link
+    return xp.hypot(away[..., 0], away[..., 1])
+
+
+def in_corridor(points: Array, start: Array, goal: Array, deviation: Array) -> Array:
+    """Returns which points deviate from the link start-goal by no more than `deviation` metres, bool [...]."""
+    return distance_to_link(points, start, goal) <= deviation
+
+
+def path_deviation(path: Array, num_points: Array) -> Array:
+    """Returns how far a path strays from the straight link of its ends, in metres; 0 for one point or none.
+
+    The distance from a segment is convex, so on each leg of the path it is greatest at one of the leg's ends.
+
+    Args:
+      path: float [..., N, 2], (x, y), anything after the last point.
+      num_points: int [...].
+
+    Returns:
+      float [...].
+    """
+    xp = array_namespace(path)
+    away = distance_to_link(path, path[..., :1, :], _end(path, num_points))
+    number = xp.arange(path.shape[-2], dtype=num_points.dtype).reshape((1,) * num_points.ndim + (-1,))
+    is_point = number < num_points[..., None]
+    return xp.where(is_point, away, xp.zeros_like(away)).max(axis=-1)
+
+
+def path_link(path: Array, num_points: Array) -> Array:
+    """Returns the length of the straight link between the ends of a path, in metres, float [...]; arguments as above."""
+    gone = (_end(path, num_points) - path[..., :1, :])[..., 0, :]
+    return array_namespace(path).hypot(gone[..., 0], gone[..., 1])
+
+
+def _end(path: Array, num_points: Array) -> Array:
+    """Returns the last point of each path, [..., 1, 2]; the first where there is no point."""
+    xp = array_namespace(path)
+    last = xp.clip(num_points - 1, 0, path.shape[-2] - 1)
+    return xp.take_along_axis(path, last[..., None, None], axis=-2)
+
+
+def array_namespace(*arrays: Array) -> Any:
+    """Returns jax.numpy where one of the arrays is JAX's own, else numpy."""
+    return jnp if any(isinstance(array, jax.Array) for array in arrays) else np
