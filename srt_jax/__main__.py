@@ -8,7 +8,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         from srt_jax.cli import run
     except ImportError as error:
-        if error.name not in ("typer", "rich", "click"):
+        if error.name not in ("typer", "rich"):
             raise
         print(f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'", file=sys.stderr)
         sys.exit(2)
