@@ -1,69 +1,32 @@
 """Experience: solved tasks become precedents, personal meanings that are tried before any search (PY16 §3.1, A-step).
 
-A precedent keeps the task it solved, its plan, what the plan needs of the start and what it leaves behind. It is looked up by
-inclusion, its objects being roles that others may play: its needs, renamed, lie in the new start, and the new goal lies in what
-it gives. Whatever is recalled has been replayed on the new task first, so a precedent that does not unfold does no harm.
+Two questions are asked of a memory, and whatever it answers has been replayed on the new task first, so a precedent that does
+not unfold does no harm:
 
-A recalled plan is `is_same` where start, goal and all static facts are those of the precedent but for the names: then it is as
-good as the plan once found. Otherwise it is a plan, but a search may find a shorter one.
+- `recall`: was this task solved before, under whatever names? Start, goal and static facts must be the same but for the names;
+  then the plan is as good as the one once found.
+- `suggest`: does some precedent fit by inclusion? Its needs, renamed, must lie in the start, and the goal in what it gives.
+  This is a plan where a search spends its budget, and a bound where it does not, for a search may find a shorter one.
 """
 
 import dataclasses
-import functools
 import json
 import os
 import pathlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 
-import numpy as np
-
-from sign_model.renaming import Atom, colours, find_renaming, renamed
-from sign_model.sign import Sign, causal, sequence
+from sign_model.precedent import Precedent, precedent_of, unsolved
+from sign_model.renaming import Atom, find_renaming, renamed
 from sign_model.task import PlanningTask
-from sign_model.translate import act_name, fact_name
+from sign_model.translate import fact_name
 from sign_model.validate import validate
 
 _FORMAT = "sign_model memory, version 1"
 
 
-@dataclasses.dataclass(frozen=True)
-class Precedent:
-    """One solved task.
-
-    domain: names and arities of the predicates and schemas; a precedent is tried on tasks of the same domain only.
-    objects: (name, types) of each object; constants: those that only play themselves.
-    start, goal: all atoms; a negative goal begins with "not".
-    plan: ground actions. needs: the atoms of the start on which it rests. gives: the atoms it leaves behind.
-    """
-
-    domain: str
-    objects: tuple[tuple[str, tuple[str, ...]], ...]
-    constants: tuple[str, ...]
-    start: frozenset[Atom]
-    goal: frozenset[Atom]
-    plan: tuple[Atom, ...] = ()
-    needs: frozenset[Atom] = frozenset()
-    gives: frozenset[Atom] = frozenset()
-
-    @functools.cached_property
-    def colours(self) -> dict[str, str]:
-        """Equal for objects that a renaming of the whole task could exchange."""
-        fixed = {name: (*types, f"constant {name}") for name, types in self.objects if name in self.constants}
-        return colours({**dict(self.objects), **fixed}, {"start": self.start, "goal": self.goal})
-
-    @functools.cached_property
-    def fingerprint(self) -> tuple:
-        """Equal for tasks that are the same but for the names of their objects."""
-        return (self.domain, len(self.start), len(self.goal), *sorted(self.colours.values()))
-
-
-@dataclasses.dataclass(frozen=True)
-class Recalled:
-    """A plan that was replayed on the task. is_same: the precedent solved this very task, under other names perhaps."""
-
-    actions: tuple[str, ...]
-    is_same: bool
+Match = Callable[[Precedent, Precedent, int], dict[str, str] | None]
+"""(precedent, task, most nodes) -> renaming, None where the precedent does not fit."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,42 +45,37 @@ class Memory:
         if wrong:
             raise ValueError(f"only a plan that solves its task can be learned from: {wrong[0]}")
         known = self.recall(task)
-        if known and known.is_same and len(known.actions) <= len(actions):
+        if known is not None and len(known) <= len(actions):
             return self
-        plan = tuple(_parsed(action) for action in actions)
-        needs, gives = _footprint(task, plan)
-        return Memory((*self.precedents, dataclasses.replace(_situation_of(task), plan=plan, needs=needs, gives=gives)))
+        return Memory((*self.precedents, precedent_of(task, actions)))
 
-    def recall(self, task: PlanningTask, *, max_nodes: int = 2000) -> Recalled | None:
-        """Returns a plan that some precedent gives for the task, replayed and valid; None where none unfolds.
+    def recall(self, task: PlanningTask, *, max_nodes: int = 2000) -> tuple[str, ...] | None:
+        """Returns the plan of a precedent that solved this very task, under other names perhaps; None where there is none.
 
-        First the same task under any names, then inclusion; each time the shortest plan, among equals the oldest. Where the
-        goal holds from the start there is nothing to do, which needs no precedent.
+        Of several the shortest, then the oldest. Where the goal holds from the start the plan is empty, without any precedent.
 
         Args:
           task: to be solved.
           max_nodes: bound on the match with each precedent.
         """
+        return self._unfolded(task, _same, max_nodes)
+
+    def suggest(self, task: PlanningTask, *, max_nodes: int = 2000) -> tuple[str, ...] | None:
+        """Returns a plan of a precedent that fits the task by inclusion; as `recall` for the rest."""
+        return self._unfolded(task, _included, max_nodes)
+
+    def _unfolded(self, task: PlanningTask, match: Match, max_nodes: int) -> tuple[str, ...] | None:
         if not validate(task, ()):
-            return Recalled((), True)
-        asked = _situation_of(task)
-        ordered = sorted(
-            (known for known in self.precedents if known.domain == asked.domain), key=lambda known: len(known.plan)
-        )
-        for is_same, match in ((True, _same), (False, _included)):
-            for known in ordered:
-                renaming = match(known, asked, max_nodes)
-                if renaming is not None:
-                    actions = tuple(fact_name(renamed(action, renaming)) for action in known.plan)
-                    if not validate(task, actions):
-                        return Recalled(actions, is_same)
+            return ()
+        asked = unsolved(task)
+        fitting = (known for known in self.precedents if known.domain == asked.domain)
+        for known in sorted(fitting, key=lambda known: len(known.plan)):
+            renaming = match(known, asked, max_nodes)
+            if renaming is not None:
+                actions = tuple(fact_name(renamed(action, renaming)) for action in known.plan)
+                if not validate(task, actions):
+                    return actions
         return None
-
-
-def precedent_sign(precedent: Precedent, name: str) -> Sign:
-    """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what the plan needs and gives."""
-    plan = sequence(*(act_name(action) for action in precedent.plan))
-    return Sign(name, image=(plan,), meaning=(causal(map(fact_name, precedent.needs), map(fact_name, precedent.gives)),))
 
 
 def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
@@ -174,62 +132,6 @@ def _from_plain(entry: object, where: str) -> Precedent:
 
 def _is_names(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
-
-
-def _parsed(action: str) -> Atom:
-    return tuple(action.strip().strip("()").lower().split())
-
-
-def _situation_of(task: PlanningTask) -> Precedent:
-    """Returns the task as a precedent without a plan."""
-    if task.domain is None or task.problem is None:
-        # Nameless features carry no object that could be renamed, so the rules themselves must agree.
-        rules = np.concatenate([part.ravel() for part in (task.conditions, task.adds, task.deletes)])
-        return Precedent(
-            domain=f"{task.features} {task.actions} {np.packbits(rules).tobytes().hex()}",
-            objects=(),
-            constants=(),
-            start=frozenset(atom for atom, holds in zip(task.features, task.start) if holds),
-            goal=frozenset(atom for atom, holds in zip(task.features, task.goal) if holds),
-        )
-    domain, problem = task.domain, task.problem
-    parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
-    parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
-    return Precedent(
-        domain=" ".join([domain.name, *parts]),
-        objects=tuple(problem.objects.items()),
-        constants=tuple(domain.constants),
-        start=problem.start,
-        goal=frozenset(problem.goal) | {("not", *atom) for atom in problem.negative_goal},
-    )
-
-
-def _footprint(task: PlanningTask, plan: tuple[Atom, ...]) -> tuple[frozenset[Atom], frozenset[Atom]]:
-    """Returns what a valid plan needs of the start, and what it has brought about at its end."""
-    needs: set[Atom] = set()
-    gives: set[Atom] = set()
-    for conditions, adds, deletes in _rules(task, plan):
-        needs |= conditions - gives
-        gives = (gives - deletes) | adds
-    return frozenset(needs), frozenset(gives)
-
-
-def _rules(task: PlanningTask, plan: tuple[Atom, ...]) -> Iterator[tuple[set[Atom], set[Atom], set[Atom]]]:
-    if task.domain is None:
-        number_of = {action: number for number, action in enumerate(task.actions)}
-        for action in plan:
-            rule = (part[number_of[action]] for part in (task.conditions, task.adds, task.deletes))
-            conditions, adds, deletes = ({task.features[feature] for feature in np.flatnonzero(bits)} for bits in rule)
-            yield conditions, adds, deletes
-        return
-    schemas = {schema.name: schema for schema in task.domain.schemas}
-    for name, *arguments in plan:
-        schema = schemas[name]
-        filled = dict(zip((role for role, _ in schema.roles), arguments))
-        conditions, adds, deletes = (
-            {renamed(atom, filled) for atom in atoms} for atoms in (schema.conditions, schema.adds, schema.deletes)
-        )
-        yield conditions, adds, deletes
 
 
 def _same(known: Precedent, asked: Precedent, max_nodes: int) -> dict[str, str] | None:

@@ -1,0 +1,113 @@
+"""A precedent: one solved task, kept so that other objects may play its roles (PY16 §3.1: precedents, personal meanings)."""
+
+import dataclasses
+import functools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sign_model.renaming import Atom, colours, renamed
+from sign_model.sign import Sign, causal, sequence
+from sign_model.task import PlanningTask
+from sign_model.translate import act_name, fact_name
+
+
+@dataclasses.dataclass(frozen=True)
+class Precedent:
+    """One solved task.
+
+    domain: names and arities of the predicates and schemas; a precedent is tried on tasks of the same domain only.
+    objects: (name, types) of each object; constants: those that only play themselves.
+    start, goal: all atoms; a negative goal begins with "not", the value of a cost function ends with `=value`.
+    plan: ground actions. needs: the atoms of the start on which it rests. gives: the atoms it leaves behind.
+    """
+
+    domain: str
+    objects: tuple[tuple[str, tuple[str, ...]], ...]
+    constants: tuple[str, ...]
+    start: frozenset[Atom]
+    goal: frozenset[Atom]
+    plan: tuple[Atom, ...] = ()
+    needs: frozenset[Atom] = frozenset()
+    gives: frozenset[Atom] = frozenset()
+
+    @functools.cached_property
+    def colours(self) -> dict[str, str]:
+        """Equal for objects that a renaming of the whole task could exchange."""
+        fixed = {name: (*types, f"constant {name}") for name, types in self.objects if name in self.constants}
+        return colours({**dict(self.objects), **fixed}, {"start": self.start, "goal": self.goal})
+
+    @functools.cached_property
+    def fingerprint(self) -> tuple:
+        """Equal for tasks that are the same but for the names of their objects."""
+        return (self.domain, len(self.start), len(self.goal), *sorted(self.colours.values()))
+
+
+def precedent_of(task: PlanningTask, actions: Sequence[str]) -> Precedent:
+    """Returns the precedent that a solved task leaves; `actions` must be a valid plan of it."""
+    plan = tuple(_parsed(action) for action in actions)
+    needs, gives = _footprint(task, plan)
+    return dataclasses.replace(unsolved(task), plan=plan, needs=needs, gives=gives)
+
+
+def unsolved(task: PlanningTask) -> Precedent:
+    """Returns the task as a precedent without a plan."""
+    if task.domain is None or task.problem is None:
+        # Nameless features carry no object that could be renamed, so the rules themselves must agree.
+        rules = np.concatenate([part.ravel() for part in (task.conditions, task.adds, task.deletes)])
+        return Precedent(
+            domain=f"{task.features} {task.actions} {np.packbits(rules).tobytes().hex()}",
+            objects=(),
+            constants=(),
+            start=frozenset(atom for atom, holds in zip(task.features, task.start) if holds),
+            goal=frozenset(atom for atom, holds in zip(task.features, task.goal) if holds),
+        )
+    domain, problem = task.domain, task.problem
+    parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
+    parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
+    costs = {(*function, f"={value}") for function, value in problem.values.items()} if problem.counts_costs else set()
+    return Precedent(
+        domain=" ".join([domain.name, *parts]),
+        objects=tuple(problem.objects.items()),
+        constants=tuple(domain.constants),
+        start=problem.start | costs,
+        goal=frozenset(problem.goal) | {("not", *atom) for atom in problem.negative_goal},
+    )
+
+
+def _footprint(task: PlanningTask, plan: tuple[Atom, ...]) -> tuple[frozenset[Atom], frozenset[Atom]]:
+    """Returns what a valid plan needs of the start, and what it has brought about at its end."""
+    needs: set[Atom] = set()
+    gives: set[Atom] = set()
+    for conditions, adds, deletes in _rules(task, plan):
+        needs |= conditions - gives
+        gives = (gives - deletes) | adds
+    return frozenset(needs), frozenset(gives)
+
+
+def _rules(task: PlanningTask, plan: tuple[Atom, ...]) -> Iterator[tuple[set[Atom], set[Atom], set[Atom]]]:
+    if task.domain is None:
+        number_of = {action: number for number, action in enumerate(task.actions)}
+        for action in plan:
+            rule = (part[number_of[action]] for part in (task.conditions, task.adds, task.deletes))
+            conditions, adds, deletes = ({task.features[feature] for feature in np.flatnonzero(bits)} for bits in rule)
+            yield conditions, adds, deletes
+        return
+    schemas = {schema.name: schema for schema in task.domain.schemas}
+    for name, *arguments in plan:
+        schema = schemas[name]
+        filled = dict(zip((role for role, _ in schema.roles), arguments))
+        conditions, adds, deletes = (
+            {renamed(atom, filled) for atom in atoms} for atoms in (schema.conditions, schema.adds, schema.deletes)
+        )
+        yield conditions, adds, deletes
+
+
+def precedent_sign(precedent: Precedent, name: str) -> Sign:
+    """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what the plan needs and gives."""
+    plan = sequence(*(act_name(action) for action in precedent.plan))
+    return Sign(name, image=(plan,), meaning=(causal(map(fact_name, precedent.needs), map(fact_name, precedent.gives)),))
+
+
+def _parsed(action: str) -> Atom:
+    return tuple(action.strip().strip("()").lower().split())
