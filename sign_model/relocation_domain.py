@@ -1,0 +1,152 @@
+"""The smart relocation task on the symbolic level: areas, obstacles between them, and what "I" can do about those (PY16 §2).
+
+The same scene in two forms: PDDL, which any planner can read, and signs. Areas are what one can walk about in; an obstacle
+closes the way between two of them. Where overlapping obstacles close one way, a chain of areas with one obstacle between each
+two says so. To approach an obstacle is to leave the middle of an area for its border: nothing can be destroyed from afar.
+"""
+
+import dataclasses
+from collections.abc import Collection, Mapping
+
+from sign_model.grounding import load
+from sign_model.matrix import Component
+from sign_model.sign import Sign, sequence
+from sign_model.task import PlanningTask
+from sign_model.translate import world_model_of
+from sign_model.world_model import WorldModel
+
+AGENT = "i"
+
+DOMAIN = """(define (domain smart-relocation)
+  (:requirements :strips :typing)
+  (:types agent area obstacle kind - object)
+  (:constants i - agent)
+  (:predicates
+    (at ?a - agent ?p - area)
+    (way ?p ?q - area)
+    (blocked-by ?p ?q - area ?o - obstacle)
+    (borders ?o - obstacle ?p - area)
+    (beside ?a - agent ?o - obstacle ?p - area)
+    (of-kind ?o - obstacle ?k - kind)
+    (can-destroy ?a - agent ?k - kind)
+    (destroyed ?o - obstacle))
+  (:action relocate
+    :parameters (?a - agent ?p ?q - area)
+    :precondition (and (at ?a ?p) (way ?p ?q))
+    :effect (and (at ?a ?q) (not (at ?a ?p))))
+  (:action pass
+    :parameters (?a - agent ?p ?q - area ?o - obstacle)
+    :precondition (and (at ?a ?p) (blocked-by ?p ?q ?o) (destroyed ?o))
+    :effect (and (at ?a ?q) (not (at ?a ?p))))
+  (:action approach
+    :parameters (?a - agent ?o - obstacle ?p - area)
+    :precondition (and (at ?a ?p) (borders ?o ?p))
+    :effect (and (beside ?a ?o ?p) (not (at ?a ?p))))
+  (:action destroy
+    :parameters (?a - agent ?o - obstacle ?p - area ?k - kind)
+    :precondition (and (beside ?a ?o ?p) (of-kind ?o ?k) (can-destroy ?a ?k))
+    :effect (and (destroyed ?o) (at ?a ?p) (not (beside ?a ?o ?p)))))
+"""
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    """What is known of a smart relocation task on the symbolic level. Names as in PDDL: one lower-case word each, all different.
+
+    start, goal: areas.
+    ways: pairs of areas with nothing between them, both ways.
+    blocked: (area, area, obstacle): the way between the two, both ways, is closed by that obstacle alone.
+    kinds: the kind of each obstacle.
+    abilities: the kinds that "I" can destroy.
+    seen_as: for areas and obstacles, the spatial signs that name where they are seen, such as ("afar", "ahead-left").
+    """
+
+    start: str
+    goal: str
+    ways: tuple[tuple[str, str], ...] = ()
+    blocked: tuple[tuple[str, str, str], ...] = ()
+    kinds: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    abilities: Collection[str] = ()
+    seen_as: Mapping[str, Collection[str]] = dataclasses.field(default_factory=dict)
+
+    @property
+    def areas(self) -> tuple[str, ...]:
+        """Every area named, in order of first mention."""
+        between = [area for pair in self.ways for area in pair] + [area for *pair, _ in self.blocked for area in pair]
+        return tuple(dict.fromkeys([self.start, self.goal, *between]))
+
+    @property
+    def obstacles(self) -> tuple[str, ...]:
+        """Every obstacle that closes a way, in order of first mention."""
+        return tuple(dict.fromkeys(obstacle for *_, obstacle in self.blocked))
+
+
+def problem_text(scene: Scene, name: str = "scene") -> str:
+    """Returns the scene as a PDDL problem of `DOMAIN`.
+
+    Raises:
+      ValueError: an obstacle has no kind, a name stands for two things, or a name is not one word.
+    """
+    _check(scene)
+    kinds = tuple(dict.fromkeys([*scene.kinds.values(), *scene.abilities]))
+    facts = [("at", AGENT, scene.start)]
+    facts += [("way", *pair) for way in scene.ways for pair in (way, way[::-1])]
+    for one, other, obstacle in scene.blocked:
+        facts += [("blocked-by", one, other, obstacle), ("blocked-by", other, one, obstacle)]
+        facts += [("borders", obstacle, one), ("borders", obstacle, other)]
+    facts += [("of-kind", obstacle, scene.kinds[obstacle]) for obstacle in scene.obstacles]
+    facts += [("can-destroy", AGENT, kind) for kind in scene.abilities]
+    objects = "".join(
+        f" {' '.join(names)} - {sort}"
+        for sort, names in (("area", scene.areas), ("obstacle", scene.obstacles), ("kind", kinds))
+        if names
+    )
+    told = "\n    ".join(f"({' '.join(fact)})" for fact in dict.fromkeys(facts))
+    return (
+        f"(define (problem {name})\n  (:domain smart-relocation)\n  (:objects{objects})\n"
+        f"  (:init\n    {told})\n  (:goal (at {AGENT} {scene.goal})))\n"
+    )
+
+
+def scene_task(scene: Scene) -> PlanningTask:
+    """Returns the scene as a planning task; its errors are those of `problem_text`."""
+    return load(DOMAIN, problem_text(scene))
+
+
+def scene_signs(scene: Scene) -> WorldModel:
+    """Returns the scene as signs: its planning task's, with "I" and with where things are seen.
+
+    The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I can destroy. The image of an
+    area or obstacle is where it is seen, a set of spatial signs (`sign_model.spatial` grounds them).
+    """
+    model = world_model_of(scene_task(scene))
+    places = {name for names in scene.seen_as.values() for name in names}
+    model = model.with_signs(Sign(name) for name in sorted(places - set(model.names)))
+    for kind in scene.abilities:
+        model = model.grown(AGENT, Component.MEANING, sequence({"action destroy", kind}))
+    for name, seen in scene.seen_as.items():
+        model = model.grown(name, Component.IMAGE, sequence(set(seen)))
+    return model
+
+
+def abilities_of(model: WorldModel) -> frozenset[str]:
+    """Returns the kinds of obstacles that "I" can destroy, read from the personal meanings of the sign `i`."""
+    meanings = (matrix.features for matrix in model.sign(AGENT).meaning)
+    return frozenset(kind for features in meanings if "action destroy" in features for kind in features - {"action destroy"})
+
+
+def _check(scene: Scene) -> None:
+    missing = [obstacle for obstacle in scene.obstacles if obstacle not in scene.kinds]
+    if missing:
+        raise ValueError(f"obstacle {missing[0]!r} has no kind: name one in kinds, so that it is known who can destroy it")
+    groups = (scene.areas, scene.obstacles, dict.fromkeys([*scene.kinds.values(), *scene.abilities]), (AGENT,))
+    names = [name for group in groups for name in group]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{twice!r} names two things of the scene: give areas, obstacles and kinds names of their own")
+    broken = next((name for name in names if name.split() != [name.lower()] or set(name) & set("();?")), None)
+    if broken is not None:
+        raise ValueError(f"{broken!r} is no PDDL name: use one lower-case word without parentheses, ';' and '?'")
+    unknown = next((name for name in scene.seen_as if name not in (*scene.areas, *scene.obstacles)), None)
+    if unknown is not None:
+        raise ValueError(f"{unknown!r} is seen but is no area or obstacle of the scene: take it out of seen_as")

@@ -1,0 +1,126 @@
+"""The smart relocation task as PDDL and as signs."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from sign_model.fuzzy_table import DEFAULT_TABLE
+from sign_model.matrix import Component
+from sign_model.network import network
+from sign_model.planner import plan
+from sign_model.relocation_domain import DOMAIN, Scene, abilities_of, problem_text, scene_signs, scene_task
+from sign_model.result import PlanStatus
+from sign_model.sign import sequence
+from sign_model.spatial import spatial_signs
+from sign_model.translate import task_matrices
+
+RINGS = Scene(
+    start="yard",
+    goal="vault",
+    ways=(("yard", "street"),),
+    blocked=(("street", "garden", "hedge"), ("street", "garden", "wall"), ("garden", "vault", "door")),
+    kinds={"hedge": "plant", "wall": "stone", "door": "wood"},
+    abilities=("plant", "wood"),
+    seen_as={"vault": ("afar", "ahead-left"), "wall": ("close", "ahead")},
+)
+
+
+def test_the_agent_walks_approaches_destroys_and_passes_until_it_is_there():
+    found = plan(scene_task(RINGS))
+    assert found.actions == (
+        "(relocate i yard street)",
+        "(approach i hedge street)",
+        "(destroy i hedge street plant)",
+        "(pass i street garden hedge)",
+        "(approach i door garden)",
+        "(destroy i door garden wood)",
+        "(pass i garden vault door)",
+    )
+
+
+def test_what_the_agent_cannot_destroy_makes_the_task_unsolvable():
+    weak = Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"})
+    assert plan(scene_task(weak)).status == PlanStatus.UNSOLVABLE
+
+
+def test_being_there_needs_no_act():
+    assert plan(scene_task(Scene(start="a", goal="a"))).actions == ()
+
+
+def test_the_number_destroyed_is_the_least_on_random_scenes():
+    rng = np.random.default_rng(0)
+    for _ in range(12):
+        areas = [f"area{i}" for i in range(5)]
+        pairs = [pair for pair in itertools.combinations(range(5), 2) if rng.random() < 0.5]
+        blocked = tuple((areas[i], areas[j], f"thing{i}{j}") for i, j in pairs)
+        solid = {name for *_, name in blocked if rng.random() < 0.3}
+        kinds = {name: "iron" if name in solid else "wood" for *_, name in blocked}
+        scene = Scene(start=areas[0], goal=areas[4], blocked=blocked, kinds=kinds, abilities=("wood",))
+        level, reached = 0, {areas[0]}
+        while areas[4] not in reached and level < 6:
+            level += 1
+            reached |= {x for p, q, name in blocked if name not in solid for x in (p, q) if {p, q} & reached}
+        found = plan(scene_task(scene), planner="astar")
+        assert found.is_solved == (areas[4] in reached)
+        if found.is_solved:
+            assert sum(action.startswith("(destroy") for action in found.actions) == level
+
+
+def test_i_carry_what_i_can_do_as_personal_meaning():
+    model = scene_signs(RINGS)
+    assert model.sign("i").meaning == (sequence({"action destroy", "plant"}), sequence({"action destroy", "wood"}))
+    assert abilities_of(model) == {"plant", "wood"}
+    stronger = model.grown("i", Component.MEANING, sequence({"action destroy", "stone"}))
+    assert abilities_of(stronger) == {"plant", "wood", "stone"}
+
+
+def test_where_things_are_seen_is_their_image_and_leads_down_to_degrees_and_metres():
+    model = scene_signs(RINGS)
+    grounded = model.with_signs(())
+    known = {sign.name: sign for sign in spatial_signs(DEFAULT_TABLE)}
+    for name in ("afar", "ahead-left"):
+        for below in known[name].image[0].features:
+            grounded = grounded.with_signs([known[below]]).grown(name, Component.IMAGE, known[name].image[0])
+    links = np.asarray(network(grounded.matrices, Component.IMAGE))
+    two_steps = links.astype(int) @ links.astype(int) > 0
+    assert {"phi 22.5..67.5 deg", "r 200..1000 m"} <= set(grounded.named(two_steps[grounded.index("vault")]))
+
+
+def test_the_signs_give_the_tasks_matrices_back():
+    task, found = scene_task(RINGS), task_matrices(scene_signs(RINGS))
+    assert found.features == task.features and np.array_equal(found.conditions, task.conditions)
+    assert np.array_equal(found.adds, task.adds) and np.array_equal(found.goal, task.goal)
+
+
+def test_the_problem_reads_like_pddl_written_by_hand():
+    text = problem_text(Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"}), name="tiny")
+    assert text.splitlines() == [
+        "(define (problem tiny)",
+        "  (:domain smart-relocation)",
+        "  (:objects a b - area rock - obstacle stone - kind)",
+        "  (:init",
+        "    (at i a)",
+        "    (blocked-by a b rock)",
+        "    (blocked-by b a rock)",
+        "    (borders rock a)",
+        "    (borders rock b)",
+        "    (of-kind rock stone))",
+        "  (:goal (at i b)))",
+    ]
+    assert DOMAIN.count("(") == DOMAIN.count(")")
+
+
+@pytest.mark.parametrize(
+    "scene, told",
+    [
+        (Scene(start="a", goal="b", blocked=(("a", "b", "rock"),)), "obstacle 'rock' has no kind"),
+        (Scene(start="a", goal="b", blocked=(("a", "b", "a"),), kinds={"a": "k"}), "'a' names two things"),
+        (Scene(start="a b", goal="c"), "'a b' is no PDDL name"),
+        (Scene(start="a", goal="B"), "'B' is no PDDL name"),
+        (Scene(start="a", goal="b", seen_as={"c": ("afar",)}), "'c' is seen but is no area or obstacle"),
+    ],
+)
+def test_a_scene_that_does_not_fit_is_told_in_one_sentence(scene, told):
+    with pytest.raises(ValueError, match=told):
+        problem_text(scene)
