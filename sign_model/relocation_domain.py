@@ -51,7 +51,7 @@ DOMAIN = """(define (domain smart-relocation)
 
 @dataclasses.dataclass(frozen=True)
 class Scene:
-    """What is known of a smart relocation task on the symbolic level. Names as in PDDL: one lower-case word each, all different.
+    """What is known of a smart relocation task on the symbolic level. Names are lower-case words, all different.
 
     start, goal: areas.
     ways: pairs of areas with nothing between them, both ways.
