@@ -1,4 +1,4 @@
-"""Lifted task -> `PlanningTask`: roles filled by joins over static facts, only what can be reached kept, negation compiled away.
+"""Lifted task -> `PlanningTask`: roles filled by joins over static facts, negation compiled away, the reachable kept.
 
 Atoms are integer rows of object numbers while the roles are filled: a static condition is a table, joined to the table of
 partial bindings, so that bindings that break a static condition never exist.
@@ -10,7 +10,8 @@ from collections import defaultdict
 
 import numpy as np
 
-from sign_model.pddl import Atom, Domain, Problem, Schema, parse
+from sign_model.lifted import Atom, Domain, Problem, Schema
+from sign_model.pddl import parse
 from sign_model.task import PlanningTask
 
 
@@ -88,10 +89,12 @@ def _bindings(schema: Schema, domain: Domain, problem: Problem, fluents: set[str
     """All ways to fill the roles that types, equalities and static conditions permit, in the order of the objects."""
     names = list(problem.objects)
     number = {name: i for i, name in enumerate(names)}
-    fits = {role: np.array([domain.is_a(given, kinds) for given in problem.objects.values()], bool) for role, kinds in schema.roles}
+    fits = {
+        role: np.array([domain.is_a(given, kinds) for given in problem.objects.values()], bool) for role, kinds in schema.roles
+    }
     static = [atom for atom in schema.conditions if atom[0] not in fluents]
     bound: list[str] = []
-    table = np.zeros((1, 0), np.int32)
+    table = _equal(np.zeros((1, 0), np.int32), bound, schema, number)
     for atom in sorted(static, key=lambda a: -len(set(a[1:]))):
         table, bound = _join(table, bound, *_rows_of(atom, problem, number))
         table = _typed(table, bound, fits)
@@ -152,7 +155,9 @@ def _typed(table: np.ndarray, bound: list[str], fits: dict[str, np.ndarray]) -> 
 def _equal(table: np.ndarray, bound: list[str], schema: Schema, number: dict[str, int]) -> np.ndarray:
     """The bindings that keep the equalities whose roles are all bound."""
     for one, other, wanted in schema.equalities:
-        sides = [table[:, bound.index(x)] if x in bound else number[x] for x in (one, other) if x in bound or not x.startswith("?")]
+        sides = [
+            table[:, bound.index(x)] if x in bound else number[x] for x in (one, other) if x in bound or not x.startswith("?")
+        ]
         if len(sides) == 2:
             table = table[np.broadcast_to((sides[0] == sides[1]) == wanted, len(table))]
     return table

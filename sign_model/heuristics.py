@@ -55,7 +55,9 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
     """Writes signs as JSON, whole or not at all."""
     target = pathlib.Path(path)
-    text = json.dumps({"heuristic_signs": [{k: v if k == "name" else dict(v) for k, v in asdict(s).items()} for s in signs]}, indent=1)
+    text = json.dumps(
+        {"heuristic_signs": [{k: v if k == "name" else dict(v) for k, v in asdict(s).items()} for s in signs]}, indent=1
+    )
     unfinished = target.with_name(target.name + f".{os.getpid()}.part")
     try:
         unfinished.write_text(text + "\n", encoding="utf-8")

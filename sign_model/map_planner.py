@@ -124,7 +124,9 @@ def regress(
 def _m_step(situations: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(situation, action) numbers of all fitting pairs, ordered by situation, then action."""
     held = situations.astype(np.float32)
-    return np.nonzero(((held @ adds) > 0) & ((held @ bad) == 0))
+    fits = np.logical_and(held @ adds > 0, held @ bad == 0)
+    number, action = fits.nonzero()
+    return number, action
 
 
 def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int) -> list[int]:
@@ -170,4 +172,4 @@ def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
     for w in range(words.shape[1]):
         missing |= (others[None, :, w] & ~words[:, None, w]) != 0
         extra |= (words[:, None, w] & ~others[None, :, w]) != 0
-    return (~missing & extra).any(axis=1)
+    return np.any(~missing & extra, axis=1)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sign_model.pddl import Atom
+from sign_model.lifted import Atom
 
 MAX_PAIR_FEATURES = 600
 """Beyond this number of features the pair fixpoint (its cost grows with A F^2 a sweep) gives way to mutex groups."""
@@ -36,35 +36,43 @@ def mutexes(
 
 def _clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
     """bool [A]: whether two conditions of an action exclude each other."""
-    return ((conditions.astype(np.float32) @ mutex.astype(np.float32) > 0) & conditions).any(axis=1)
+    return np.any((conditions.astype(np.float32) @ mutex.astype(np.float32) > 0) & conditions, axis=1)
 
 
-def _by_pairs(conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _by_pairs(
+    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The h2 fixpoint on matrices: pairs[p, q] grows from the pairs of the starts until no action adds to it.
 
     Boolean products are float32 products: exact, as sums stay far below 2^24.
     """
     needs, gives = conditions.astype(np.float32), adds.astype(np.float32)
-    pairs = (starts.T.astype(np.float32) @ starts.astype(np.float32)) > 0
+    pairs = np.asarray((starts.T.astype(np.float32) @ starts.astype(np.float32)) > 0)
     while True:
-        clash = (needs @ (~pairs).astype(np.float32)) > 0  # [A, F]: q cannot hold beside the conditions
+        clash = np.asarray(needs @ (~pairs).astype(np.float32) > 0)  # [A, F]: q cannot hold beside the conditions
         usable = ~(clash & conditions).any(axis=1)
         beside = ((~clash & ~deletes) | adds) & usable[:, None]  # q holds after the action: it survives, or is added
         new = (np.where(usable[:, None], gives, np.float32(0)).T @ beside.astype(np.float32)) > 0
         grown = pairs | new | new.T
-        if (grown == pairs).all():
-            return ~pairs, usable
-        pairs = grown
+        if np.array_equal(grown, pairs):
+            return ~pairs, np.asarray(usable)
+        pairs = np.asarray(grown)
 
 
 def mutex_groups(
-    features: Sequence[Atom], conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray, max_parts: int = 4
+    features: Sequence[Atom],
+    conditions: np.ndarray,
+    adds: np.ndarray,
+    deletes: np.ndarray,
+    starts: np.ndarray,
+    max_parts: int = 4,
 ) -> list[np.ndarray]:
     """Returns groups bool [F] of which at most one feature holds at any time; none where no guess proves right.
 
     A guess is a set of parts (predicate, position): the features of the predicate whose argument at the position is the group's
-    object (position -1: all of them). It is right when every start has at most one of the group and no action that can go (it needs
-    at most one of the group) adds more of it than it takes away of what it needs. A wrong guess is extended by what its offending action takes away.
+    object (position -1: all of them). It is right when every start has at most one of the group and no action that can go (it
+    needs at most one of the group) adds more of it than it takes away of what it needs. A wrong guess is extended by what its
+    offending action takes away.
     """
     kinds = sorted({_kind(atom) for atom in features})
     waiting = [frozenset([(kind, position)]) for kind in kinds for position in (-1, *range(1, kind[1]))]
@@ -117,9 +125,9 @@ def _vector(members: list[int], size: int) -> np.ndarray:
 def _extensions(parts: frozenset, group: np.ndarray, taken: np.ndarray, features: Sequence[Atom]) -> list[frozenset]:
     """The guess enlarged by one part that contains a feature which the offending action needs and takes away."""
     known = dict(parts)
-    objects = {features[i][known[_kind(features[i])]] for i in np.flatnonzero(group) if known[_kind(features[i])] > 0}
+    objects = {features[i][known[_kind(features[i])]] for i in np.flatnonzero(group).tolist() if known[_kind(features[i])] > 0}
     out = []
-    for i in np.flatnonzero(taken & ~group):
+    for i in np.flatnonzero(taken & ~group).tolist():
         kind = _kind(features[i])
         if kind in known:
             continue

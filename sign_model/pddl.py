@@ -11,72 +11,14 @@ the same (some IPC blocks files do) are taken for `object`.
 
 import pathlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from typing import NoReturn
 
+from sign_model.lifted import Atom, Domain, Problem, Schema, Types
 from sign_model.syntax import Form, PddlError, Word, read_form, read_source
-
-Atom = tuple[str, ...]
-Types = tuple[str, ...]
 
 _BEYOND_STRIPS = ("or", "imply", "forall", "exists", "when", "preference", "assign", "decrease", "scale-up", "scale-down")
 _DOMAIN_PARTS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")
 _PROBLEM_PARTS = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
-
-
-@dataclass(frozen=True)
-class Schema:
-    """An action with its roles still empty: the script that is the action's significance.
-
-    roles: (variable, types) in order. conditions, negative_conditions, adds, deletes: atoms over variables and constants.
-    equalities: (one, other, whether they must be equal). costs: the summands of the action's cost, numbers or function atoms;
-    None where the schema says nothing of a cost.
-    """
-
-    name: str
-    roles: tuple[tuple[str, Types], ...]
-    conditions: tuple[Atom, ...] = ()
-    negative_conditions: tuple[Atom, ...] = ()
-    equalities: tuple[tuple[str, str, bool], ...] = ()
-    adds: tuple[Atom, ...] = ()
-    deletes: tuple[Atom, ...] = ()
-    costs: tuple[int | Atom, ...] | None = None
-
-
-@dataclass(frozen=True)
-class Domain:
-    """What holds for every problem: types {type: parents}, constants {name: types}, predicates {name: types of its roles}."""
-
-    name: str
-    types: dict[str, Types]
-    constants: dict[str, Types]
-    predicates: dict[str, tuple[Types, ...]]
-    functions: dict[str, tuple[Types, ...]]
-    schemas: tuple[Schema, ...]
-
-    def is_a(self, given: Types, wanted: Types) -> bool:
-        """Whether an object of the types `given` may fill a role of the types `wanted`."""
-        seen, waiting = set(), list(given)
-        while waiting:
-            kind = waiting.pop()
-            if kind in wanted or "object" in wanted:
-                return True
-            if kind not in seen:
-                seen.add(kind)
-                waiting += self.types.get(kind, ())
-        return False
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One task of a domain: objects {name: types} (constants included), start and goal atoms, values of the cost functions."""
-
-    name: str
-    objects: dict[str, Types]
-    start: frozenset[Atom]
-    goal: tuple[Atom, ...]
-    negative_goal: tuple[Atom, ...] = ()
-    values: dict[Atom, int] = field(default_factory=dict)
-    counts_costs: bool = False
 
 
 def parse(domain: str | pathlib.Path, problem: str | pathlib.Path) -> tuple[Domain, Problem]:
@@ -105,7 +47,7 @@ class _Reader:
             if section.head not in parts:
                 self.fail(f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}", section)
 
-    def fail(self, message: str, where: object) -> None:
+    def fail(self, message: str, where: object) -> NoReturn:
         raise PddlError(message, file=self.file, line=getattr(where, "line", None))
 
     def form(self, item: Form | Word) -> Form:
@@ -199,7 +141,9 @@ class _DomainReader(_Reader):
     def read(self) -> Domain:
         types = self._types()
         constants = {
-            str(name): self.known_types(types, kinds, name) for part in self.parts(":constants") for name, kinds in self.typed(part[1:])
+            str(name): self.known_types(types, kinds, name)
+            for part in self.parts(":constants")
+            for name, kinds in self.typed(part[1:])
         }
         predicates = self._declared(":predicates", types)
         functions = self._declared(":functions", types, skip_types=True)
@@ -263,7 +207,7 @@ class _DomainReader(_Reader):
         for part in self.conjuncts(fields.get(":precondition", Form(form.line))):
             atom, positive = self.literal(part)
             if atom.head == "=":
-                equalities.append(self._equality(atom, arguments) + (positive,))
+                equalities.append((*self._equality(atom, arguments), positive))
             else:
                 (conditions if positive else negative).append(self.atom(atom, domain, arguments))
         adds, deletes, costs = self._effects(fields[":effect"], domain, arguments)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sign_model.lifted import Atom
 from sign_model.mutex import mutexes
-from sign_model.pddl import Atom
 from sign_model.task import PlanningTask
 
 
@@ -55,7 +55,7 @@ def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals
     goals = task.goal[None] if goals is None else goals
     mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts)
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
-    relevant = _relevant(task.conditions[usable], task.adds[usable], goals.any(axis=0))
+    relevant = _relevant(task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)))
     helpful = (task.adds[usable] & relevant).any(axis=1)
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
     conditions, adds, deletes = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))

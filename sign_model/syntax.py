@@ -52,7 +52,9 @@ def read_source(source: str | pathlib.Path) -> tuple[str, str]:
     except UnicodeDecodeError:
         raise PddlError("not a text file: give a PDDL file in UTF-8", file=str(path)) from None
     except OSError as error:
-        raise PddlError(f"cannot be read ({error.strerror}): give the path of a PDDL file, or its text", file=str(path)) from None
+        raise PddlError(
+            f"cannot be read ({error.strerror}): give the path of a PDDL file, or its text", file=str(path)
+        ) from None
 
 
 def read_form(text: str, file: str) -> Form:
@@ -61,7 +63,9 @@ def read_form(text: str, file: str) -> Form:
     whole: Form | None = None
     for token, line in _tokens(text):
         if whole is not None:
-            raise PddlError(f"'{token}' stands after the end of (define ...): remove it, or one ')' too many", file=file, line=line)
+            raise PddlError(
+                f"'{token}' stands after the end of (define ...): remove it, or one ')' too many", file=file, line=line
+            )
         if token == "(":
             stack.append(Form(line))
         elif not stack:

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sign_model.pddl import Atom, Domain, Problem
+from sign_model.lifted import Atom, Domain, Problem
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningTask:
     """A grounded STRIPS task. F features, A actions; an action may go when its conditions hold; then deletes, then adds.
 
-    features: the atom of each feature; ("not", p, ...) is the complement of p, made where a condition or the goal needs p false.
+    features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be false.
     actions: (schema, argument, ...) of each ground action.
     conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
     costs: int32 [A], 0 or more.
@@ -46,7 +46,7 @@ class PlanningTask:
         return tuple(f"({' '.join(action)})" for action in self.actions)
 
     def situation(self, atoms: Sequence[Atom]) -> np.ndarray:
-        """Returns bool [F], True at the given atoms; ValueError for one that is no feature (unreachable, static or misspelt)."""
+        """Returns bool [F], True at the given atoms; ValueError for one that is no feature."""
         index = {atom: i for i, atom in enumerate(self.features)}
         situation = np.zeros(self.num_features, bool)
         for atom in atoms:
@@ -57,7 +57,12 @@ class PlanningTask:
 
 
 def task_from_arrays(
-    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, start: np.ndarray, goal: np.ndarray, costs: np.ndarray | None = None
+    conditions: np.ndarray,
+    adds: np.ndarray,
+    deletes: np.ndarray,
+    start: np.ndarray,
+    goal: np.ndarray,
+    costs: np.ndarray | None = None,
 ) -> PlanningTask:
     """Returns a task of nameless features and actions (`(f0)`, `(a0)`); an action that deletes and adds a feature adds it.
 
@@ -67,7 +72,8 @@ def task_from_arrays(
       costs: int32 [A], 1 each where not given.
     """
     num_actions, num_features = conditions.shape
-    for name, array in dict(conditions=conditions, adds=adds, deletes=deletes, start=start, goal=goal).items():
+    given = {"conditions": conditions, "adds": adds, "deletes": deletes, "start": start, "goal": goal}
+    for name, array in given.items():
         shape = (num_features,) if name in ("start", "goal") else (num_actions, num_features)
         if array.dtype != bool or array.shape != shape:
             raise ValueError(f"{name} must be bool {list(shape)}, got {array.dtype} {list(array.shape)}")

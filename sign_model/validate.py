@@ -6,7 +6,10 @@ cannot hide.
 
 from collections.abc import Sequence
 
-from sign_model.pddl import Atom, Domain, Problem, Schema
+import numpy as np
+
+from sign_model.bits import pack
+from sign_model.lifted import Atom, Domain, Problem, Schema
 from sign_model.task import PlanningTask
 
 
@@ -80,3 +83,28 @@ def _replay_arrays(task: PlanningTask, plan: list[Atom]) -> list[str]:
             return [f"step {number} ({' '.join(step)}): ({' '.join(atom)}) does not hold" for atom in missing]
         state = (state & ~task.deletes[action]) | task.adds[action]
     return [f"the goal ({' '.join(task.features[f])}) is not reached" for f in (task.goal & ~state).nonzero()[0]]
+
+
+def replay_batch(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plans: Sequence[np.ndarray]) -> None:
+    """Replays many plans of one domain side by side on its own unpruned matrices; AssertionError names the first that fails.
+
+    Args:
+      task: whose matrices all share.
+      starts, goals: bool [N, F].
+      plans: N arrays of action numbers, in the order of execution.
+    """
+    conditions, adds, deletes = pack(task.conditions), pack(task.adds), pack(task.deletes)
+    states, lengths = pack(starts), np.array([len(plan) for plan in plans], np.int64)
+    steps = np.zeros((len(plans), int(lengths.max(initial=0))), np.int64)
+    for number, plan in enumerate(plans):
+        steps[number, : len(plan)] = plan
+    for i in range(steps.shape[1]):
+        going = np.flatnonzero(lengths > i)
+        actions, before = steps[going, i], states[going]
+        stuck = going[(conditions[actions] & ~before).any(axis=1)]
+        if len(stuck):
+            raise AssertionError(f"plan {stuck[0]}: {task.action_names[steps[stuck[0], i]]} cannot go at step {i + 1}")
+        states[going] = (before & ~deletes[actions]) | adds[actions]
+    missed = np.flatnonzero((pack(goals) & ~states).any(axis=1))
+    if len(missed):
+        raise AssertionError(f"plan {missed[0]} does not reach its goal")

@@ -1,0 +1,124 @@
+"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and the independent replay."""
+
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+from sign_model.heuristics import DEFAULTS, LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
+from sign_model.map_planner import plan_map
+from sign_model.result import PlanResult, PlanStatus
+from sign_model.search import best_first
+from sign_model.shorten import shorten
+from sign_model.task import PlanningTask
+from sign_model.validate import validate
+
+Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
+
+_SIGNS = {sign.name: sign for sign in (OVERLAP, LANDMARKS, RELAXED_PLAN)}
+
+
+class Memory(Protocol):
+    """Experience: solved tasks as precedents. What it answers is replayed first and never trusted."""
+
+    def recall(self, task: PlanningTask) -> Sequence[str] | None:
+        """The plan of this very task, or None."""
+        ...
+
+    def suggest(self, task: PlanningTask) -> Sequence[str] | None:
+        """A plan that may serve the task, perhaps a long one, or None."""
+        ...
+
+
+def plan(
+    task: PlanningTask,
+    *,
+    planner: str = "map",
+    heuristic: Heuristic = None,
+    memory: Memory | None = None,
+    max_expansions: int = 200_000,
+    max_seconds: float | None = None,
+    weight: float = 3.0,
+) -> PlanResult:
+    """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or a spent budget.
+
+    Args:
+      task: from `load` or `task_from_arrays`.
+      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the actions' costs).
+      heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS` where None. For the others
+        blind, goals, hmax, hadd or ff; hmax for astar and hadd for the rest where None.
+      memory: precedents, tried first; where none serves, planning goes on without it.
+      max_expansions: the most situations expanded.
+      max_seconds: the most time for the search; unbounded where None.
+      weight: of weighted A*.
+
+    Raises:
+      ValueError: a planner or heuristic that isn't known, or a budget below 1.
+    """
+    if max_expansions < 1:
+        raise ValueError(f"max_expansions must be at least 1, got {max_expansions}")
+    began = time.perf_counter()
+    recalled = memory.recall(task) if memory is not None else None
+    if recalled is not None and not validate(task, recalled):
+        return _finished(task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter())
+
+    def out_of_time() -> bool:
+        return max_seconds is not None and time.perf_counter() - began > max_seconds
+
+    if planner == "map":
+        found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, out_of_time=out_of_time)
+        actions = None if found.plan is None else shorten(task, found.plan)
+    elif heuristic is None or isinstance(heuristic, str):
+        found = best_first(
+            task, planner, heuristic=heuristic, weight=weight, max_expansions=max_expansions, out_of_time=out_of_time
+        )
+        actions = found.plan
+    else:
+        raise ValueError(f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not a sign")
+    may_suggest = planner == "map" or actions is None
+    suggested = _suggested(task, memory) if may_suggest and not found.is_proof else None
+    if suggested is not None:
+        actions = min((plan for plan in (actions, suggested) if plan is not None), key=len)
+    searched = time.perf_counter()
+    if actions is None:
+        status = PlanStatus.UNSOLVABLE if found.is_proof else PlanStatus.BUDGET_SPENT
+        return _finished(task, status, (), found.expansions, began, searched)
+    names = task.action_names
+    return _finished(task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched)
+
+
+def _suggested(task: PlanningTask, memory: Memory | None) -> list[int] | None:
+    """The plan of a precedent that fits the task, as action numbers; None where there is none, or it does not unfold."""
+    suggestion = memory.suggest(task) if memory is not None else None
+    if suggestion is None or validate(task, suggestion):
+        return None
+    number_of = {name: i for i, name in enumerate(task.action_names)}
+    return [number_of[name.lower()] for name in suggestion]
+
+
+def _signs(heuristic: Heuristic) -> Sequence[HeuristicSign]:
+    if heuristic is None:
+        return DEFAULTS
+    if isinstance(heuristic, HeuristicSign):
+        return (heuristic,)
+    if isinstance(heuristic, str):
+        if heuristic not in _SIGNS:
+            raise ValueError(f"heuristic sign '{heuristic}' is not known to MAP: choose one of {', '.join(_SIGNS)}")
+        return (_SIGNS[heuristic],)
+    if not heuristic:
+        raise ValueError("MAP needs at least one heuristic sign: give None for the unlearned ones")
+    return tuple(heuristic)
+
+
+def _finished(
+    task: PlanningTask, status: PlanStatus, actions: tuple[str, ...], expansions: int, began: float, searched: float
+) -> PlanResult:
+    """Replays the plan and gathers the times. A plan that fails its replay is our own slip, never an answer."""
+    if status == PlanStatus.SOLVED and (wrong := validate(task, actions)):
+        raise AssertionError(f"the planner made an invalid plan: {wrong[0]}")
+    spent = {
+        "parse": task.seconds.get("parse", 0.0),
+        "build": task.seconds.get("ground", 0.0),
+        "search": searched - began,
+        "validate": time.perf_counter() - searched,
+    }
+    return PlanResult(status, actions, expansions, spent)

@@ -1,0 +1,39 @@
+"""What planning ends with: a status, the plan, and what it took."""
+
+import enum
+from dataclasses import dataclass, field
+
+
+class PlanStatus(enum.IntEnum):
+    """How planning ended. The numbers are the exit codes of `srt-jax plan`; the text says what it means."""
+
+    SOLVED = 0, "the plan leads from the start to the goal; it was replayed"
+    UNSOLVABLE = 1, "proven: no plan exists"
+    BUDGET_SPENT = 3, "the budget was spent before a plan or a proof: raise max_expansions or max_seconds"
+
+    meaning: str
+
+    def __new__(cls, value: int, meaning: str) -> "PlanStatus":
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.meaning = meaning
+        return member
+
+
+@dataclass(frozen=True)
+class PlanResult:
+    """The answer to a planning task.
+
+    actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where the goal holds from the start.
+    expansions: situations (or states) expanded; 1 where a precedent served.
+    seconds: wall-clock time by stage: parse, build, search, validate.
+    """
+
+    status: PlanStatus
+    actions: tuple[str, ...] = ()
+    expansions: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def is_solved(self) -> bool:
+        return self.status == PlanStatus.SOLVED
