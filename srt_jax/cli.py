@@ -42,11 +42,12 @@ def run(arguments: list[str] | None = None) -> int:
     except (ValueError, ImportError) as error:
         return error_line(str(error))
     except Exception as error:
-        if not hasattr(error, "format_message"):  # what all of the parser's errors have, and only they
+        told = getattr(error, "format_message", None)  # what all of the parser's errors have, and only they
+        if told is None:
             raise
         context = getattr(error, "ctx", None)
         hint = f"; see '{context.command_path} --help'" if context else ""
-        return error_line(error.format_message().rstrip(".") + hint)
+        return error_line(told().rstrip(".") + hint)
 
 
 def _cell(option: str, text: str | None) -> Cell | None:
@@ -61,13 +62,21 @@ def _cell(option: str, text: str | None) -> Cell | None:
     epilog="Examples:  srt-jax solve city.map --start 3,5 --goal 200,310   |   srt-jax solve tasks.npz world.json --out answers"
 )
 def solve(
-    inputs: Annotated[list[str], typer.Argument(metavar="INPUT...", help=".map, .scen, .npz batch or .json world", show_default=False)],
+    inputs: Annotated[
+        list[str], typer.Argument(metavar="INPUT...", help=".map, .scen, .npz batch or .json world", show_default=False)
+    ],
     start: Annotated[str | None, typer.Option(metavar="R,C", help="Start cell on a .map.")] = None,
     goal: Annotated[str | None, typer.Option(metavar="R,C", help="Goal cell on a .map.")] = None,
     destroyable: Annotated[
-        str | None, typer.Option(metavar="all|none|IDS", help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all.")
+        str | None,
+        typer.Option(
+            metavar="all|none|IDS", help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all."
+        ),
     ] = None,
-    mode: Annotated[str, typer.Option(metavar="least|paper", help="least: the least removal. paper: the paper's greedy loop.")] = "least",
+    repair: Annotated[bool, typer.Option("--repair", help="Make valid the polygons that cross themselves.")] = False,
+    mode: Annotated[
+        str, typer.Option(metavar="least|paper", help="least: the least removal. paper: the paper's greedy loop.")
+    ] = "least",
     max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
     out: Annotated[pathlib.Path | None, typer.Option(metavar="DIR", help="Write results.json and pictures here.")] = None,
     pictures: Annotated[int, typer.Option(min=0, help="With --out: draw at most so many tasks.")] = 12,
@@ -75,7 +84,7 @@ def solve(
 ) -> int:
     """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input."""
     ends = {"start": _cell("--start", start), "goal": _cell("--goal", goal)}
-    tasks = [task for path in inputs for task in read_tasks(path, **ends, destroyable=destroyable)]
+    tasks = [task for path in inputs for task in read_tasks(path, **ends, destroyable=destroyable, repair=repair)]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
@@ -147,7 +156,9 @@ def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) 
     if len(records) > most:
         console.print(f"... and {len(records) - most} more tasks (all of them in --json or --out)", highlight=False)
     counts = ", ".join(f"{count} {status}" for status, count in Counter(record["status"] for record in records).most_common())
-    console.print(f"{len(records)} tasks in {seconds:.2f} s, compiling included: {counts}; every answer replayed.", highlight=False)
+    console.print(
+        f"{len(records)} tasks in {seconds:.2f} s, compiling included: {counts}; every answer replayed.", highlight=False
+    )
     if len(records) == 1:
         console.print(records[0]["explanation"], highlight=False)
 
@@ -159,7 +170,9 @@ def _shortened(ids: list[int], most: int = 6) -> str:
 @app.command(epilog="Example:  srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map")
 def scen(
     scenario: Annotated[str, typer.Argument(metavar="FILE.scen", help="A MovingAI scenario.")],
-    map_path: Annotated[str | None, typer.Option("--map", metavar="FILE.map", help="Its map. Default: the one it names, beside it.")] = None,
+    map_path: Annotated[
+        str | None, typer.Option("--map", metavar="FILE.map", help="Its map. Default: the one it names, beside it.")
+    ] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many rows.")] = None,
     as_json: JsonOption = False,
 ) -> int:
@@ -188,7 +201,9 @@ def scen(
 
 @app.command(epilog="Example:  srt-jax demo --out demo")
 def demo(
-    out: Annotated[pathlib.Path, typer.Option(metavar="DIR", help="Where the table, the pictures and the results go.")] = pathlib.Path("demo"),
+    out: Annotated[
+        pathlib.Path, typer.Option(metavar="DIR", help="Where the table, the pictures and the results go.")
+    ] = pathlib.Path("demo"),
     pairs: Annotated[int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")] = 6,
     seed: Annotated[int, typer.Option(min=0, help="Draws other pairs.")] = 0,
     as_json: JsonOption = False,
@@ -216,10 +231,13 @@ def demo(
 
 
 @app.command(
-    epilog="Examples:  srt-jax generate mixed --count 1000 --size 64 --seed 0 --out tasks.npz   |   srt-jax generate bagel-10 --count 8 --size 500 --out b.npz"
+    epilog="Examples:  srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz   |   "
+    "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz"
 )
 def generate(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences or mixed", show_default=False)],
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences or mixed", show_default=False)
+    ],
     out: Annotated[pathlib.Path, typer.Option(metavar="FILE.npz", help="Where the batch goes.", show_default=False)],
     count: Annotated[int, typer.Option(min=1, help="How many tasks.")] = 16,
     size: Annotated[str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")] = "64",

@@ -28,7 +28,13 @@ def error_line(message: str) -> int:
 def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Yields a function to call with the number of items finished; shows a bar with rate and time left once it takes long."""
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
     bar = Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal)
     begin, shown, done = time.perf_counter(), bar.add_task(what, total=total, rate=""), 0
 

@@ -52,7 +52,10 @@ def tasks_in(place: City, *, pairs: int, seed: int) -> list[NamedTask]:
         except ValueError:  # no room for one of the blockers between these two
             continue
         pair = len(tasks) // len(BLOCKAGES)
-        tasks += [NamedTask(f"{kind}-{pair}", make_task(labels, start, goal, destroyable=[blocker])) for kind, labels, blocker in blocked]
+        tasks += [
+            NamedTask(f"{kind}-{pair}", make_task(labels, start, goal, destroyable=[blocker]))
+            for kind, labels, blocker in blocked
+        ]
         if pair + 1 == pairs:
             return tasks
     raise ValueError(f"no {pairs} pairs of start and goal in {_PATIENCE * pairs} draws: try fewer pairs or another seed")
@@ -82,24 +85,24 @@ def summary(place: City, tasks: list[NamedTask], solutions: list[Solution]) -> l
             "open route": np.mean(unblocked[np.arange(len(ours)), goals[:, 0], goals[:, 1]]),
         }
         solved = sum(Status(int(answer.status)).is_solved for answer in answers)
-        rows.append({"blockage": kind, "tasks": len(ours), "solved": solved} | {name: float(mean) for name, mean in means.items()})
+        rows.append(
+            {"blockage": kind, "tasks": len(ours), "solved": solved} | {name: float(mean) for name, mean in means.items()}
+        )
     return rows
 
 
 def as_markdown(rows: list[dict[str, Any]], place: City) -> str:
     """Returns the summary as a Markdown table with the attribution the data asks for."""
-    form = {"explored": "{:.1%}", "contour cells": "{:.0f}", "objects on contour": "{:.1f}", "destroyed": "{:.2f}", "proven least": "{:.0%}"}
+    form = {
+        "explored": "{:.1%}",
+        "contour cells": "{:.0f}",
+        "objects on contour": "{:.1f}",
+        "destroyed": "{:.2f}",
+        "proven least": "{:.0%}",
+    }
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
     for row in rows:
-        told = [form.get(name, "{:.1f}").format(value) if isinstance(value, float) else str(value) for name, value in row.items()]
+        told = [form.get(k, "{:.1f}").format(v) if isinstance(v, float) else str(v) for k, v in row.items()]
         lines.append("| " + " | ".join(told) + " |")
-    return "\n".join(
-        [
-            f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over the tasks of each row; lengths in cell sides.",
-            "",
-            *lines,
-            "",
-            f"Map data: {place.attribution}",
-            "",
-        ]
-    )
+    head = f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over each row's tasks; lengths in cell sides."
+    return "\n".join([head, "", *lines, "", f"Map data: {place.attribution}", ""])

@@ -36,7 +36,7 @@ def figure_of(task: Task, solution: Solution, *, title: str, save_to: pathlib.Pa
     axes = figure.add_subplot()
     axes.imshow(_raster(task, solution)[:height, :width], interpolation="nearest")
     _draw_route(axes, solution)
-    _draw_places(axes, task, solution, mark=max(5.0, 9.0 - height / 120))
+    _draw_places(axes, task, solution)
     axes.set_title(f"{title}\n{_headline(solution)}".strip(), fontsize=10)
     axes.set_xlabel("column")
     axes.set_ylabel("row")
@@ -81,16 +81,16 @@ def _draw_route(axes, solution: Solution) -> None:
         axes.plot(cells[:, 1], cells[:, 0], color=_ROUTE, linewidth=1.6, label="route", solid_capstyle="round")
 
 
-def _draw_places(axes, task: Task, solution: Solution, mark: float) -> None:
+def _draw_places(axes, task: Task, solution: Solution) -> None:
+    """Marks, the larger ones below, so that two in one cell both show."""
     at = np.asarray(solution.destroyed_at)[: int(solution.num_destroyed)]
-    places = [("start", "o", _START, [task.start]), ("goal", "*", _GOAL, [task.goal])]
+    places: list[tuple] = [("start", "o", _START, 9, [task.start]), ("goal", "*", _GOAL, 15, [task.goal])]
     if np.asarray(solution.seed)[0] >= 0:
-        places.append(("seed", "X", _SEED, [solution.seed]))
+        places.append(("seed", "X", _SEED, 11, [solution.seed]))
     if len(at):
-        places.append(("destroys from here", "D", _ROUTE, np.asarray(solution.cells)[at]))
-    for name, sign, colour, cells in places:
+        places.append(("destroys from here", "D", _ROUTE, 5, np.asarray(solution.cells)[at]))
+    for name, sign, colour, size, cells in places:
         rows, cols = np.asarray(cells).T
-        size = mark * (1.5 if sign == "*" else 1)
         axes.plot(cols, rows, sign, color=colour, markersize=size, markeredgecolor="white", linestyle="none", label=name)
 
 
@@ -98,7 +98,8 @@ def _patches(task: Task, solution: Solution) -> list:
     from matplotlib.patches import Patch
 
     shown = [("reached at first", _REACHED), ("firm obstacle", _FIRM)]
-    if np.asarray(task.destroyable).any():
+    remaining = np.setdiff1d(np.flatnonzero(task.destroyable), np.asarray(solution.destroyed))
+    if np.isin(task.labels, remaining).any():
         shown.append(("destroyable obstacle", _DESTROYABLE))
     if int(solution.num_destroyed):
         shown.append(("destroyed", _DESTROYED))

@@ -1,8 +1,9 @@
 """What a solution says, in words: where the goal lies, what blocks, what was destroyed, and how good that is."""
 
+import jax
 import numpy as np
 
-from srt_jax.types import Solution, Status, Task
+from srt_jax.types import Array, Solution, Status, Task
 
 _COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
@@ -22,8 +23,8 @@ def explain(task: Task, solution: Solution) -> str:
         return _explain_one(task, solution)
     lines = []
     for index in np.ndindex(batch):
-        one_task, one_solution = (type(r)(**{k: np.asarray(v)[index] for k, v in r.items()}) for r in (task, solution))
-        lines.append(f"task {', '.join(map(str, index))}: {_explain_one(one_task, one_solution)}")
+        one = _explain_one(*(jax.tree.map(lambda array, i=index: np.asarray(array)[i], record) for record in (task, solution)))
+        lines.append(f"task {', '.join(map(str, index))}: {one}")
     return "\n".join(lines)
 
 
@@ -45,7 +46,9 @@ def _where_goal_is(task: Task) -> str:
     if not (down or right):
         return f"The goal {_cell(task.goal)} is the start."
     octant = round(np.arctan2(-down, right) / (np.pi / 4)) % 8
-    return f"The goal {_cell(task.goal)} lies {np.hypot(down, right):.0f} away to the {_COMPASS[octant]} of {_cell(task.start)}."
+    return (
+        f"The goal {_cell(task.goal)} lies {np.hypot(down, right):.0f} away to the {_COMPASS[octant]} of {_cell(task.start)}."
+    )
 
 
 def _what_blocks(task: Task, solution: Solution) -> str:
@@ -69,14 +72,15 @@ def _what_was_done(task: Task, solution: Solution, status: Status) -> str:
         return f"Not answered: the way needs more than max_destroyed or max_cells allow (removal cost at least {bound:g})."
     cells = np.asarray(solution.cells)
     steps = [
-        f"obstacle {solution.destroyed[i]} from {_cell(cells[solution.destroyed_at[i]])}" for i in range(int(solution.num_destroyed))
+        f"obstacle {solution.destroyed[i]} from {_cell(cells[solution.destroyed_at[i]])}"
+        for i in range(int(solution.num_destroyed))
     ]
     cost = float(solution.removal_cost)
     proven = "proven least" if cost <= bound * (1 + 1e-6) else f"the least is at least {bound:g}"
     return f"Destroyed {', then '.join(steps)}; removal cost {cost:g}, {proven}. Route {float(solution.cost):.1f} long."
 
 
-def _what_covers(task: Task, cell: np.ndarray) -> str:
+def _what_covers(task: Task, cell: Array) -> str:
     row, col = np.asarray(cell).tolist()
     height, width = np.asarray(task.size).tolist()
     if not (0 <= row < height and 0 <= col < width):
@@ -93,6 +97,6 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _cell(cell: np.ndarray) -> str:
+def _cell(cell: Array) -> str:
     row, col = np.asarray(cell).tolist()
     return f"({row}, {col})"

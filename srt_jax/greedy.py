@@ -1,9 +1,9 @@
 """The paper's loop: walk until blocked, destroy something on the contour of what blocks, walk on (PY16 §3.2).
 
-Read kindly: the paper destroys "the" blocking obstacle, yet on real maps a separating piece is often many objects grown together,
-some of which stand firm. So of the objects on the contour a destroyable one is taken: the one nearest the goal along the contour,
-which is the obstacle straight ahead of the seed where that one can be destroyed. The loop is complete, for each pass destroys
-an obstacle, and a contour without destroyable objects is a proof that the goal cannot be reached; it is not optimal.
+Read kindly: the paper destroys "the" blocking obstacle, yet on real maps a separating piece is often many objects grown
+together, some of which stand firm. So of the objects on the contour a destroyable one is taken: the one whose cells beside
+the contour come nearest the goal. The loop is complete, for each pass destroys an obstacle, and a contour without
+destroyable objects is a proof that the goal cannot be reached; it is not optimal.
 """
 
 from typing import NamedTuple

@@ -12,6 +12,7 @@ from srt_jax.formats.world_json import read_world
 from srt_jax.raster import rasterize
 from srt_jax.task import make_task, unstack
 from srt_jax.types import FREE, Task
+from srt_jax.world import World
 
 Cell = tuple[int, int]
 ENDINGS = (".map", ".scen", ".npz", ".json")
@@ -25,12 +26,18 @@ class NamedTask(NamedTuple):
 
 
 def read_tasks(
-    path: str, *, start: Cell | None = None, goal: Cell | None = None, destroyable: str | None = None
+    path: str,
+    *,
+    start: Cell | None = None,
+    goal: Cell | None = None,
+    destroyable: str | None = None,
+    repair: bool = False,
 ) -> list[NamedTask]:
     """Returns the tasks in a file: one of a .map (with `start` and `goal`) or .json world, each of a .scen or .npz.
 
     Args:
       destroyable: "all", "none" or ids such as "3,7"; None keeps what the file says (maps: all).
+      repair: whether polygons of a .json world that cross themselves are made valid (by shapely) instead of refused.
 
     Raises:
       ValueError: the file cannot be read, or start or goal cannot be where they are.
@@ -49,12 +56,12 @@ def read_tasks(
         batch = read_batch(path)
         tasks = [NamedTask(name, task) for name, task in zip(batch.names, unstack(batch.tasks))]
     else:
-        tasks = [NamedTask(stem, _with_free_start(path, rasterize(read_world(path))))]
+        tasks = [NamedTask(stem, _with_free_start(path, rasterize(_world(path, repair))))]
     return [named._replace(task=_with_flags(path, named.task, destroyable)) for named in tasks]
 
 
 def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
-    """Returns the map, bool [H, W], that every row of a scenario is on; without `map_path` it is looked for beside the scenario.
+    """Returns the map, bool [H, W], that every row of a scenario is on; without `map_path` it is looked for beside it.
 
     Raises:
       ValueError: it is not there, or a row is for a map of another size, or starts or ends on no free cell.
@@ -100,8 +107,16 @@ def _require_free(what: str, free: np.ndarray, cell: Cell) -> None:
         raise ValueError(f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to {width - 1}")
     if not free[cell]:
         raise ValueError(
-            f"{what} {cell} is on a wall: choose a free cell (a goal inside an object that can be destroyed needs a .json or .npz file)"
+            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or .npz file, where a goal may "
+            "lie inside one that can be destroyed"
         )
+
+
+def _world(path: str, repair: bool) -> World:
+    try:
+        return read_world(path, repair=repair)
+    except ValueError as error:
+        raise ValueError(str(error).replace("ask for repair=True", "ask for --repair")) from error
 
 
 def _with_free_start(path: str, task: Task) -> Task:
@@ -109,7 +124,7 @@ def _with_free_start(path: str, task: Task) -> Task:
     owners = task.labels[:, row, col]
     if (owners != FREE).any():
         raise ValueError(
-            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}: move the agent to a free cell"
+            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}: move the agent elsewhere"
         )
     return task
 

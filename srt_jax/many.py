@@ -31,7 +31,7 @@ def solve_many(
     groups: dict[tuple[int, int, int], list[int]] = {}
     for index, task in enumerate(tasks):
         L, H, W = np.shape(task.labels)
-        groups.setdefault((L, *map_bucket(H, W)), []).append(index)
+        groups.setdefault((batch_bucket(L), *map_bucket(H, W)), []).append(index)
     solutions: dict[int, Solution] = {}
     for (L, height, width), members in sorted(groups.items()):
         M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
@@ -47,7 +47,7 @@ def solve_many(
 
 
 def _with_room(batch: Task, max_cells: int | None, *, mode: str, max_destroyed: int) -> Solution:
-    """Returns the solutions; where no `max_cells` is given, with room for common routes, and again with more for longer ones."""
+    """Returns the solutions; without `max_cells` with room for common routes, and again with more for longer ones."""
     room = max_cells or 4 * batch.labels.shape[-1]
     while True:
         answer = jax.tree.map(np.asarray, solve(batch, mode=mode, max_destroyed=max_destroyed, max_cells=room))

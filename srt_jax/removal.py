@@ -1,11 +1,11 @@
 """The least removal: which obstacles to destroy so that start and goal are joined at the least total cost.
 
-Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved by flooding in levels: with
-what can be afforded for a price, flood; every obstacle that the flood meets by a side can be had for the price plus its own cost;
-raise the price to the next such sum; until the goal is flooded. That price is
+Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved by flooding in levels:
+with what can be afforded for a price, flood; every obstacle that the flood meets by a side can be had for the price plus
+its own cost; raise the price to the next such sum; until the goal is flooded. That price is
 
-- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to the goal has met by a side, and
-  paid for, each obstacle on the way, and the flood is never behind;
+- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to the goal has met by a side,
+  and paid for, each obstacle on the way, and the flood is never behind;
 - the optimum where each obstacle is connected by sides and no two overlap, for then a chain of obstacles found backwards from
   the goal, each paying for the next, opens a way at that very price.
 
@@ -82,8 +82,8 @@ def price_levels(task: Task) -> Prices:
 def cheapest_chain(task: Task, prices: Prices, *, max_destroyed: int) -> Array:
     """Returns obstacles whose costs add up to the goal's price, found backwards from the goal: bool [B, M].
 
-    At each step: from the obstacle (or goal) in hand flood the free cells, and take an obstacle met there that opens at the very
-    price at which the one in hand is met; ties go to the lowest id. The chain is cut after `max_destroyed` links.
+    At each step: from the obstacle (or goal) in hand flood the free cells, and take an obstacle met there that opens at the
+    very price at which the one in hand is met; ties go to the lowest id. The chain is cut after `max_destroyed` links.
     """
     _, _, H, W = task.labels.shape
     num_obstacles = task.destroyable.shape[1]
@@ -123,7 +123,8 @@ class Passage(NamedTuple):
 def open_passage(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Passage:
     """Returns the obstacles to destroy and the route; none of either where the goal's price is inf.
 
-    `room` (int32 [B]) is how many of the `capacity` cells a route may use. Three attempts at most: the cheapest chain; where that opens no way, all that is affordable; then what is needed of it.
+    `room` (int32 [B]) is how many of the `capacity` cells a route may use. Three attempts at most: the cheapest chain; where
+    that opens no way, all that is affordable; then what is needed of it.
     """
     num_obstacles = task.destroyable.shape[1]
     affordable = prices.open_at <= prices.goal[:, None]

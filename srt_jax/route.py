@@ -1,8 +1,8 @@
 """Which obstacles a route needs gone, and when: the agent destroys each from the last cell before it is first in the way.
 
-Stepping from one cell to the next needs every owner of the next cell gone, and on a diagonal the owners of both cells beside it.
-All of these are neighbours of the cell stepped from, so they can be destroyed from there: any shortest path on the map without
-the chosen obstacles is a route, and no route that destroys only these is shorter.
+Stepping from one cell to the next needs every owner of the next cell gone, and on a diagonal the owners of both cells beside
+it. All of these are neighbours of the cell stepped from, so they can be destroyed from there: any shortest path on the map
+without the chosen obstacles is a route, and no route that destroys only these is shorter.
 """
 
 import jax.numpy as jnp

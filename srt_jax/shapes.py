@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import jax
 import numpy as np
+from jax import core
 
 from srt_jax.types import Array
 
@@ -79,7 +80,7 @@ def batch_bucket(count: int) -> int:
 
 def is_traced(*trees: object) -> bool:
     """Returns whether any leaf is a tracer, hence whether the caller is inside jit, vmap, scan or grad."""
-    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
+    return any(isinstance(leaf, core.Tracer) for leaf in jax.tree.leaves(trees))
 
 
 def _as_array(value: object) -> Array:
@@ -91,5 +92,3 @@ def _with_rank(name: str, array: Array, core_rank: int) -> Array:
         core = ", ".join("HW"[:core_rank]) if core_rank <= 2 else "L, H, W"
         raise ValueError(f"{name} must have shape [..., {core}] with no empty side, got {list(array.shape)}")
     return array
-
-

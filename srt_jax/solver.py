@@ -64,7 +64,7 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
-    bucket = (batch_bucket(B), L, *map_bucket(H, W), max(8, batch_bucket(M)))
+    bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     padded = task if bucket == (B, L, H, W, M) else pad_batch(task, bucket)
     capacity = _default_room(padded, mode) if is_default else max(128, batch_bucket(room))
     solution = _solver(mode, max_destroyed, capacity)(padded, np.full(bucket[0], room, np.int32))
@@ -77,10 +77,10 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
 
 def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
     """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end at once, START_BLOCKED."""
-    b, l, h, w, m = (to - now for to, now in zip(shape, (*task.labels.shape, task.destroyable.shape[1])))
+    B, L, H, W = task.labels.shape
+    b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
     host = jax.tree.map(np.asarray, task)
-    B, L, H, W = host.labels.shape
-    labels = np.full((B + b, L + l, H + h, W + w), FREE, np.int32)
+    labels = np.full(shape[:4], FREE, np.int32)
     labels[:, 0] = OUTSIDE
     labels[:B, :L, :H, :W] = host.labels
     return Task(
@@ -185,7 +185,7 @@ def _as_ids(mask: Array) -> Array:
 
 
 def task_batch(task: Task) -> tuple[int, ...]:
-    """Returns the batch dimensions of a task whose arrays fit together; TypeError or ValueError that names the one that does not."""
+    """Returns the batch dimensions of a task; TypeError or ValueError that names the array that does not fit the others."""
     wanted = {"labels": (np.int32, 3), "destroyable": (np.bool_, 1), "removal_cost": (np.float32, 1)}
     wanted |= dict.fromkeys(("start", "goal", "size"), (np.int32, 1))
     for name, (dtype, core_rank) in wanted.items():

@@ -6,9 +6,20 @@ row 0 on top.
 """
 
 import enum
+from collections.abc import ItemsView
+from typing import TYPE_CHECKING, Any
 
-import chex
-import numpy as np
+if TYPE_CHECKING:  # chex.dataclass is opaque to type checkers
+    from dataclasses import dataclass
+    from typing import Self
+
+    class _Record:
+        def replace(self, **changes: Any) -> Self: ...
+        def items(self) -> ItemsView[str, Any]: ...
+else:
+    from chex import dataclass
+
+    _Record = object
 
 FREE = -1
 """Label of a cell that no obstacle covers (in this layer)."""
@@ -16,7 +27,8 @@ FREE = -1
 OUTSIDE = -2
 """Label of padding: a blocked cell that belongs to no obstacle, hence can never be opened."""
 
-Array = chex.Array | np.ndarray
+Array = Any
+"""A jax.Array or np.ndarray: what they share, and all that is used of them here, no type checker can tell."""
 
 
 class Status(enum.IntEnum):
@@ -43,8 +55,8 @@ class Status(enum.IntEnum):
         return self in (Status.PATH_EXISTS, Status.SOLVED)
 
 
-@chex.dataclass(frozen=True)
-class Task:
+@dataclass(frozen=True)
+class Task(_Record):
     """One smart relocation task, or a batch of them padded to one shape (PY16 §2).
 
     labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none does, OUTSIDE (-2) on padding.
@@ -63,8 +75,8 @@ class Task:
     size: Array
 
 
-@chex.dataclass(frozen=True)
-class Path:
+@dataclass(frozen=True)
+class Path(_Record):
     """A shortest path, start first.
 
     cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more than N cells.
@@ -77,8 +89,8 @@ class Path:
     cost: Array
 
 
-@chex.dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True)
+class Solution(_Record):
     """The answer to a task, or to each task of a batch.
 
     status: int32 [...], a `Status`.

@@ -15,12 +15,13 @@ LAYERS = (
     ("moves", "shapes", "fixed_point"),
     ("kernel", "packing", "bucketed", "components"),
     ("reach", "distance", "path", "seed", "contour"),
-    ("objects", "task", "world", "raster"),
+    ("objects", "task", "rings", "scanlines", "world", "raster"),
     ("planner", "route"),
     ("removal", "greedy"),
     ("solver",),
-    ("explain", "blockage", "maps", "generate", "data", "formats", "draw"),
-    ("inputs", "results"),
+    ("many",),
+    ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
+    ("inputs", "results", "console"),
     ("demo", "scenario", "bench"),
     ("cli",),
     ("__main__", "__init__"),
@@ -77,7 +78,9 @@ def test_judges_import_nothing_of_ours_but_types():
 
 
 def test_the_symbolic_level_never_imports_the_grid_level():
-    wrong = [f"{path.name}:{line}" for path in modules("sign_model") for name, line in imports_of(path) if name.startswith("srt_jax")]
+    wrong = [
+        f"{path.name}:{line}" for path in modules("sign_model") for name, line in imports_of(path) if name.startswith("srt_jax")
+    ]
     assert not wrong
 
 
@@ -91,8 +94,14 @@ def test_importing_loads_no_more_than_jax_numpy_and_chex_do(package):
     code = "import sys; {}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
 
     def loaded(imports):
-        done = subprocess.run([sys.executable, "-c", code.format(imports)], capture_output=True, text=True, check=True, cwd=ROOT)
+        done = subprocess.run(
+            [sys.executable, "-c", code.format(imports)], capture_output=True, text=True, check=True, cwd=ROOT
+        )
         return set(done.stdout.split())
 
-    extra = loaded(f"import {package}") - loaded("import jax, numpy, chex, jax.numpy, jax.experimental") - set(sys.stdlib_module_names)
+    extra = (
+        loaded(f"import {package}")
+        - loaded("import jax, numpy, chex, jax.numpy, jax.experimental")
+        - set(sys.stdlib_module_names)
+    )
     assert extra <= {package}
