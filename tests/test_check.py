@@ -3,8 +3,13 @@
 import jax
 import numpy as np
 import pytest
+from scipy import ndimage
+from test_jps import seed_of
 
 from srt_jax.check import check
+from srt_jax.reference.astar import astar
+from srt_jax.reference.removal import least_removal
+from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Solution, Status, Task
 
 INF = np.float32(np.inf)
@@ -343,3 +348,66 @@ def test_a_task_out_of_range_is_told(change):
     labels[0, 0, 0] = value if name == "labels" else -1
     size = np.array(value, np.int32) if name == "size" else task.size
     assert f"task.{name}" in check(task.replace(labels=labels, size=size), solution)[0]
+
+
+def answer_of_the_twins(task: Task) -> Solution:
+    """The least removal by brute force, the route by A*, the contour by wall following: nothing in common with the judge."""
+    labels, start, goal = task.labels, tuple(task.start.tolist()), tuple(task.goal.tolist())
+    free, least = (labels == -1).all(axis=0), least_removal(labels, task.destroyable, task.removal_cost, start, goal)
+    first, blockage = astar(free, start, goal), {}
+    if free[start] and first.cost == np.inf:
+        seed = seed_of(first.closed, goal)
+        contour = follow_wall(free, seed, goal)
+        blobs, _ = ndimage.label(~free, structure=np.ones((3, 3)))
+        step = seed[0] + np.sign(goal[0] - seed[0]), seed[1] + np.sign(goal[1] - seed[1])
+        blob = blobs == (blobs[step] or blobs[seed[0], step[1]])
+        beside = [cell for cell in np.argwhere(blob).tolist() if min(max(abs(np.subtract(cell, c))) for c in contour) == 1]
+        ids = {int(i) for row, col in beside for i in labels[:, row, col]} - {-1}
+        blockage = {"seed": seed, "contour": sorted(set(contour)), "blocking": sorted(ids)}
+    if not least.is_solvable:
+        ends = free[start], all(i == -1 or task.destroyable[i] for i in labels[:, *goal])
+        status = Status.START_BLOCKED if not ends[0] else Status.UNSOLVABLE if ends[1] else Status.GOAL_BLOCKED
+        return solution_of(task, status, room=80, **blockage)
+    gone = np.append(np.isin(np.arange(len(task.destroyable)), least.obstacles), True)  # an index of -1, free, finds the last
+    route = astar(gone[labels].all(axis=0), start, goal)
+    destroyed, destroyed_at = [], []
+    for i, ((a, b), (c, d)) in enumerate(zip(route.path[:-1], route.path[1:], strict=True)):
+        new = sorted({int(i) for cell in ((c, d), (a, d), (c, b)) for i in labels[:, *cell]} - {-1, *destroyed})
+        destroyed, destroyed_at = destroyed + new, destroyed_at + [i] * len(new)
+    told = {"destroyed": destroyed, "destroyed_at": destroyed_at, "removal_cost": least.cost, "removal_bound": least.cost}
+    status = Status.SOLVED if destroyed else Status.PATH_EXISTS
+    return solution_of(task, status, room=80, cells=route.path, cost=route.cost, **told, **blockage)
+
+
+def random_task(rng: np.random.Generator) -> Task:
+    height, width, num_obstacles, layers = *rng.integers(2, 10, 2), rng.integers(1, 5), rng.integers(1, 3)
+    labels = rng.integers(0, num_obstacles, (layers, height, width)).astype(np.int32)
+    labels[rng.random(labels.shape) < rng.choice([0.6, 0.75, 0.9])] = -1
+    return Task(
+        labels=labels,
+        destroyable=rng.random(num_obstacles) < 0.7,
+        removal_cost=rng.integers(1, 4, num_obstacles).astype(np.float32),
+        start=rng.integers(0, (height, width)).astype(np.int32),
+        goal=rng.integers(0, (height, width)).astype(np.int32),
+        size=np.array([height, width], np.int32),
+    )
+
+
+def test_answers_of_the_slow_twins_pass():
+    rng, seen = np.random.default_rng(0), set()
+    for _ in range(600):
+        task = random_task(rng)
+        solution = answer_of_the_twins(task)
+        assert check(task, solution) == []
+        seen.add(Status(int(solution.status)))
+    assert seen == set(Status) - {Status.BUDGET_SPENT}
+
+
+def test_spoilt_answers_of_the_slow_twins_are_noticed():
+    """Another cell to destroy from, or another route as long, may be as good; all else must be noticed."""
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        task = random_task(rng)
+        solution = answer_of_the_twins(task)
+        missed = [what for what, wrong in spoilt(solution) if not check(task, wrong)]
+        assert all(what.startswith(("destroyed_at", "cells")) for what in missed), (task, missed)
