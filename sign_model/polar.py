@@ -121,10 +121,10 @@ def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Arr
     low, high = corners.min(axis=-2), corners.max(axis=-2)
 
     def reach(quarter: int, sign: int, border: Array) -> Array:
-        """The border, moved to where the far arc crosses an axis, if it does so between its two sides."""
+        """The border, which lies where the far arc crosses an axis if it does so between the sector's two sides."""
         is_crossed = (quarter * math.pi / 2 - heading - sector.start) % FULL_TURN <= sector.width
         tip = origin[..., quarter % 2] + sign * sector.far
-        return xp.where(is_crossed, sign * xp.maximum(sign * tip, sign * border), border)
+        return xp.where(is_crossed, tip, border)
 
     high = xp.stack([reach(0, 1, high[..., 0]), reach(1, 1, high[..., 1])], axis=-1)
     low = xp.stack([reach(2, -1, low[..., 0]), reach(3, -1, low[..., 1])], axis=-1)

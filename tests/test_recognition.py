@@ -3,13 +3,12 @@
 import chex
 import jax
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from sign_worlds import NAMES, ROOM, face_signs, sign_worlds
+import pytest
+from sign_worlds import NAMES, ROOM, face_signs
 
 from sign_model.matrix import ColumnKind, Component
 from sign_model.recognition import attention, recognise
-from sign_model.sign import Sign, causal, sequence, with_elementary
+from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
 from sign_model.world_model import from_signs
 
 
@@ -59,21 +58,31 @@ def twin(signs, flow, *, contiguous, levels=1):
     return recognised
 
 
-FLOWS = st.lists(st.frozensets(st.sampled_from(NAMES), max_size=4), min_size=5, max_size=5)
+def random_matrix(rng):
+    def some():
+        return frozenset(name for name in NAMES if rng.random() < 0.25) or frozenset(rng.choice(NAMES, 1).tolist())
+
+    kinds = [ColumnKind.CONDITION] * int(rng.integers(0, 4))
+    kinds += [kind for kind in (ColumnKind.ADDS, ColumnKind.DELETES) if rng.random() < 0.5]
+    return PredictionMatrix(tuple(Column(some(), kind) for kind in kinds))
 
 
-@settings(max_examples=60, deadline=None)
-@given(sign_worlds(max_columns=3), FLOWS, st.booleans(), st.sampled_from([1, 3]))
-def test_recognition_equals_its_plain_twin(signs, steps, contiguous, levels):
-    model = from_signs(signs, capacity=ROOM)
-    found = recognise(model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels)
-    told = {
-        name: (int(found.step[index]), int(found.precedent[index]))
-        for index, name in enumerate(NAMES)
-        if found.recognised[index]
-    }
-    assert told == twin(signs, steps, contiguous=contiguous, levels=levels)
-    assert not found.recognised[len(NAMES) :].any()
+@pytest.mark.parametrize("contiguous", [False, True])
+@pytest.mark.parametrize("levels", [1, 3])
+def test_recognition_equals_its_plain_twin_on_random_worlds(contiguous, levels):
+    rng = np.random.default_rng(11)
+    for _ in range(60):
+        signs = tuple(Sign(name, image=tuple(random_matrix(rng) for _ in range(rng.integers(1, 3)))) for name in NAMES)
+        steps = [frozenset(name for name in NAMES if rng.random() < 0.5) for _ in range(5)]
+        model = from_signs(signs, capacity=ROOM)
+        found = recognise(model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels)
+        told = {
+            name: (int(found.step[index]), int(found.precedent[index]))
+            for index, name in enumerate(NAMES)
+            if found.recognised[index]
+        }
+        assert told == twin(signs, steps, contiguous=contiguous, levels=levels)
+        assert not found.recognised[len(NAMES) :].any()
 
 
 def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
@@ -129,6 +138,30 @@ def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_mome
     undone = flow_of(model, ["near", "wall"], ["near", "wall", "open"])
     found = recognise(model.matrices, np.stack([done, undone]), component=Component.MEANING)
     assert found.recognised[:, 0].tolist() == [True, False] and int(found.step[0, 0]) == 1
+
+
+@pytest.mark.parametrize(
+    "rule, steps, step",
+    [
+        (causal("a", deletes="b"), ("a",), -1),
+        (causal("a", deletes="b"), ("a", "a"), 1),
+        (causal("a", deletes="b"), ("a", "b"), -1),
+        (causal("a", "c", "b"), ("a", "c"), 1),
+        (causal("a", "c", "b"), ("a", "bc", "a"), 2),
+        (causal(deletes="b"), ("b", "a"), 1),
+    ],
+)
+def test_an_absence_is_a_moment_after_the_conditions_and_one_with_what_appears(rule, steps, step):
+    signs = with_elementary([Sign("act", meaning=(rule,)), *map(Sign, "abc")])
+    model = from_signs(signs)
+    found = recognise(model.matrices, flow_of(model, *steps), component=Component.MEANING)
+    assert int(found.step[0]) == step
+
+
+def test_nothing_is_looked_for_where_only_an_absence_is_missing():
+    model = from_signs(with_elementary([Sign("act", image=(causal("a", deletes="b"),))]))
+    found = recognise(model.matrices, flow_of(model, ["a"]))
+    assert not found.recognised[0] and int(found.passed[0]) == 1 and not found.expected.any()
 
 
 def test_an_empty_flow_shows_nothing():
