@@ -1,10 +1,10 @@
-"""The octile length of a shortest path from the start to every cell: cone sweeps in exact integers (PY16 §3.2: g).
+"""The octile length of a shortest path from the start to every cell, in exact integers (PY16 §3.2: g).
 
-A sweep down the rows lets each row take what it can from the row above, straight and over both diagonals: a cone of
-directions, all columns at once as one vector. The sweep back up does the same from below. Then the map is transposed, and
-the same two sweeps serve the columns, until neither orientation changes anything: then no move can improve any cell, which
-is what a shortest distance is. Sums of integers (`fixed_point`) do not depend on their order, hence neither on the batch
-nor on the machine.
+Two ways, joined. On open ground a few sweeps over whole rows (`cones`) bring costs across the map at a fraction of a nanosecond
+a cell; where paths turn back and forth, as in mazes and among scattered obstacles, each turn would cost a sweep, and a queue of
+cells (`wavefront`) is faster, at about 20 ns a cell. So sweep while that pays, then list the cells that can still improve
+a neighbour (`frontier`) and spread from these. Sums of integers (`fixed_point`) do not depend on their order, hence neither on
+the way taken, nor on the batch, nor on the machine.
 """
 
 from typing import NamedTuple
@@ -12,14 +12,15 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import bucketed, fixed_point, shapes
+from srt_jax import bucketed, cones, fixed_point, frontier, shapes, wavefront
 from srt_jax import types as records
 from srt_jax.kernel import batch_kernel, compiled_whole
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
 
-_BLOCKED = 1 << 31  # one bit of uint32: `value & _BLOCKED` asks, max(value, other & _BLOCKED) forbids a move without a branch
+_MAX_ROUNDS = 2  # of four sweeps: a third gained less than it cost on every kind of map
+_ROOM = 1 << 15  # of the queue, in cells: more than any front on a map of 2048x2048 with a few percent of noise
 
 
 class Field(NamedTuple):
@@ -75,6 +76,8 @@ def _length_maps(free: Array, start: Array) -> Array:
         cost, scale = _solve_map(*args)
         return _lengths(cost, fixed_point.pairs(scale)[0])
 
+    if free.shape[0] == 1:  # XLA unrolls a map of one, then parallelises the division, which a marked call cannot hold
+        return field_length(cost_field(free, start))
     return compiled_whole(lambda free, start: lax.map(one_map, (free, start)))(free, start)
 
 
@@ -85,94 +88,50 @@ def _cost_maps(free: Array, start: Array) -> tuple[Array, Array]:
 
 def _solve_map(free: Array, start: Array) -> tuple[Array, Array]:
     """Cost, int32 [H, W], and scale of one map. Set up and trimmed map by map: a batch of temporaries is fresh memory."""
-    height, width = free.shape
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
-    field = _solve(_bordered_square(free, start, diagonal), straight, diagonal)[1 : 1 + height, 1 : 1 + width]
-    return jnp.where(field < _unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
+    field = _solved(free, cones.new_field(free, start, diagonal), straight, diagonal)[1:-1, 1:-1]
+    return jnp.where(field < cones.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
 
 
-def _unreached(diagonal: Array) -> Array:
-    return jnp.uint32(_BLOCKED - 1) - diagonal  # a move added to it does not set the bit
-
-
-def _bordered_square(free: Array, start: Array, diagonal: Array) -> Array:
-    """The field before any sweep, uint32 [N, N]: square, so that its transpose fits the same buffer; bordered."""
+def _solved(free: Array, field: Array, straight: Array, diagonal: Array) -> Array:
+    """Sweeps while that pays, then follows the frontier until there is none."""
     height, width = free.shape
-    side = max(height, width)
-    free = jnp.pad(free, ((1, 1 + side - height), (1, 1 + side - width)))
-    row, col = start[0] + 1, start[1] + 1
-    inside = (row > 0) & (row <= height) & (col > 0) & (col <= width)
-    row, col = jnp.where(inside, row, 0), jnp.where(inside, col, 0)  # a blocked cell of the border
-    field = jnp.where(free, _unreached(diagonal), jnp.uint32(_BLOCKED))
-    at_start = jnp.where(lax.dynamic_slice(free, (row, col), (1, 1)), jnp.uint32(0), jnp.uint32(_BLOCKED))
-    return lax.dynamic_update_slice(field, at_start, (row, col))
+    rows, stride = field.shape
+    room = min(_ROOM, 1 << (rows * stride).bit_length())
+    free_beside = wavefront.neighbours(free)
+
+    def sweep(state: tuple) -> tuple:
+        num_rounds, _, _, field = state
+        field = cones.four_sweeps(field, straight, diagonal)
+        return num_rounds + 1, *listed(field), field
+
+    def listed(field: Array) -> tuple[Array, Array]:
+        return frontier.listed(frontier.frontier(field, straight, diagonal), stride, room)
+
+    def spread(state: tuple) -> tuple:
+        cells, num, field = state
+        cost = field.reshape(-1)
+        cost, is_short = wavefront.spread(
+            cost, free_beside, frontier.cheapest_first(cells, num, cost), straight, diagonal, stride
+        )
+        field = cost.reshape(rows, stride)
+        cells, num = lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field)
+        return cells, num, field
+
+    num_rounds = jnp.where(_is_rough(free), _MAX_ROUNDS, 0)
+    cells, num = listed(field)
+    least = jnp.uint32(height * width // 128)
+
+    def pays(state: tuple) -> Array:
+        return (state[0] < _MAX_ROUNDS) & ((state[0] == 0) | (state[2] > least))
+
+    _, cells, num, field = lax.while_loop(pays, sweep, (num_rounds, cells, num, field))
+    return lax.while_loop(lambda state: state[1] != 0, spread, (cells, num, field))[2]
 
 
-def _solve(field: Array, straight: Array, diagonal: Array) -> Array:
-    """Sweeps one bordered square map [N, N] until nothing changes; it ends, because costs only fall.
-
-    Every half-round ends with a transpose, so "row" means a column of the map in every other one. `first`..`last`: the rows
-    that the half-round before changed; `raised`: the highest row that the last upward sweep in this orientation changed, from
-    which the rows below can take.
-    """
-    bottom = jnp.int32(field.shape[0] - 2)  # last row inside the border; the first is 1
-
-    def half_round(state: tuple) -> tuple:
-        field, num_quiet, num_halves, first, last, raised, raised_other = state
-        is_first = num_halves < 2  # each orientation sweeps all rows once: at first only the start could "have changed"
-        first = jnp.where(is_first, 1, jnp.minimum(first, raised))
-        field, steps, down = _sweep(field, first, bottom, straight, diagonal, upwards=False)
-        last = jnp.where(is_first, bottom, jnp.maximum(last, jnp.where(steps > 0, first + steps - 1, 1)))
-        field, steps, up = _sweep(field, jnp.int32(1), last, straight, diagonal, upwards=True)
-        raised = jnp.where(steps > 0, last - (steps - 1), bottom)
-        changed = down | up
-        is_quiet = ~jnp.any(changed)
-        first = jnp.where(is_quiet, bottom, jnp.argmax(changed).astype(jnp.int32))
-        last = jnp.where(is_quiet, 1, bottom + 1 - jnp.argmax(changed[::-1]).astype(jnp.int32))
-        return field.T, jnp.where(is_quiet, num_quiet + 1, 0), num_halves + 1, first, last, raised_other, raised
-
-    state = (field, jnp.int32(0), jnp.int32(0), bottom, bottom, bottom, bottom)
-    field, _, num_halves, *_ = lax.while_loop(lambda state: state[1] < 2, half_round, state)
-    return jnp.where(num_halves % 2 == 1, field.T, field)
-
-
-def _sweep(
-    field: Array, first: Array, last: Array, straight: Array, diagonal: Array, *, upwards: bool
-) -> tuple[Array, Array, Array]:
-    """Relaxes rows first..last in order, or last..first if `upwards`.
-
-    Rows are read from `field` and written to `out`: reading an array that the loop carries anywhere but in the slice then
-    overwritten would copy it at every step.
-
-    Returns the map, the number of steps up to the last one that changed a row, and bool [N], the columns that changed.
-    """
-    side = field.shape[0]
-
-    def row_of(y: Array) -> Array:
-        return lax.dynamic_slice(field, (y, 0), (1, side))[0]
-
-    def row_step(step: Array, carry: tuple) -> tuple:
-        line, bare, out, changed_at = carry  # the row before, with its border and without: to cut it out again costs 50 %
-        y = last - step if upwards else first + step
-        row = row_of(y)
-        new = _relaxed(line, bare, row, straight, diagonal)
-        changed_at = jnp.where(new != row[1:-1], step + 1, changed_at)  # per column: a vector, no reduction in the loop
-        line = jnp.pad(new, 1, constant_values=jnp.uint32(_BLOCKED))
-        return line, new, lax.dynamic_update_slice(out, line[None], (y, 0)), changed_at
-
-    line = row_of(last + 1 if upwards else first - 1)
-    carry = (line, line[1:-1], field, jnp.zeros(side - 2, jnp.int32))
-    _, _, out, changed_at = lax.fori_loop(0, last - first + 1, row_step, carry)
-    return out, jnp.max(changed_at), jnp.pad(changed_at > 0, 1)
-
-
-def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
-    """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare` not)."""
-    blocked = jnp.uint32(_BLOCKED)
-    here = row[1:-1]
-    left = jnp.maximum(line[:-2], row[:-2] & blocked)  # a diagonal needs the cell beside the target in this row,
-    right = jnp.maximum(line[2:], row[2:] & blocked)
-    best = jnp.minimum(jnp.minimum(left, right) + diagonal, bare + straight)
-    best = jnp.maximum(best, bare & blocked)  # and the one in the row before
-    return jnp.maximum(jnp.minimum(here, best), here & blocked)
+def _is_rough(free: Array) -> Array:
+    """Whether paths are likely to turn often: whether walls lie closer than a dozen cells, in a sample of rows."""
+    sample = free[::4]
+    num_edges = jnp.sum((sample[:, 1:] != sample[:, :-1]).astype(jnp.int32))
+    return num_edges * 12 > sample.size

@@ -1,46 +1,98 @@
-"""How a kernel is compiled and batched: the one place that knows XLA's undocumented mark and folds vmap into the batch axis.
+"""How a kernel is compiled and batched: the one place that knows XLA's undocumented marks and folds vmap into the batch axis.
 
 By default XLA:CPU compiles every fused step of a loop body as a kernel of its own, and the code of one row step is then scalar:
-five to eight times slower than when the loop is compiled as one function. A call that carries the mark below is. The mark is
-local to that call: nothing global is set, other JAX code in the process compiles as before. It is undocumented, so nothing
-but speed may depend on it: `srt-jax bench` shows whether it is in force, and the results are equal bit for bit without it.
+five to eight times slower than when the loop is compiled as one function. A call that carries the mark below is. The marks are
+local to their calls: nothing global is set, other JAX code in the process compiles as before. They are undocumented, so nothing
+but speed may depend on them: `srt-jax bench` shows whether they are in force, and the results are equal bit for bit without.
 
 Inside a marked call scatter, dot, sort, top_k, FFT and callbacks are refused by the compiler.
+
+Loops over single cells (queues) can be nearly as fast as native code, on two conditions.
+- The arrays a loop carries must stay in place. XLA copies an array, whole and at every step, when a fused computation reads it
+  that need not come before the write. A read through `read_apart` is done once, and what it returns decides the write.
+- XLA repeats a chain of scalar reads in every computation that uses its end. `apart` keeps a link of the chain from that.
 """
 
+import contextlib
+import contextvars
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax import lax
+from jax import Array, lax
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
 except ImportError:  # an older JAX: the same code, compiled the slower way
     set_xla_metadata = None
 
-_MARK = {"xla_cpu_small_call": "true", "inlineable": "false"}  # compile as one function; keep the call until that is done
+_KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
+_WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
+
+_marks_apart = contextvars.ContextVar("marks_apart", default=False)
 
 
 def is_marking() -> bool:
-    """Returns whether kernels carry the mark; SRT_JAX_PLAIN=1 in the environment leaves it out, to compare."""
+    """Returns whether kernels carry the marks; SRT_JAX_PLAIN=1 in the environment leaves them out, to compare."""
     return set_xla_metadata is not None and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
 def compiled_whole(fun: Callable) -> Callable:
     """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls it; elsewhere as it is."""
-    inner = jax.jit(fun)  # the nested jit becomes the call that the mark goes on; nothing inside it is marked
+
+    def traced(marks_apart: bool) -> Callable:
+        def run(*args: Any) -> Any:
+            with _setting(marks_apart):
+                return fun(*args)
+
+        return jax.jit(run)  # becomes the call that the mark goes on; only `apart` marks anything inside it
+
+    plain, kept = traced(False), traced(True)
 
     def marked(*args: Any) -> Any:
         assert set_xla_metadata is not None
-        return set_xla_metadata(inner(*args), **_MARK)
+        return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
-        return lax.platform_dependent(*args, cpu=marked, default=inner) if is_marking() else inner(*args)
+        return lax.platform_dependent(*args, cpu=marked, default=plain) if is_marking() else plain(*args)
 
     return run
+
+
+@contextlib.contextmanager
+def _setting(marks_apart: bool) -> Iterator[None]:
+    token = _marks_apart.set(marks_apart)
+    try:
+        yield
+    finally:
+        _marks_apart.reset(token)
+
+
+def apart(fun: Callable) -> Callable:
+    """Returns `fun` such that, inside a marked call, its result is computed once and not again wherever it is used."""
+
+    def run(*args: Any) -> Any:
+        if not _marks_apart.get():
+            return fun(*args)
+        assert set_xla_metadata is not None
+        return set_xla_metadata(jax.jit(fun)(*args), **_KEPT)
+
+    return run
+
+
+def read(array: Array, index: Array) -> Array:
+    """Returns array[index], index uint32: a signed one would be tested for being negative."""
+    return lax.dynamic_slice(array, (index,), (1,))[0]
+
+
+read_apart = apart(read)
+
+
+def write(array: Array, value: Array, index: Array) -> Array:
+    """Returns `array` with `value` at `index`, uint32."""
+    return lax.dynamic_update_slice(array, value[None].astype(array.dtype), (index,))
 
 
 def batch_kernel(fun: Callable) -> Callable:

@@ -1,0 +1,72 @@
+"""Sweeps over a field of costs: each carries costs as far as a cone of directions reaches, all columns at once as one vector.
+
+A sweep down the rows lets each row take what it can from the row above, straight and over both diagonals; the sweep back up
+does the same from below; on the transposed map the same two serve the columns. Where shortest paths seldom double back, as on
+streets, a few sweeps leave most costs exact. `frontier` finds what is left, and `wavefront` does it.
+
+A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are plain slices. BLOCKED is
+one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move without a branch.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+BLOCKED = np.uint32(1 << 31)
+
+
+def unreached(diagonal: Array) -> Array:
+    """Returns the cost of a free cell that nothing has reached: a move added to it does not set the bit of BLOCKED."""
+    return jnp.uint32(int(BLOCKED) - 1) - diagonal
+
+
+def new_field(free: Array, start: Array, diagonal: Array) -> Array:
+    """Returns the field before any sweep, uint32 [H + 2, W + 2]: 0 at the start if that is a free cell of the map."""
+    height, width = free.shape
+    row, col = start[0] + 1, start[1] + 1
+    inside = (row > 0) & (row <= height) & (col > 0) & (col <= width)
+    row, col = jnp.where(inside, row, 0), jnp.where(inside, col, 0)  # else a cell of the border
+    field = jnp.pad(jnp.where(free, unreached(diagonal), BLOCKED), 1, constant_values=BLOCKED)
+    at_start = lax.dynamic_slice(field, (row, col), (1, 1))
+    return lax.dynamic_update_slice(field, jnp.where(at_start < BLOCKED, jnp.uint32(0), at_start), (row, col))
+
+
+def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
+    """Returns the field after sweeps down, up, right and left."""
+    for _ in range(2):
+        for upwards in (False, True):
+            field = _sweep(field, straight, diagonal, upwards=upwards)
+        field = field.T
+    return field
+
+
+def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
+    """Relaxes the rows inside the border, from the first to the last, or back if `upwards`.
+
+    Rows are read from `field` and written to `out`: reading an array that the loop carries anywhere but in the slice then
+    overwritten would copy it at every step.
+    """
+    rows, cols = field.shape
+
+    def row_of(y: Array) -> Array:
+        return lax.dynamic_slice(field, (y, 0), (1, cols))[0]
+
+    def row_step(step: Array, carry: tuple) -> tuple:
+        line, bare, out = carry  # the row before, with its border and without: to cut it out again costs 50 %
+        y = rows - 2 - step if upwards else 1 + step
+        new = _relaxed(line, bare, row_of(y), straight, diagonal)
+        line = jnp.pad(new, 1, constant_values=BLOCKED)
+        return line, new, lax.dynamic_update_slice(out, line[None], (y, 0))
+
+    line = row_of(jnp.int32(rows - 1 if upwards else 0))
+    return lax.fori_loop(0, rows - 2, row_step, (line, line[1:-1], field))[2]
+
+
+def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
+    """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare` not)."""
+    here = row[1:-1]
+    left = jnp.maximum(line[:-2], row[:-2] & BLOCKED)  # a diagonal needs the cell beside the target in this row,
+    right = jnp.maximum(line[2:], row[2:] & BLOCKED)
+    best = jnp.minimum(jnp.minimum(left, right) + diagonal, bare + straight)
+    best = jnp.maximum(best, bare & BLOCKED)  # and the one in the row before
+    return jnp.maximum(jnp.minimum(here, best), here & BLOCKED)

@@ -1,0 +1,107 @@
+"""Which cells can still improve a neighbour? As a list, cheapest first, for `wavefront` to start from."""
+
+import functools
+
+import jax.numpy as jnp
+from jax import Array, lax
+
+from srt_jax import packing
+from srt_jax.cones import BLOCKED
+from srt_jax.kernel import apart, read, read_apart, write
+
+_BINS = 1024
+
+
+def frontier(field: Array, straight: Array, diagonal: Array) -> Array:
+    """Returns the cells from which a legal move would lower the cost of a neighbour; none where all costs are exact.
+
+    Args:
+      field: uint32 [H + 2, W + 2], see `cones`.
+
+    Returns:
+      uint32 [H, words], packed.
+    """
+    height, width = field.shape[0] - 2, field.shape[1] - 2
+
+    def beside(down: int, right: int) -> Array:
+        return field[1 + down : 1 + down + height, 1 + right : 1 + right + width]
+
+    def least_if_free(cost: Array, *others: Array) -> Array:  # 0, which nothing improves, where any of the cells is blocked
+        blocked = functools.reduce(jnp.bitwise_or, others, cost) & BLOCKED
+        return jnp.where(blocked != 0, jnp.uint32(0), cost)
+
+    here, up, down, left, right = (beside(*move) for move in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)))
+    straights = [least_if_free(cost) for cost in (up, down, left, right)]
+    pairs = ((-1, -1, up, left), (-1, 1, up, right), (1, -1, down, left), (1, 1, down, right))
+    diagonals = [least_if_free(beside(r, c), side, other) for r, c, side, other in pairs]
+    can_improve = functools.reduce(jnp.maximum, straights) > here + straight
+    can_improve |= functools.reduce(jnp.maximum, diagonals) > here + diagonal
+    return packing.pack((can_improve & (here < BLOCKED))[None])[0]
+
+
+def listed(words: Array, stride: int, room: int) -> tuple[Array, Array]:
+    """Returns the set cells as indices into the flat bordered field, and their number; those past `room` - 1 are left out.
+
+    Args:
+      words: uint32 [H, words], packed.
+      stride: columns of the bordered field.
+      room: length of the list, a power of two.
+
+    Returns:
+      uint32 [room] and uint32 [].
+    """
+    per_row = jnp.uint32(words.shape[1])
+    words = jnp.pad(words.reshape(-1), (0, 1))
+    num_words = jnp.uint32(words.shape[0])
+    one = jnp.uint32(1)
+
+    def step(state: tuple) -> tuple:
+        """Takes the lowest bit of the word in hand; when that was the last, the next word."""
+        ahead, word, num, cells = state
+        which = ahead - one
+        bit = lax.population_count((word & -word) - one)
+        cell = (which // per_row + one) * jnp.uint32(stride) + one + which % per_row * jnp.uint32(packing.WORD) + bit
+        cells = write(cells, cell, num)
+        num = jnp.minimum(num + (word != 0).astype(jnp.uint32), jnp.uint32(room - 1))
+        word = word & (word - one)
+        is_spent = word == 0
+        return ahead + is_spent.astype(jnp.uint32), jnp.where(is_spent, read(words, ahead), word), num, cells
+
+    state = (one, words[0], jnp.uint32(0), jnp.zeros(room, jnp.uint32))
+    _, _, num, cells = lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)
+    return cells, num
+
+
+def cheapest_first(cells: Array, num: Array, cost: Array) -> Array:
+    """Returns the first `num` cells in order of cost, coarsely: by counting in about a thousand bins; then zeros.
+
+    Args:
+      cells: uint32 [room], from `listed`; cost: uint32 [N], the flat field.
+
+    Returns:
+      uint32 [room].
+    """
+    zero = jnp.uint32(0)
+    most = lax.fori_loop(zero, num, lambda i, most: jnp.maximum(most, read(cost, read(cells, i))), jnp.uint32(1))
+    shift = jnp.maximum(jnp.int32(32 - 10) - lax.clz(most).astype(jnp.int32), 0).astype(jnp.uint32)
+    bin_of = apart(lambda cost, cell, shift: read(cost, cell) >> shift)
+
+    def count(i: Array, counts: Array) -> Array:
+        at = bin_of(cost, read_apart(cells, i), shift)
+        return write(counts, read_apart(counts, at) + jnp.uint32(1), at)
+
+    def add_up(i: Array, state: tuple) -> tuple:
+        total, counts = state
+        here = read_apart(counts, i)
+        return total + here, write(counts, total, i)
+
+    def place(i: Array, state: tuple) -> tuple:
+        places, ordered = state
+        cell = read_apart(cells, i)
+        at = bin_of(cost, cell, shift)
+        place = read_apart(places, at)
+        return write(places, place + jnp.uint32(1), at), write(ordered, cell, place)
+
+    counts = lax.fori_loop(zero, num, count, jnp.zeros(_BINS, jnp.uint32))
+    _, places = lax.fori_loop(zero, jnp.uint32(_BINS), add_up, (zero, counts))
+    return lax.fori_loop(zero, num, place, (places, jnp.zeros_like(cells)))[1]

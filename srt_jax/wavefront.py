@@ -1,0 +1,144 @@
+"""A queue of cells whose cost has just fallen: what sweeps cannot finish in a few rounds, cell by cell.
+
+Cells leave in the order they came, which from one start is nearly the order of their costs; a cell whose cost falls again comes
+back. It ends, because costs only fall, and then no move can improve any cell: the costs are those of shortest paths.
+
+A cell tries only the moves that follow from the one that led into it (the canonical ordering of jump point search, without
+corner cutting): after a straight move the same one, and moves to a side where the cell behind that side is blocked; after a
+diagonal move it and its two components. That loses nothing. Let y be a cell, x -> y the last move of a shortest path, x's cost
+exact and p its parent. If x -> y is straight and not tried after p -> x, then a shorter way leads from p to y past x, which
+cannot be. If it is diagonal and not tried, then either a shorter way does likewise, or y has an equally short way whose last
+move is a straight one. So some last move to y is always tried.
+"""
+
+import functools
+from collections.abc import Callable
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from srt_jax.kernel import apart, read, read_apart, write
+
+MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+"""The eight moves clockwise from up: even ones are straight, odd ones diagonal."""
+
+_ANY = 8  # in place of the move that led into a cell: try all that are legal
+_WAITS = 16  # flag: the cell is in the queue
+_NO_COST = np.uint32(2**32 - 1)
+
+
+def neighbours(free: Array) -> Array:
+    """Returns which of the eight neighbours are free, bit i for MOVES[i]: uint8, flat, of the map [H, W] with a border."""
+    height, width = free.shape
+    byte = jnp.pad(free, 2).astype(jnp.uint8)
+    bits = [byte[1 + r : 3 + r + height, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)]
+    return functools.reduce(jnp.bitwise_or, bits).reshape(-1)
+
+
+@functools.cache
+def _moves_to_try() -> np.ndarray:
+    """uint8 [256 * 16]: the moves to try, by the free neighbours and the move that led into the cell."""
+    free, last = np.divmod(np.arange(256 * 16), 16)
+
+    def is_free(move: int) -> np.ndarray:
+        return (free >> move % 8 & 1).astype(bool)
+
+    table = np.zeros(256 * 16, np.uint8)
+    for move in range(8):
+        is_legal = is_free(move) & (move % 2 == 0 or is_free(move - 1) & is_free(move + 1))
+        follows = (last == _ANY) | (last == move)
+        if move % 2 == 0:  # straight: a component of a diagonal, or to a side behind which is a blocked cell
+            follows |= (last == (move + 1) % 8) | (last == (move - 1) % 8)
+            follows |= (last == (move + 2) % 8) & ~is_free(move - 1) | (last == (move - 2) % 8) & ~is_free(move + 1)
+        else:  # diagonal: straight on and to such a side
+            follows |= (last == (move + 1) % 8) & ~is_free(move - 2) | (last == (move - 1) % 8) & ~is_free(move + 2)
+        table |= (is_legal & follows).astype(np.uint8) << move
+    return table
+
+
+def spread(
+    cost: Array, free_beside: Array, sources: Array, straight: Array, diagonal: Array, stride: int
+) -> tuple[Array, Array]:
+    """Returns the costs with all that follows from the sources, and whether the queue was too short for it.
+
+    Args:
+      cost: uint32 [N], a flat bordered field (`cones`).
+      free_beside: uint8 [N], from `neighbours`.
+      sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the queue's.
+      stride: columns of the bordered field.
+
+    Returns:
+      uint32 [N]; bool [], if True some improvement was not followed up: start again from the frontier.
+    """
+    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0])
+    mask = jnp.uint32(sources.shape[0] - 1)
+
+    def merged(state: tuple) -> tuple:
+        """The cheaper of the queue's head and the next source."""
+        head, tail, taken, source, *rest = state
+        cost, _, queue, _ = rest
+        is_empty = head == tail
+        first = read_apart(queue, head & mask)
+        is_source = apart(lambda a, b, is_empty: (a < b) | is_empty)(
+            read_apart(cost, source), read_apart(cost, first), is_empty
+        )
+        cell = jnp.where(is_source, source, first)
+        head = head + (~is_source).astype(jnp.uint32)
+        taken = taken + is_source.astype(jnp.uint32)
+        source = read_apart(sources, taken)
+        tail, *rest = step(cell, is_source, head, tail, *rest)
+        return head, tail, taken, source, *rest
+
+    def queued(state: tuple) -> tuple:
+        head, tail, *rest = state
+        cell = read_apart(rest[2], head & mask)
+        head = head + jnp.uint32(1)
+        return head, *step(cell, jnp.bool_(False), head, tail, *rest)
+
+    zero = jnp.uint32(0)
+    led_by = jnp.full(cost.shape, _ANY, jnp.uint8)
+    state = (zero, zero, zero, sources[0], cost, led_by, jnp.zeros_like(sources), jnp.bool_(False))
+    head, tail, _, _, *rest = lax.while_loop(lambda state: state[3] != 0, merged, state)
+    state = lax.while_loop(lambda state: state[0] != state[1], queued, (head, tail, *rest))
+    return state[2], state[5]
+
+
+def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int) -> Callable:
+    """A function that takes one cell and tries its moves."""
+    table = jnp.asarray(_moves_to_try())
+    offset = jnp.asarray(np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32))
+    one, mask = jnp.uint32(1), jnp.uint32(room - 1)
+
+    def moves_of(free_beside: Array, table: Array, led_by: Array, cell: Array) -> Array:
+        index = (read(free_beside, cell).astype(jnp.uint32) << jnp.uint32(4)) | (led_by & jnp.uint8(15)).astype(jnp.uint32)
+        return read(table, index).astype(jnp.uint32)
+
+    def try_move(moves: Array, cell: Array, here: Array, tail: Array, cost: Array, led_by: Array, queue: Array) -> tuple:
+        """Tries the lowest of the moves left, none if there is none; without a branch: what is not to change is rewritten."""
+        move = lax.population_count((moves & -moves) - one)
+        to = cell + read(offset, move & jnp.uint32(7))
+        total = here + jnp.where(move & one != 0, diagonal, straight)
+        total = jnp.where(moves == 0, _NO_COST, total)
+        old, old_led_by = read_apart(cost, to), read_apart(led_by, to)
+        is_better = total < old
+        cost = write(cost, jnp.minimum(old, total), to)
+        led_by = write(led_by, jnp.where(is_better, move.astype(jnp.uint8) | jnp.uint8(_WAITS), old_led_by), to)
+        queue = write(queue, to, tail & mask)
+        tail = tail + (is_better & (old_led_by & jnp.uint8(_WAITS) == 0)).astype(jnp.uint32)
+        return moves & (moves - one), tail, cost, led_by, queue
+
+    def step(
+        cell: Array, is_source: Array, head: Array, tail: Array, cost: Array, led_by: Array, queue: Array, is_short: Array
+    ) -> tuple:
+        here, led = read_apart(cost, cell), read_apart(led_by, cell)
+        moves = apart(moves_of)(free_beside, table, led, cell)
+        is_full = tail - head > jnp.uint32(room - 10)  # a cell adds at most eight
+        is_short = is_short | is_full
+        moves = jnp.where(is_full, jnp.uint32(0), moves)
+        led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)  # a source may wait in the queue as well
+        state = try_move(moves, cell, here, tail, cost, led_by, queue)
+        state = lax.while_loop(lambda s: s[0] != 0, lambda s: (*try_move(s[0], *s[5:], *s[1:5]), *s[5:]), (*state, cell, here))
+        return *state[1:5], is_short
+
+    return step
