@@ -12,6 +12,7 @@ from srt_jax.types import Solution, Task
 
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
+_WORTH_COMPILING = 2**26  # cells of labels: some seconds of solving
 
 
 def solve_many(
@@ -28,12 +29,8 @@ def solve_many(
     with the number of tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells` the
     routes are given as much room as they need, so unlike there `cells` is no longer than that.
     """
-    groups: dict[tuple[int, int, int], list[int]] = {}
-    for index, task in enumerate(tasks):
-        L, H, W = np.shape(task.labels)
-        groups.setdefault((batch_bucket(L), *map_bucket(H, W)), []).append(index)
     solutions: dict[int, Solution] = {}
-    for (L, height, width), members in sorted(groups.items()):
+    for (L, height, width), members in _groups(tasks).items():
         M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
         at_once = max(1, min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))))
         for first in range(0, len(members), at_once):
@@ -46,9 +43,33 @@ def solve_many(
     return [solutions[index] for index in range(len(tasks))]
 
 
+def _groups(tasks: Sequence[Task]) -> dict[tuple[int, int, int], list[int]]:
+    """Returns the tasks' indices by the shape (L, H, W) to which they are padded.
+
+    Padding costs work and another shape costs compiling: a shape gets its own group where its maps are worth that, else they
+    join the others of the next powers of two.
+    """
+    fine: dict[tuple[int, int, int], list[int]] = {}
+    for index, task in enumerate(tasks):
+        L, H, W = np.shape(task.labels)
+        fine.setdefault((batch_bucket(L), *map_bucket(H, W)), []).append(index)
+    groups: dict[tuple[int, int, int], list[int]] = {}
+    for (L, H, W), members in sorted(fine.items()):
+        is_worth_it = len(members) * L * H * W >= _WORTH_COMPILING
+        groups.setdefault((L, H, W) if is_worth_it else _coarse(L, H, W), []).extend(members)
+    return groups
+
+
+def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
+    layers = 4 ** (L.bit_length() // 2)  # L is a power of two: 1, 4, 16, ...
+    height, width = batch_bucket(H), batch_bucket(W)
+    side = max(height, width)
+    return (layers, side, side) if side <= 2 * min(height, width) else (layers, height, width)
+
+
 def _with_room(batch: Task, max_cells: int | None, *, mode: str, max_destroyed: int) -> Solution:
     """Returns the solutions; without `max_cells` with room for common routes, and again with more for longer ones."""
-    room = max_cells or 4 * batch.labels.shape[-1]
+    room = max_cells or 16 * batch.labels.shape[-1]
     while True:
         answer = jax.tree.map(np.asarray, solve(batch, mode=mode, max_destroyed=max_destroyed, max_cells=room))
         longest = int(answer.num_cells.max())

@@ -14,7 +14,11 @@ def grown(rng, height, width, num_obstacles, *, blocked=0.6):
         if (labels >= 0).mean() >= blocked:
             break
         row, col = rng.integers(height), rng.integers(width)
-        near = [labels[r, c] for r, c in ((row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)) if 0 <= r < height and 0 <= c < width]
+        near = [
+            labels[r, c]
+            for r, c in ((row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1))
+            if 0 <= r < height and 0 <= c < width
+        ]
         owners = [owner for owner in near if owner >= 0]
         if labels[row, col] < 0 and owners:
             labels[row, col] = owners[rng.integers(len(owners))]

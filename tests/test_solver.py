@@ -22,7 +22,9 @@ def task_from(picture, **options):
 
 
 def brute_force(task):
-    return least_removal(task.labels, task.destroyable, task.removal_cost, tuple(task.start.tolist()), tuple(task.goal.tolist()))
+    return least_removal(
+        task.labels, task.destroyable, task.removal_cost, tuple(task.start.tolist()), tuple(task.goal.tolist())
+    )
 
 
 def cells_of(solution):
@@ -228,9 +230,7 @@ def test_many_tasks_of_unequal_size_come_back_in_order_and_cut_to_size():
         assert solution.contour.shape == task.labels.shape[1:]
         alone = jax.tree.map(np.asarray, solve(task))
         room = min(len(alone.cells), len(solution.cells))
-        chex.assert_trees_all_equal(
-            alone.replace(cells=alone.cells[:room]), solution.replace(cells=solution.cells[:room])
-        )
+        chex.assert_trees_all_equal(alone.replace(cells=alone.cells[:room]), solution.replace(cells=solution.cells[:room]))
     assert solve_many([]) == []
 
 
