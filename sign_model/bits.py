@@ -15,6 +15,11 @@ def pack(rows: np.ndarray) -> np.ndarray:
     return np.packbits(padded, axis=-1, bitorder="little").view(np.uint64)
 
 
+def unpack(words: np.ndarray, size: int) -> np.ndarray:
+    """Returns the inverse of `pack`: uint64 [..., W] as bool [..., size]."""
+    return np.unpackbits(np.ascontiguousarray(words).view(np.uint8), axis=-1, count=size, bitorder="little").astype(bool)
+
+
 def popcount(words: np.ndarray) -> np.ndarray:
     """Returns the number of 1-bits of each row: uint64 [..., W] -> int32 [...]."""
     return _COUNTS[np.ascontiguousarray(words).view(np.uint16)].sum(axis=-1, dtype=np.int32)

@@ -97,7 +97,7 @@ def regress(
     """
     if not (goal & ~start).any():
         return Regression([], 0, False)
-    scripts = space.adds.astype(np.float32).T, space.bad.astype(np.float32).T
+    scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
@@ -123,9 +123,13 @@ def regress(
 
 def _m_step(situations: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(situation, action) numbers of all fitting pairs, ordered by situation, then action."""
-    held = situations.astype(np.float32)
-    fits = np.logical_and(held @ adds > 0, held @ bad == 0)
-    number, action = fits.nonzero()
+    words = pack(situations)
+    explains = np.zeros((len(words), len(adds)), np.uint64)
+    breaks = np.zeros_like(explains)
+    for w in range(words.shape[1]):
+        explains |= words[:, w, None] & adds[:, w]
+        breaks |= words[:, w, None] & bad[:, w]
+    number, action = np.nonzero((explains != 0) & (breaks == 0))
     return number, action
 
 

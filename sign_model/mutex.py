@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sign_model.bits import any_row, pack, unpack
 from sign_model.lifted import Atom
 
-MAX_PAIR_FEATURES = 600
-"""Beyond this number of features the pair fixpoint (its cost grows with A F^2 a sweep) gives way to mutex groups."""
+MAX_PAIR_FEATURES = 3000
+"""Beyond this number of features the pair fixpoint (F^2 bits, many sweeps) gives way to mutex groups."""
 
 
 def mutexes(
@@ -31,32 +32,36 @@ def mutexes(
     for group in mutex_groups(features, conditions, adds, deletes, starts):
         mutex |= np.outer(group, group)
     np.fill_diagonal(mutex, False)
-    return mutex, ~_clashes(conditions, mutex)
+    return mutex, ~np.any(clashes(conditions, mutex) & conditions, axis=1)
 
 
-def _clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
-    """bool [A]: whether two conditions of an action exclude each other."""
-    return np.any((conditions.astype(np.float32) @ mutex.astype(np.float32) > 0) & conditions, axis=1)
+def clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
+    """Returns bool [A, F]: the features that exclude a condition of each action, from conditions [A, F] and mutex [F, F]."""
+    action_of, needed = np.nonzero(conditions)
+    return unpack(any_row(pack(mutex), action_of, needed, len(conditions)), mutex.shape[0])
 
 
-def _by_pairs(
-    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The h2 fixpoint on matrices: pairs[p, q] grows from the pairs of the starts until no action adds to it.
+def _by_pairs(conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The h2 fixpoint: pairs[p, q] grows from the pairs of the starts until no action adds to it.
 
-    Boolean products are float32 products: exact, as sums stay far below 2^24.
+    A sweep is an OR of packed rows over the few conditions of each action, then over the few achievers of each feature: its cost
+    grows with (A + F) F / 64, not with A F^2. Ends: pairs only grow.
     """
-    needs, gives = conditions.astype(np.float32), adds.astype(np.float32)
-    pairs = np.asarray((starts.T.astype(np.float32) @ starts.astype(np.float32)) > 0)
+    size = adds.shape[1]
+    feature_of, achievers = np.nonzero(adds.T)
+    keeps, gives = ~pack(deletes), pack(adds)
+    together = starts.T.astype(np.float32) @ starts.astype(np.float32)  # exact: counts stay far below 2^24
+    pairs = np.asarray(together > 0)
     while True:
-        clash = np.asarray(needs @ (~pairs).astype(np.float32) > 0)  # [A, F]: q cannot hold beside the conditions
-        usable = ~(clash & conditions).any(axis=1)
-        beside = ((~clash & ~deletes) | adds) & usable[:, None]  # q holds after the action: it survives, or is added
-        new = (np.where(usable[:, None], gives, np.float32(0)).T @ beside.astype(np.float32)) > 0
+        clash = clashes(conditions, ~pairs)  # q cannot hold beside the conditions
+        usable = ~np.any(clash & conditions, axis=1)
+        beside = (~pack(clash) & keeps) | gives  # q holds after the action: it survives, or is added
+        beside[~usable] = 0
+        new = unpack(any_row(beside, feature_of, achievers, size), size)
         grown = pairs | new | new.T
         if np.array_equal(grown, pairs):
-            return ~pairs, np.asarray(usable)
-        pairs = np.asarray(grown)
+            return ~pairs, usable
+        pairs = grown
 
 
 def mutex_groups(

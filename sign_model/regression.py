@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.lifted import Atom
-from sign_model.mutex import mutexes
+from sign_model.mutex import clashes, mutexes
 from sign_model.task import PlanningTask
 
 
@@ -60,7 +60,6 @@ def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
     conditions, adds, deletes = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))
     mutex = mutex[np.ix_(features, features)]
-    clash = (conditions.astype(np.float32) @ mutex.astype(np.float32)) > 0
     return RegressionSpace(
         features=tuple(task.features[i] for i in features),
         kept_features=features,
@@ -68,7 +67,7 @@ def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals
         conditions=conditions,
         adds=adds,
         deletes=deletes,
-        bad=deletes | (clash & ~adds),
+        bad=deletes | (clashes(conditions, mutex) & ~adds),
         mutex=mutex,
     )
 

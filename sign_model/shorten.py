@@ -6,6 +6,7 @@ an earlier state already includes a later need, all between is a detour.
 
 import numpy as np
 
+from sign_model.bits import pack
 from sign_model.task import PlanningTask
 
 
@@ -40,7 +41,8 @@ def needs_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
 
 def _drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
     states, needs = states_along(task, plan), needs_along(task, plan)
-    meets = (needs.astype(np.float32) @ (~states).astype(np.float32).T) == 0  # [need, state]
+    needed, lacking = pack(needs), ~pack(states)
+    meets = np.array([~(needed & missing).any(axis=1) for missing in lacking]).T  # [need, state]
     kept, at = [], 0
     while at < len(plan):
         later = np.flatnonzero(meets[:, at])[-1]

@@ -1,0 +1,163 @@
+"""The tables behind the A-step, against slow twins on sets; mutexes against what really can be reached; signs saved and loaded."""
+
+import itertools
+
+import numpy as np
+import pytest
+from strips import random_task, reachable_states
+
+from sign_model.bits import pack, popcount, unpack
+from sign_model.blocks import random_blocks_tasks
+from sign_model.heuristics import DEFAULTS, LANDMARKS, HeuristicSign, load_signs, save_signs, weight_of
+from sign_model.landmarks import landmark_table, relaxed_plan_table
+from sign_model.mutex import mutex_groups, mutexes
+from sign_model.rating import kind_of, make_rating
+from sign_model.regression import RegressionSpace, regression_space
+
+
+def spaces(count: int):
+    for seed in range(count):
+        task = random_task(seed)
+        space = regression_space(task)
+        yield space, space.situations(task.start), space.situations(task.goal)
+    for task in random_blocks_tasks(4, 3, seed=1):
+        space = regression_space(task)
+        yield space, space.situations(task.start), space.situations(task.goal)
+
+
+def relaxed_reachable(space: RegressionSpace, start: np.ndarray, without: int | None = None) -> set[int]:
+    """The features reached when nothing is deleted and no action that adds `without` may go."""
+    reached = set(np.flatnonzero(start))
+    while True:
+        new = set(reached)
+        for needs, gives in zip(space.conditions, space.adds):
+            if set(np.flatnonzero(needs)) <= reached and not (without is not None and gives[without]):
+                new |= set(np.flatnonzero(gives))
+        if new == reached:
+            return reached
+        reached = new
+
+
+def test_every_landmark_is_needed_on_every_way():
+    for space, start, _ in spaces(60):
+        size = len(space.features)
+        table = unpack(landmark_table(space, start), size)
+        assert not table[start].any()
+        reached = relaxed_reachable(space, start)
+        for feature, landmark in itertools.product(sorted(reached), range(size)):
+            if table[feature, landmark] and landmark != feature:
+                assert feature not in relaxed_reachable(space, start, landmark) or _comes_along(space, feature, landmark)
+
+
+def _comes_along(space: RegressionSpace, feature: int, landmark: int) -> bool:
+    return bool(space.adds[space.adds[:, feature], landmark].all())
+
+
+def test_the_landmark_table_is_the_greatest_fixpoint_of_its_equation():
+    for space, start, _ in spaces(40):
+        size = len(space.features)
+        table = [set() if start[f] else set(range(size)) for f in range(size)]
+        along = [set(np.flatnonzero(gives & ~start)) for gives in space.adds]
+        while True:
+            needs = [a.union(*(table[p] for p in np.flatnonzero(c))) for a, c in zip(along, space.conditions)]
+            new = []
+            for f in range(size):
+                achievers = [needs[a] for a in np.flatnonzero(space.adds[:, f])]
+                shared = set.intersection(*achievers) if achievers else set(range(size))
+                new.append(set() if start[f] else shared | {f})
+            if new == table:
+                break
+            table = new
+        fast = unpack(landmark_table(space, start), size)
+        assert [set(np.flatnonzero(row)) for row in fast] == table
+
+
+def test_a_relaxed_plan_reaches_its_feature_and_holds_no_other_way_to_start():
+    for space, start, _ in spaces(60):
+        table = unpack(relaxed_plan_table(space, start), len(space.kept_actions))
+        for feature in relaxed_reachable(space, start):
+            chosen = np.flatnonzero(table[feature])
+            state = start.copy()
+            for _ in range(len(chosen) + 1):
+                for action in chosen:
+                    if not (space.conditions[action] & ~state).any():
+                        state |= space.adds[action]
+            assert state[feature]
+            assert not (start[feature] and len(chosen))
+
+
+def test_mutexes_never_exclude_what_can_be_reached():
+    for seed in range(150):
+        task = random_task(seed)
+        states = reachable_states(task)
+        together = (states[:, :, None] & states[:, None, :]).any(axis=0)
+        mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, task.start[None])
+        assert not (mutex & together).any()
+        goes = np.array([bool((~(needs & ~states)).all(axis=1).any()) for needs in task.conditions], bool)
+        assert not (goes & ~usable).any()
+        for group in mutex_groups(task.features, task.conditions, task.adds, task.deletes, task.start[None]):
+            assert (states & group).sum(axis=1).max() <= 1
+
+
+def test_the_groups_of_blocks_are_found():
+    task = random_blocks_tasks(5, 1)[0]
+    groups = mutex_groups(task.features, task.conditions, task.adds, task.deletes, task.start[None])
+    kinds = sorted({tuple(sorted({task.features[f][0] for f in np.flatnonzero(group)})) for group in groups})
+    assert kinds == [("clear", "holding", "on"), ("handempty", "holding"), ("holding", "on", "ontable")]
+    assert len(groups) == 11
+
+
+def test_a_rating_is_the_weighted_count_that_its_sign_says():
+    sign = HeuristicSign("mixed", landmarks={"on": 3, "*": 1}, plan={"stack": 2}, held={"clear": 5}, unmet={"@goal": 7, "*": 1})
+    rng = np.random.default_rng(0)
+    for space, start, goal in spaces(10):
+        schemas = [["stack", "other"][a % 2] for a in space.kept_actions]
+        rate = make_rating(sign, space, start, goal, schemas)
+        kinds = [kind_of(atom) for atom in space.features]
+        goals = {kinds[f] for f in np.flatnonzero(goal)}
+        landmarks = unpack(landmark_table(space, start), len(kinds))
+        plans = unpack(relaxed_plan_table(space, start), len(schemas))
+        situations = rng.random((20, len(kinds))) < 0.3
+        for situation, rating in zip(situations, rate(situations)):
+            expected = sum(weight_of(sign.landmarks, kinds[c], goals) for c in np.flatnonzero(landmarks[situation].any(axis=0)))
+            expected += sum(weight_of(sign.plan, schemas[a]) for a in np.flatnonzero(plans[situation].any(axis=0)))
+            expected += sum(weight_of(sign.held, kinds[f], goals) for f in np.flatnonzero(situation & start))
+            expected += sum(weight_of(sign.unmet, kinds[f], goals) for f in np.flatnonzero(situation & ~start))
+            assert rating == expected
+
+
+def test_packing_round_trips_and_counts():
+    rng = np.random.default_rng(1)
+    for size in (0, 1, 63, 64, 65, 200):
+        rows = rng.random((7, size)) < 0.4
+        np.testing.assert_array_equal(unpack(pack(rows), size), rows)
+        np.testing.assert_array_equal(popcount(pack(rows)), rows.sum(axis=1))
+
+
+def test_signs_survive_being_saved(tmp_path):
+    signs = (*DEFAULTS, HeuristicSign("learned", landmarks={"clear": 5}, held={"on": 2}))
+    save_signs(tmp_path / "signs.json", signs)
+    assert load_signs(tmp_path / "signs.json") == signs
+    assert [path.name for path in tmp_path.iterdir()] == ["signs.json"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{}",
+        '{"heuristic_signs": [{"name": "x", "magic": {}}]}',
+        '{"heuristic_signs": [{"name": "x", "held": {"p": -1}}]}',
+        '{"heuristic_signs": [{}]}',
+    ],
+)
+def test_a_file_that_holds_no_signs_is_told(tmp_path, text):
+    (tmp_path / "signs.json").write_text(text)
+    with pytest.raises(ValueError, match="not a file of heuristic signs"):
+        load_signs(tmp_path / "signs.json")
+
+
+def test_a_name_beats_the_goal_and_the_goal_beats_the_rest():
+    weights = {"on": 3, "@goal": 2, "*": 1}
+    assert [weight_of(weights, name, {"on", "in"}) for name in ("on", "in", "clear")] == [3, 2, 1]
+    assert weight_of(LANDMARKS.plan, "stack") == 0

@@ -1,0 +1,181 @@
+"""MAP on one task: the small cases earlier planners get wrong, random tasks against breadth-first search, known optima."""
+
+import csv
+import dataclasses
+
+import numpy as np
+import pytest
+from strips import random_task, shortest_length
+
+from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.grounding import load
+from sign_model.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
+from sign_model.map_planner import regress
+from sign_model.planner import plan
+from sign_model.rating import make_rating
+from sign_model.regression import regression_space
+from sign_model.result import PlanStatus
+from sign_model.shorten import shorten
+from sign_model.task import task_from_arrays
+from sign_model.validate import validate
+
+
+def small(conditions: str, adds: str, deletes: str, start: str, goal: str):
+    """A task of the features p, q, r and one action."""
+
+    def bits(names: str) -> np.ndarray:
+        return np.array([name in names for name in "pqr"])
+
+    return task_from_arrays(bits(conditions)[None], bits(adds)[None], bits(deletes)[None], bits(start), bits(goal))
+
+
+def test_an_action_that_destroys_what_the_goal_keeps_solves_nothing():
+    assert plan(small("pq", "r", "pq", "pq", "qr")).status == PlanStatus.UNSOLVABLE
+
+
+def test_an_action_may_destroy_what_the_goal_does_not_ask_for():
+    assert plan(small("p", "r", "pq", "pq", "r")).actions == ("(a0)",)
+
+
+def test_a_partial_goal_needs_no_completion(shared_data):
+    folder = shared_data / "pddl" / "blocks"
+    text = (folder / "probBLOCKS-4-0.pddl").read_text()
+    goal = text.lower().index("(:goal")
+    assert len(plan(load(folder / "domain.pddl", text[:goal] + "(:goal (on a b)))")).actions) == 2
+
+
+def test_nothing_to_do_is_an_empty_plan():
+    result = plan(small("p", "r", "", "pq", "pq"))
+    assert result.status == PlanStatus.SOLVED and result.actions == () and result.expansions == 0
+
+
+@pytest.mark.parametrize("sign", [OVERLAP, LANDMARKS, RELAXED_PLAN], ids=lambda sign: sign.name)
+@pytest.mark.parametrize("name,length", [("4-0", 6), ("4-1", 10)])
+def test_the_two_tasks_of_figure_2_take_6_and_10_steps(shared_data, sign, name, length):
+    folder = shared_data / "pddl" / "blocks"
+    task = load(folder / "domain.pddl", folder / f"probBLOCKS-{name}.pddl")
+    assert len(plan(task, heuristic=sign).actions) == length
+
+
+def test_random_tasks_are_solved_or_proven_unsolvable_as_breadth_first_search_says():
+    solvable = 0
+    for seed in range(2000):
+        task = random_task(seed)
+        length, result = shortest_length(task), plan(task)
+        assert result.status == (PlanStatus.UNSOLVABLE if length is None else PlanStatus.SOLVED), seed
+        if length is not None:
+            solvable += 1
+            assert validate(task, result.actions) == [] and len(result.actions) >= length, seed
+    assert 500 < solvable < 1700
+
+
+def test_a_narrow_beam_never_claims_a_proof_it_does_not_have():
+    for seed in range(300):
+        task = random_task(seed)
+        space = regression_space(task)
+        start, goal = space.situations(task.start), space.situations(task.goal)
+        rating = make_rating(OVERLAP, space, start, goal, ["a"] * len(space.kept_actions))
+        found = regress(space, start, goal, rating, beam=1, max_expansions=1000)
+        assert not (found.is_proof and shortest_length(task) is not None), seed
+
+
+def test_an_unlimited_beam_finds_a_shortest_plan():
+    for seed in range(300):
+        task = random_task(seed)
+        space = regression_space(task)
+        start, goal = space.situations(task.start), space.situations(task.goal)
+        if space.is_consistent(goal[None])[0]:
+            rating = make_rating(OVERLAP, space, start, goal, ["a"] * len(space.kept_actions))
+            found = regress(space, start, goal, rating, beam=1 << 30, max_expansions=10**6)
+            assert (None if found.plan is None else len(found.plan)) == shortest_length(task), seed
+
+
+def test_a_spent_budget_is_told():
+    task = random_blocks_tasks(8, 1, seed=3)[0]
+    assert plan(task, max_expansions=2).status == PlanStatus.BUDGET_SPENT
+    assert plan(task, max_seconds=0.0).status == PlanStatus.BUDGET_SPENT
+
+
+def test_equal_tasks_give_equal_plans():
+    for task in random_blocks_tasks(7, 5, seed=9):
+        assert plan(task).actions == plan(task).actions
+
+
+def test_renaming_objects_does_not_change_solvability_or_much_length():
+    task = random_blocks_tasks(6, 1, seed=4)[0]
+    order = np.random.default_rng(0).permutation(task.num_features)
+    turned = dataclasses.replace(
+        task_from_arrays(
+            *(m[:, order] for m in (task.conditions, task.adds, task.deletes)), task.start[order], task.goal[order]
+        ),
+        features=tuple(task.features[i] for i in order),
+    )
+    assert len(plan(turned).actions) == len(plan(task).actions)
+
+
+def test_unlearned_plans_of_blocks_are_nearly_optimal():
+    tasks = random_blocks_tasks(7, 60, seed=2)
+    lengths = np.array([len(plan(task).actions) for task in tasks])
+    optima = np.array([optimal_length(state_of(t.problem.start, 7), state_of(t.problem.goal, 7)) for t in tasks])
+    assert (lengths >= optima).all() and lengths.sum() <= 1.05 * optima.sum()
+
+
+@pytest.mark.parametrize("folder", ["blocks", "hanoi", "ferry", "goldminer"])
+def test_known_optima_are_met_within_a_few_steps(shared_data, folder):
+    with open(shared_data / "pddl" / "fd_optimal.csv") as file:
+        optima = {row["file"]: int(row["optimal_steps_if_unit_cost"]) for row in csv.DictReader(file)}
+    for name, optimum in optima.items():
+        if name.startswith(folder) and optimum <= 63:
+            task = load(shared_data / "pddl" / folder / "domain.pddl", shared_data / "pddl" / name)
+            assert optimum <= len(plan(task).actions) <= 1.15 * optimum, name
+
+
+class _Experience:
+    def __init__(self, recalled=None, suggested=None):
+        self.recalled, self.suggested = recalled, suggested
+
+    def recall(self, task):
+        return self.recalled
+
+    def suggest(self, task):
+        return self.suggested
+
+
+def test_a_precedent_takes_one_iteration_and_a_wrong_one_does_no_harm():
+    task = random_blocks_tasks(6, 1, seed=8)[0]
+    fresh = plan(task)
+    repeated = plan(task, memory=_Experience(fresh.actions))
+    assert repeated.actions == fresh.actions and repeated.expansions == 1
+    for wrong in (("(fly b1)",), fresh.actions[:-1]):
+        assert plan(task, memory=_Experience(wrong, wrong)).actions == fresh.actions
+
+
+def test_a_suggestion_serves_where_the_budget_does_not():
+    task = random_blocks_tasks(8, 1, seed=3)[0]
+    known = plan(task).actions
+    assert plan(task, max_expansions=1, memory=_Experience(None, known)).actions == known
+
+
+def test_shortening_drops_detours_and_needless_actions():
+    task = random_blocks_tasks(5, 1, seed=1)[0]
+    number_of = {name: i for i, name in enumerate(task.action_names)}
+    best = [number_of[name] for name in plan(task).actions]
+    first = task.actions[best[0]]
+    back = {"pick-up": "(put-down {0})", "unstack": "(stack {0} {1})"}[first[0]].format(*first[1:])
+    assert len(shorten(task, [best[0], number_of[back], *best])) == len(best)
+
+
+@pytest.mark.parametrize(
+    "options,told",
+    [
+        ({"planner": "magic"}, "planner 'magic' is not known"),
+        ({"heuristic": "magic"}, "heuristic sign 'magic' is not known"),
+        ({"planner": "astar", "heuristic": "magic"}, "heuristic 'magic' is not known"),
+        ({"planner": "astar", "heuristic": OVERLAP}, "takes the name of a heuristic"),
+        ({"heuristic": ()}, "at least one heuristic sign"),
+        ({"max_expansions": 0}, "max_expansions must be at least 1"),
+    ],
+)
+def test_wrong_options_are_told(options, told):
+    with pytest.raises(ValueError, match=told):
+        plan(small("p", "r", "", "pq", "r"), **options)

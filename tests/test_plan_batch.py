@@ -1,0 +1,109 @@
+"""Many tasks in one jitted search: the same answers as one by one, and the kernel's tables against those of the host."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from strips import random_task, shortest_length
+
+from sign_model.batch import Rung, plan_batch
+from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.grounding import load
+from sign_model.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
+from sign_model.kernel import landmark_table, relaxed_plan_table
+from sign_model.landmarks import landmark_table as host_landmarks
+from sign_model.landmarks import relaxed_plan_table as host_plans
+from sign_model.packed import make_tables, pack_words
+from sign_model.planner import plan
+from sign_model.regression import regression_space
+from sign_model.result import PlanStatus
+from sign_model.validate import validate
+
+LADDER = (Rung(beam=4, branch=8, steps=32, lanes=16), Rung(beam=32, branch=8, steps=48, lanes=8))
+
+
+def test_every_plan_of_a_batch_is_valid_and_near_the_optimum():
+    tasks = random_blocks_tasks(6, 50, seed=3)
+    results = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER)
+    assert all(r.status == PlanStatus.SOLVED and validate(t, r.actions) == [] for t, r in zip(tasks, results))
+    lengths = np.array([len(r.actions) for r in results])
+    optima = np.array([optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks])
+    assert (lengths >= optima).all() and lengths.sum() <= 1.1 * optima.sum()
+
+
+def test_a_plan_does_not_depend_on_its_neighbours():
+    tasks = random_blocks_tasks(5, 12, seed=7)
+    together = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER)
+    backwards = plan_batch(tasks[::-1], heuristic=LANDMARKS, ladder=LADDER)[::-1]
+    assert [r.actions for r in together] == [r.actions for r in backwards]
+
+
+def test_tasks_of_several_domains_are_answered_in_order(shared_data):
+    blocks = random_blocks_tasks(4, 3, seed=1)
+    folder = shared_data / "pddl"
+    hanoi = load(folder / "hanoi" / "domain.pddl", folder / "hanoi" / "pfile3.pddl")
+    miner = load(folder / "goldminer" / "domain.pddl", folder / "goldminer" / "gm-rows2-cols3.pddl")
+    tasks = [blocks[0], hanoi, blocks[1], miner, blocks[2]]
+    results = plan_batch(tasks, ladder=LADDER)
+    assert all(validate(t, r.actions) == [] for t, r in zip(tasks, results))
+    assert 7 <= len(results[1].actions) <= 9
+
+
+def test_what_the_ladder_leaves_is_solved_or_proven_by_the_exact_search():
+    tasks = random_blocks_tasks(4, 4, seed=2)
+    rung = (Rung(beam=1, branch=1, steps=2, lanes=8),)
+    assert all(r.is_solved for r in plan_batch(tasks, heuristic=OVERLAP, ladder=rung))
+    base = tasks[0]
+    impossible = base.situation([("on", "b0", "b1"), ("on", "b1", "b2"), ("on", "b2", "b0")])
+    results = plan_batch([base, dataclasses.replace(base, goal=impossible, problem=None, domain=None)], ladder=LADDER)
+    assert [r.status for r in results] == [PlanStatus.SOLVED, PlanStatus.UNSOLVABLE]
+
+
+def test_random_tasks_are_answered_as_breadth_first_search_answers_them():
+    tasks = [random_task(seed) for seed in range(40)]
+    for task, result in zip(tasks, plan_batch(tasks, heuristic=OVERLAP, ladder=LADDER)):
+        assert result.is_solved == (shortest_length(task) is not None)
+        assert not result.is_solved or validate(task, result.actions) == []
+
+
+def test_the_kernel_and_the_host_make_the_same_tables():
+    tasks = random_blocks_tasks(4, 8, seed=4)
+    starts, goals = np.array([t.start for t in tasks]), np.array([t.goal for t in tasks])
+    space = regression_space(tasks[0], starts, goals)
+    size = len(space.features)
+    tables = make_tables(space, np.arange(size))
+    start = np.zeros((32 * tables.needs.shape[0], len(tasks)), bool)
+    start[:size] = space.situations(starts).T
+    landmarks, plans = (jax.jit(table)(tables, jnp.asarray(start)) for table in (landmark_table, relaxed_plan_table))
+    for lane, task in enumerate(tasks):
+        held = space.situations(task.start)
+        ours = host_landmarks(space, held).view("<u4")[:, : landmarks.shape[1]]
+        np.testing.assert_array_equal(np.asarray(landmarks)[:size, :, lane], ours)
+        ours = host_plans(space, held).view("<u4")[:, : plans.shape[1]]
+        np.testing.assert_array_equal(np.asarray(plans)[:size, :, lane], ours)
+
+
+@pytest.mark.parametrize("sign", [LANDMARKS, RELAXED_PLAN, OVERLAP], ids=lambda sign: sign.name)
+def test_each_sign_serves_in_a_batch(sign):
+    tasks = random_blocks_tasks(4, 8, seed=11)
+    assert all(r.is_solved for r in plan_batch(tasks, heuristic=sign, ladder=LADDER))
+
+
+def test_one_task_in_a_batch_is_like_many():
+    task = random_blocks_tasks(5, 1, seed=5)[0]
+    assert len(plan_batch([task], ladder=LADDER)[0].actions) >= len(plan(task).actions)
+    assert plan_batch([]) == []
+
+
+def test_a_goal_that_holds_takes_no_action():
+    task = random_blocks_tasks(4, 1)[0]
+    done = dataclasses.replace(task, goal=task.start & task.goal, domain=None, problem=None)
+    assert plan_batch([done], ladder=LADDER)[0].actions == ()
+
+
+def test_words_hold_their_bits():
+    bits = np.zeros((1, 40), bool)
+    bits[0, [0, 33]] = True
+    assert pack_words(bits, 2).tolist() == [[1, 2]]
