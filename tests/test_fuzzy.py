@@ -1,5 +1,6 @@
 """Fuzzy directions, distances and relocations: the table, the regions and back, and the signs recognised by their images."""
 
+import dataclasses
 import json
 import math
 
@@ -118,6 +119,11 @@ def test_an_area_touches_the_regions_of_its_points_and_no_others(table):
     assert (touched & ~seen).mean() < 0.01
 
 
+def test_an_area_beyond_the_table_is_as_far_as_the_last_row():
+    area = Sector(near=np.array(5000.0), far=np.array(6000.0), start=np.array(-0.1), width=np.array(0.2))
+    assert np.flatnonzero(regions_touched(area, DEFAULT_TABLE)).tolist() == [region_names(DEFAULT_TABLE).index("afar, ahead")]
+
+
 STRAIGHT = [[0, 0], [3, 0], [6, 0]]
 BOW = [[0, 0], [3, 4], [6, 0]]
 LOOP = [[0, 0], [3, 7], [6, 0]]
@@ -135,6 +141,11 @@ def test_a_path_of_no_point_is_no_relocation_and_the_table_decides_what_is_far()
     assert relocation_of(path, np.array([0, 3]), COARSE).tolist() == [-1, 1]
     far = np.array([[0, 0], [300, 50], [600, 0]], float)
     assert DEFAULT_TABLE.relocations[int(relocation_of(far, np.array(3), DEFAULT_TABLE))].name == "moving afar on a curve"
+
+
+def test_of_two_relocations_as_narrow_the_earlier_row_names_the_path():
+    twins = dataclasses.replace(COARSE, relocations=(*COARSE.relocations, Relocation("glide", "there", 1.0)))
+    assert int(relocation_of(np.array(STRAIGHT, float), np.array(3), twins)) == 0
 
 
 @TABLES

@@ -152,10 +152,29 @@ def test_an_exhausted_match_gives_up():
 
 
 def test_the_match_goes_back_on_a_choice_that_fails():
-    start = [("on", "a", "b"), ("on", "c", "d"), ("red", "d")]
-    renaming = find_renaming([("on", "x", "y"), ("red", "y")], start, (), (), may_play=lambda role, name: True, max_nodes=50)
-    assert renaming == {"x": "c", "y": "d"}
-    assert find_renaming([("on", "x", "x")], start, (), (), may_play=lambda role, name: True, max_nodes=50) is None
+    def match(*needs):
+        start = [("on", "a", "b"), ("on", "c", "d"), ("on", "d", "e")]
+        return find_renaming(needs, start, (), (), may_play=lambda role, name: True, max_nodes=50)
+
+    assert match(("on", "x", "y"), ("on", "y", "z")) == {"x": "c", "y": "d", "z": "e"}
+    assert match(("on", "x", "x")) is None and match(("on", "x", "y"), ("on", "y", "z"), ("on", "z", "x")) is None
+
+
+def test_a_role_is_played_by_an_object_of_its_type():
+    domain = """(define (domain d) (:types big small) (:predicates (parked ?v) (done))
+      (:action drive :parameters (?v - small) :precondition (parked ?v) :effect (done)))"""
+
+    def task(objects, parked):
+        return load(domain, f"(define (problem p) (:domain d) (:objects {objects}) (:init {parked}) (:goal (done)))")
+
+    memory = Memory().learned(task("s - small", "(parked s)"), ["(drive s)"])
+    assert memory.suggest(task("a - big b - small", "(parked a) (parked b)")) == ("(drive b)",)
+
+
+def test_a_task_with_one_thing_more_is_not_the_same():
+    memory = Memory().learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4])
+    assert memory.recall(blocks(["ab", "c"], ["ba"])) is None
+    assert memory.suggest(blocks(["ab", "c"], ["ba"])) == SWAP_PLAN[:4]
 
 
 def test_colours_tell_objects_apart_by_what_stands_beside_them():

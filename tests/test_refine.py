@@ -75,7 +75,19 @@ def test_a_sub_task_leads_from_the_conditions_of_an_act_to_its_effects():
     assert {fine.features[f] for f in np.flatnonzero(first.start)} == {("in", "hall"), ("key", "one"), ("key", "two")}
     assert {fine.features[f] for f in np.flatnonzero(first.goal)} == {("in", "office")}
     assert {fine.features[f] for f in np.flatnonzero(second.start)} == {("in", "office"), ("key", "one"), ("key", "two")}
+    assert ("in", "hall") not in second.problem.start and ("in", "office") in second.problem.start
     assert second.problem.goal == (("in", "lab"),) and ("door", "one", "hall", "office") in second.problem.start
+
+
+def test_a_sub_task_brings_about_every_effect_of_its_act_and_keeps_what_later_acts_need():
+    task = load(
+        """(define (domain d) (:predicates (p) (q) (r) (s)) (:action a :precondition (s) :effect (and (p) (r)))
+          (:action b :precondition (and (p) (s)) :effect (q)) (:action c :effect (not (s))))""",
+        "(define (problem p) (:domain d) (:init (s)) (:goal (q)))",
+    )
+    first, second = sub_tasks(task, ("(a)", "(b)"), task)
+    assert {task.features[f] for f in np.flatnonzero(first.goal)} == {("p",), ("r",), ("s",)}
+    assert {task.features[f] for f in np.flatnonzero(second.start)} == {("p",), ("s",)}
 
 
 def test_all_acts_of_a_plan_are_specified_in_one_batched_call_and_the_leaves_solve_the_finer_task():
