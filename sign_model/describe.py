@@ -1,11 +1,12 @@
 """A world model in words, and as a drawing: text for people, DOT for Graphviz."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from sign_model.matrix import ColumnKind, Component, num_matrices
 from sign_model.network import is_procedural, networks
+from sign_model.refine import SPECIFY, Step
 from sign_model.sign import PredictionMatrix, Sign
 from sign_model.world_model import WorldModel
 
@@ -52,6 +53,11 @@ def to_dot(model: WorldModel, *, components: Iterable[Component] = tuple(Compone
     return "\n".join([f"digraph {_quoted(name)} {{", "  rankdir=LR;", *nodes, *edges, "}"]) + "\n"
 
 
+def describe_steps(steps: Iterable[Step]) -> str:
+    """Returns a specified plan as an indented list, each act with its sub-plan below it; "" for a plan of no act."""
+    return "".join(_told_steps(steps, indent=0))
+
+
 def told_matrix(matrix: PredictionMatrix) -> str:
     """Returns one matrix in one line; `(nothing)` where it has no column."""
     conditions = " -> ".join(_told_set(column.features) for column in matrix.columns if column.kind == ColumnKind.CONDITION)
@@ -76,6 +82,13 @@ def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str
             yield f"  {COMPONENT_NAMES[component]}{mark}"
             yield from (f"    {count}. {told_matrix(matrix)}" for count, matrix in enumerate(matrices, 1))
             yield f"    {NETWORK_NAMES[component]}: {', '.join(model.named(links[component, number])) or '-'}"
+
+
+def _told_steps(steps: Iterable[Step], *, indent: int) -> Iterator[str]:
+    for step in steps:
+        is_open = step.decision == SPECIFY and step.steps is None
+        yield f"{'  ' * indent}{step.action}{' (no sub-plan found)' if is_open else ''}\n"
+        yield from _told_steps(step.steps or (), indent=indent + 1)
 
 
 def _quoted(text: str) -> str:

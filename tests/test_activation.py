@@ -25,7 +25,7 @@ def twin(signs, active, decay, steps):
     return active
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(sign_worlds(), st.lists(st.floats(0, 1, width=32), min_size=6, max_size=6))
 def test_activation_equals_its_plain_twin_bit_for_bit(signs, start):
     model = from_signs(signs, capacity=ROOM)

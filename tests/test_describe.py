@@ -2,8 +2,9 @@
 
 from sign_worlds import face_signs
 
-from sign_model.describe import describe, to_dot, told_matrix
+from sign_model.describe import describe, describe_steps, to_dot, told_matrix
 from sign_model.matrix import Component
+from sign_model.refine import REALISE, SPECIFY, Step
 from sign_model.sign import Sign, causal, sequence, with_elementary
 from sign_model.world_model import from_signs
 
@@ -51,3 +52,12 @@ def test_the_drawing_has_a_node_for_each_sign_and_an_edge_for_each_link():
         "}",
     ]
     assert "W_a" not in to_dot(model, components=[Component.IMAGE])
+
+
+def test_a_specified_plan_is_told_as_a_tree():
+    leaves = (Step("(approach one)", REALISE), Step("(pass one)", REALISE))
+    steps = (Step("(change-room hall lab)", SPECIFY, leaves), Step("(rest)", REALISE), Step("(fly)", SPECIFY))
+    assert (
+        describe_steps(steps) == "(change-room hall lab)\n  (approach one)\n  (pass one)\n(rest)\n(fly) (no sub-plan found)\n"
+    )
+    assert describe_steps(()) == ""

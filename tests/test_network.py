@@ -13,7 +13,7 @@ from sign_model.sign import Sign, causal, sequence, with_elementary
 from sign_model.world_model import from_signs
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(sign_worlds())
 def test_a_link_goes_to_every_feature_of_a_matrix_and_to_nothing_else(signs):
     model = from_signs(signs, capacity=ROOM)
@@ -72,7 +72,7 @@ def test_a_process_is_a_strict_order_shared_by_all_matrices(matrices, whole, par
     assert is_process(*matrices, whole=False) == part
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(sign_worlds())
 def test_the_precedence_relation_equals_its_definition_over_the_symbols(signs):
     model = from_signs(signs)

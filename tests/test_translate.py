@@ -45,7 +45,7 @@ def test_the_matrices_of_an_outside_task_come_back_bit_for_bit(shared_data, name
     assert_same_matrices(load(path.parent / "domain.pddl", path))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.data(), st.integers(1, 6), st.integers(0, 5))
 def test_the_matrices_of_any_task_come_back_bit_for_bit(data, num_features, num_actions):
     seed = data.draw(st.integers(0, 2**31))

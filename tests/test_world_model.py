@@ -14,7 +14,7 @@ from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, wi
 from sign_model.world_model import from_signs
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(sign_worlds())
 def test_symbols_to_arrays_and_back_lose_nothing(signs):
     model = from_signs(signs)
@@ -23,7 +23,7 @@ def test_symbols_to_arrays_and_back_lose_nothing(signs):
     assert tuple(map(model.sign, NAMES)) == signs
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(sign_worlds(), st.integers(0, 3))
 def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, room):
     model = from_signs(signs)
@@ -32,7 +32,7 @@ def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, ro
     chex.assert_trees_all_equal(again.matrices, larger)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     sign_worlds(), st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(Component), prediction_matrices()), max_size=4)
 )
@@ -69,7 +69,7 @@ def test_growth_compiles_once_while_there_is_room():
     assert shapes == {(8, 16, 8, 8)}
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(sign_worlds())
 def test_the_features_of_a_kind_are_those_that_the_symbols_name(signs):
     model = from_signs(signs, capacity=ROOM)
