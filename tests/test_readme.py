@@ -1,0 +1,26 @@
+"""What the README says is what runs."""
+
+import pathlib
+import re
+
+import pytest
+
+from srt_jax.cli import app
+
+README = (pathlib.Path(__file__).resolve().parents[1] / "README.md").read_text()
+
+
+@pytest.mark.parametrize("example", re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL))
+def test_the_examples_run_as_written(example, capsys):
+    exec(example, {})
+
+
+def test_the_commands_it_lists_are_the_commands_there_are():
+    there = {command.name or command.callback.__name__ for command in app.registered_commands}
+    listed = set(re.findall(r"^\| `srt-jax (\w+)", README, flags=re.MULTILINE))
+    assert listed == there
+
+
+@pytest.mark.parametrize("module", re.findall(r"`(\w+\.py)`", README))
+def test_the_modules_of_its_table_exist(module):
+    assert list(pathlib.Path(__file__).resolve().parents[1].glob(f"s*/{module}"))
