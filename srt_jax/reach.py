@@ -11,6 +11,9 @@ from jax import Array, lax
 from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
 from srt_jax.kernel import batch_kernel, compiled_whole
+from srt_jax.wordqueue import flood_rest
+
+_MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
 
 
 def reach(free: records.Array, start: records.Array) -> Array:
@@ -85,15 +88,20 @@ def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: boo
 
 
 def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
-    """Sweeps one group down and up until nothing changes; it ends, because bits are only ever added."""
+    """Sweeps one group down and up while that changes anything, some rounds at most; a queue of words does the rest."""
 
-    def one_round(state: tuple[Array, Array]) -> tuple[Array, Array]:
-        reached, _ = state
+    def one_round(state: tuple) -> tuple:
+        reached, _, num_rounds = state
         reached, down = _sweep(free, reached, group=group, through_corners=through_corners, upwards=False)
         reached, up = _sweep(free, reached, group=group, through_corners=through_corners, upwards=True)
-        return reached, jnp.any((down | up) != jnp.uint32(0))
+        return reached, jnp.any((down | up) != jnp.uint32(0)), num_rounds + 1
 
-    return lax.while_loop(lambda state: state[1], one_round, (reached, jnp.bool_(True)))[0]
+    def rest(free: Array, reached: Array) -> Array:
+        return flood_rest(free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs)
+
+    state = (reached, jnp.bool_(True), jnp.int32(0))
+    reached, is_changing, _ = lax.while_loop(lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state)
+    return lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
 
 
 def _sweep(free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool) -> tuple[Array, Array]:
