@@ -106,6 +106,33 @@ def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) 
     return Sector(near=near, far=corners[..., 0].max(axis=-1), start=start, width=width)
 
 
+def sector_of_points(points: Array, is_point: Array, origin: Array, heading: Array) -> Sector:
+    """Returns the smallest sector that holds a set of points, such as a contour; all zeros where there is no point.
+
+    Its directions are the turn less the widest gap between neighbouring points; ties go to the gap that starts rightmost,
+    counted from behind. A point at the agent's own place has no direction and only brings the sector near.
+
+    Args:
+      points: float [..., N, 2], (x, y).
+      is_point: bool [..., N], False on padding.
+      origin, heading: of the agent, as in `to_polar`.
+    """
+    xp = array_namespace(points, origin, heading)
+    polar = to_polar(points, origin[..., None, :], heading[..., None])
+    r, has_direction = polar[..., 0], is_point & (polar[..., 0] > 0)
+    near = xp.where(is_point, r, math.inf).min(axis=-1)
+    far = xp.where(is_point, r, 0.0).max(axis=-1)
+    phi = xp.sort(xp.where(has_direction, polar[..., 1], math.inf), axis=-1)
+    first, following = phi[..., :1] + FULL_TURN, xp.concatenate([phi[..., 1:], xp.full_like(phi[..., :1], math.inf)], axis=-1)
+    is_known = xp.isfinite(phi)
+    following = xp.where(xp.isfinite(following), following, first)
+    gap = xp.where(is_known, following, 0.0) - xp.where(is_known, phi, 0.0)
+    widest = gap.argmax(axis=-1)[..., None]
+    start = xp.take_along_axis(xp.where(is_known, following, 0.0), widest, axis=-1)[..., 0]
+    width = xp.where(is_known.any(axis=-1), FULL_TURN - gap.max(axis=-1), 0.0)
+    return Sector(near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrapped(start), width=width)
+
+
 def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Array, Array]:
     """Returns the smallest upright square round the middle of the sector's extent that holds the sector (PY16 Figure 1).
 

@@ -18,6 +18,7 @@ from sign_model.polar import (
     path_deviation,
     path_link,
     sector_corners,
+    sector_of_points,
     sector_of_square,
     square_of_sector,
     to_polar,
@@ -129,6 +130,33 @@ def test_the_sector_of_a_square_holds_it_and_touches_it_on_every_side(rng):
     assert np.allclose(np.ptp(swept, axis=0)[is_outside], sector.width[is_outside])
 
 
+def test_the_sector_of_points_holds_them_and_no_narrower_arc_does(rng):
+    count, most = 200, 7
+    origin, heading = rng.uniform(-5, 5, (count, 2)), rng.uniform(-7, 7, count)
+    points, is_point = rng.uniform(-9, 9, (count, most, 2)), rng.random((count, most)) < 0.6
+    is_point[:3] = False
+    sector = sector_of_points(points, is_point, origin, heading)
+    polar = to_polar(points, origin[:, None], heading[:, None])
+    slack = [part[:, None] for part in (sector.near - 1e-9, sector.far + 1e-9, sector.start - 1e-9, sector.width + 2e-9)]
+    assert (in_sector(polar, Sector(**dict(zip(("near", "far", "start", "width"), slack)))) | ~is_point).all()
+    for i in np.flatnonzero(is_point.any(axis=1)):
+        r, phi = polar[i, is_point[i]].T
+        arcs = [((phi - start) % FULL_TURN).max() for start in phi]
+        assert (
+            np.isclose(sector.width[i], min(arcs))
+            and np.isclose(sector.near[i], r.min())
+            and np.isclose(sector.far[i], r.max())
+        )
+    empty = ~is_point.any(axis=1)
+    assert not any(part[empty].any() for part in (sector.near, sector.far, sector.start, sector.width))
+
+
+def test_a_point_at_the_agents_own_place_brings_the_sector_near_and_turns_nothing():
+    points = np.array([[0.0, 0.0], [0.0, 2.0], [-2.0, 0.0]])
+    sector = sector_of_points(points, np.array([True, True, True]), np.zeros(2), np.array(0.0))
+    assert sector.near == 0 and sector.far == 2 and np.allclose([sector.start, sector.width], [math.pi / 2, math.pi / 2])
+
+
 def test_square_to_sector_to_square_only_grows(rng):
     centre, side = rng.uniform(-30, 30, (100, 2)), rng.uniform(0.1, 20, 100)
     origin, heading = rng.uniform(-30, 30, (100, 2)), rng.uniform(-7, 7, 100)
@@ -167,13 +195,17 @@ def test_jax_arrays_give_the_same_answers_jitted_and_in_a_batch(rng):
         seen = sector_of_square(centre, side, origin, heading)
         path = jnp.stack([origin, points, centre], axis=-2)
         strays = path_deviation(path, jnp.full(path.shape[:-2], 3, jnp.int32))
-        return from_polar(polar, origin, heading), centre, side, seen, strays, in_sector(polar, sector)
+        crowd = jnp.stack([points, points + 5, points[..., ::-1]], axis=-2)
+        area = sector_of_points(crowd, jnp.ones(crowd.shape[:-1], bool), origin, heading)
+        return from_polar(polar, origin, heading), centre, side, seen, strays, in_sector(polar, sector), area
 
     whole = all_of_it(*single)
-    ours, centre, side, seen, strays, inside = whole
+    ours, centre, side, seen, strays, inside, area = whole
     truth = square_of_sector(sector, origin, heading)
     assert np.allclose(ours, points, atol=1e-3) and np.allclose(centre, truth[0], atol=1e-3)
     assert np.allclose(side, truth[1], atol=1e-3) and ours.dtype == side.dtype == seen.near.dtype == strays.dtype == jnp.float32
     assert (np.asarray(inside) == in_sector(to_polar(points, origin, heading), sector)).all()
+    crowd = np.stack([points, points + 5, points[..., ::-1]], axis=-2)
+    assert np.allclose(area.width, sector_of_points(crowd, np.ones((20, 3), bool), origin, heading).width, atol=1e-3)
     one = all_of_it(*jax.tree.map(lambda part: part[3], single))
     assert all(np.allclose(a[3], b, atol=1e-3) for a, b in zip(jax.tree.leaves(whole), jax.tree.leaves(one)))
