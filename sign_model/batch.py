@@ -4,7 +4,9 @@ The bulk of a batch does not wait for its few hard tasks: the first rung is narr
 the whole ladder leaves goes to the exact search, which alone can prove that there is no plan.
 """
 
+import functools
 import hashlib
+import math
 import os
 import time
 from collections import defaultdict
@@ -12,11 +14,12 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+import jax
 import numpy as np
 
 from sign_model.heuristics import DEFAULTS, HeuristicSign
-from sign_model.kernel import regress
-from sign_model.packed import WORD, Tables, landmark_columns, make_tables, make_weights, words_for
+from sign_model.kernel import regress, regress_domains
+from sign_model.packed import WORD, landmark_columns, make_tables, make_weights
 from sign_model.planner import plan
 from sign_model.rating import kind_of
 from sign_model.regression import RegressionSpace, regression_space
@@ -26,6 +29,9 @@ from sign_model.validate import replay_batch
 
 MIN_LANES = 8
 """A batch of one is pathological on a CPU: it is padded to 8, which takes no longer."""
+
+MAX_DOMAINS = 32
+"""How many domains of one bucket ride in one call."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +44,14 @@ class Rung:
     lanes: int
 
 
-def default_ladder(num_features: int, beams: Sequence[int] = (4, 16, 64)) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: plans of up to about its size, wider beams in smaller batches."""
-    steps = max(32, 8 * int(num_features**0.5))
-    branch = 8 if num_features <= 100 else 16 if num_features <= 400 else 32
-    return tuple(
-        Rung(beam, min(64, branch * (1 + (i > 0))), steps * (1 + (i > 0)), 64 if i == 0 else 32) for i, beam in enumerate(beams)
+def default_ladder(num_features: int) -> tuple[Rung, ...]:
+    """Returns the rungs for a domain of that many features: a narrow one for the bulk, wider ones with room for longer plans."""
+    side = math.isqrt(num_features)
+    branch = min(64, side + 2)
+    return (
+        Rung(beam=4, branch=branch, steps=4 * side + 8, lanes=64),
+        Rung(beam=16, branch=branch, steps=6 * side + 8, lanes=32),
+        Rung(beam=64, branch=min(64, 2 * branch), steps=32 * side, lanes=8),
     )
 
 
@@ -58,7 +66,7 @@ def plan_batch(
     """Returns one result per task, in order; every plan was replayed forward. An empty batch gives an empty list.
 
     Args:
-      tasks: those with the same features and actions share one search; others follow in further ones.
+      tasks: those with the same features and actions ride side by side; domains of one bucket of shapes share one jitted call.
       heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` where None.
       ladder: the rungs; by the size of the domain where None.
       max_expansions: of the exact search for what the ladder leaves.
@@ -67,14 +75,20 @@ def plan_batch(
     signs = DEFAULTS if heuristic is None else (heuristic,) if isinstance(heuristic, HeuristicSign) else tuple(heuristic)
     if not signs:
         raise ValueError("plan_batch needs at least one heuristic sign: give None for the unlearned ones")
-    results: dict[int, PlanResult] = {}
-    groups: dict[bytes, list[int]] = defaultdict(list)
+    members: dict[bytes, list[int]] = defaultdict(list)
     identities: dict[int, bytes] = {}
     for number, task in enumerate(tasks):
-        groups[_identity(task, identities)].append(number)
-    for members in groups.values():
-        found = _plan_group([tasks[i] for i in members], signs, ladder, max_expansions, num_threads)
-        results.update(zip(members, found))
+        members[_identity(task, identities)].append(number)
+    groups = [_Group([tasks[i] for i in numbers], signs) for numbers in members.values()]
+    buckets: dict[tuple, list[_Group]] = defaultdict(list)
+    for group in groups:
+        buckets[group.shapes].append(group)
+    with ThreadPoolExecutor(num_threads or _num_cores()) as pool:
+        for alike in buckets.values():
+            _climb(pool, alike, signs, ladder if ladder is not None else default_ladder(len(alike[0].space.features)))
+    results: dict[int, PlanResult] = {}
+    for group, numbers in zip(groups, members.values()):
+        results.update(zip(numbers, group.results(max_expansions)))
     return [results[i] for i in range(len(tasks))]
 
 
@@ -89,88 +103,93 @@ def _identity(task: PlanningTask, known: dict[int, bytes]) -> bytes:
 
 
 class _Group:
-    """Tasks of one domain, packed."""
+    """Tasks of one domain, packed; `plans` fills while the ladder is climbed."""
 
     def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
-        self.starts, self.goals = (np.array([getattr(task, name) for task in tasks]) for name in ("start", "goal"))
-        base = tasks[0]
+        began = time.perf_counter()
+        self.tasks, base = tasks, tasks[0]
+        self.starts, self.goals = np.array([task.start for task in tasks]), np.array([task.goal for task in tasks])
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
+        self.plans: list[np.ndarray | None] = [None] * len(tasks)
         kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
-        self.columns = landmark_columns(self.space, signs, kinds)
-        self.tables: Tables = make_tables(self.space, self.columns)
+        columns = landmark_columns(self.space, signs, kinds)
         schemas = [base.actions[a][0] for a in self.space.kept_actions]
-        self.weights = [make_weights(sign, self.space, self.columns, schemas, kinds) for sign in signs]
+        self.tables = make_tables(self.space, columns)
+        self.weights = [make_weights(sign, self.space, columns, schemas, kinds) for sign in signs]
+        self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
+        self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
+
+    def open_tasks(self) -> np.ndarray:
+        """The numbers of the tasks that may have a plan and have none yet."""
+        return np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
 
     def lanes(self, situations: np.ndarray) -> np.ndarray:
         """bool [N, F of the task] -> [F of the tables, N]."""
-        out = np.zeros((words_for(len(self.space.features)) * WORD, len(situations)), bool)
+        out = np.zeros((self.tables.needs.shape[0] * WORD, len(situations)), bool)
         out[: len(self.space.features)] = self.space.situations(situations).T
         return out
 
-
-def _plan_group(
-    tasks: Sequence[PlanningTask],
-    signs: tuple[HeuristicSign, ...],
-    ladder: Sequence[Rung] | None,
-    max_expansions: int,
-    num_threads: int | None,
-) -> list[PlanResult]:
-    began = time.perf_counter()
-    group = _Group(tasks, signs)
-    built = time.perf_counter()
-    rungs = ladder if ladder is not None else default_ladder(len(group.space.features))
-    plans: list[np.ndarray | None] = [None] * len(tasks)
-    open_ = np.flatnonzero(group.possible)
-    with ThreadPoolExecutor(num_threads or _num_cores()) as pool:
-        for rung in rungs:
-            for sign, weights in zip(signs, group.weights):
-                open_ = _climb(pool, group, rung, sign, weights, open_, plans)
-    solved = [i for i, found in enumerate(plans) if found is not None]
-    searched = time.perf_counter()
-    replay_batch(tasks[0], group.starts[solved], group.goals[solved], [found for found in plans if found is not None])
-    ended = time.perf_counter()
-    share = 1.0 / len(tasks)
-    stages = {"build": built - began, "search": searched - built, "validate": ended - searched}
-    seconds = {"parse": 0.0, **{stage: spent * share for stage, spent in stages.items()}}
-    return _results(tasks, plans, group.possible, max_expansions, seconds)
-
-
-def _climb(pool, group: _Group, rung: Rung, sign: HeuristicSign, weights, open_: np.ndarray, plans: list) -> np.ndarray:
-    """Tries the open tasks on one rung with one sign; notes the plans found and returns what is still open."""
-    if not len(open_):
-        return open_
-    size = min(rung.lanes, max(MIN_LANES, 1 << (len(open_) - 1).bit_length()))
-    chunks = [open_[i : i + size] for i in range(0, len(open_), size)]
-    uses = {"uses_landmarks": any(sign.landmarks.values()), "uses_plan": any(sign.plan.values())}
-
-    def search(chunk: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        lanes = np.resize(chunk, size)  # the last chunk is filled up by repetition: one shape, one compilation
-        start, goal = group.lanes(group.starts[lanes]), group.lanes(group.goals[lanes])
-        found = regress(group.tables, weights, start, goal, beam=rung.beam, branch=rung.branch, steps=rung.steps, **uses)
-        return np.asarray(found[0]), np.asarray(found[1]), np.asarray(found[2])
-
-    left = []
-    for chunk, (solved, length, actions) in zip(chunks, pool.map(search, chunks)):
-        for lane, number in enumerate(chunk):
-            if solved[lane]:
-                plans[number] = group.space.kept_actions[actions[: length[lane], lane]]
+    def results(self, max_expansions: int) -> list[PlanResult]:
+        """Replays all plans; what has none goes to the exact search."""
+        began = time.perf_counter()
+        solved = [i for i, found in enumerate(self.plans) if found is not None]
+        replay_batch(self.tasks[0], self.starts[solved], self.goals[solved], [p for p in self.plans if p is not None])
+        self.seconds["validate"] = time.perf_counter() - began
+        share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
+        names, out = self.tasks[0].action_names, []
+        for task, found, is_possible in zip(self.tasks, self.plans, self.possible):
+            if found is not None:
+                out.append(PlanResult(PlanStatus.SOLVED, tuple([names[a] for a in found]), len(found), share))
+            elif not is_possible:
+                out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
             else:
-                left.append(number)
-    return np.array(left, np.int64)
+                out.append(plan(task, max_expansions=max_expansions))
+        return out
 
 
-def _results(tasks, plans, possible, max_expansions, seconds) -> list[PlanResult]:
-    names, out = tasks[0].action_names, []
-    for number, task in enumerate(tasks):
-        found = plans[number]
-        if found is not None:
-            out.append(PlanResult(PlanStatus.SOLVED, tuple([names[a] for a in found]), len(found), seconds))
-        elif not possible[number]:
-            out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, seconds))
-        else:
-            out.append(plan(task, max_expansions=max_expansions))
-    return out
+def _climb(pool: ThreadPoolExecutor, groups: list[_Group], signs: tuple[HeuristicSign, ...], rungs: Sequence[Rung]) -> None:
+    """Climbs the ladder with all groups of one bucket; notes the plans found."""
+    for rung in rungs:
+        for number, sign in enumerate(signs):
+            open_ = [group.open_tasks() for group in groups]
+            most = max(len(tasks) for tasks in open_)
+            if not most:
+                return
+            size = min(rung.lanes, max(MIN_LANES, 1 << (most - 1).bit_length()))
+            jobs = [(g, tasks[i : i + size]) for g, tasks in zip(groups, open_) for i in range(0, len(tasks), size)]
+            at_once = 1 if len(groups) == 1 else min(MAX_DOMAINS, 1 << (len(jobs) - 1).bit_length())
+            slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
+            began = time.perf_counter()
+            for _ in pool.map(
+                functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once), slices
+            ):
+                pass
+            for group in groups:
+                group.seconds["search"] += (time.perf_counter() - began) / len(groups)
+
+
+def _search(
+    jobs: list[tuple[_Group, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
+) -> None:
+    """One jitted search over the jobs, each the tasks of one domain; short ones are filled up by repetition."""
+    options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps}
+    options |= {"uses_landmarks": any(sign.landmarks.values()), "uses_plan": any(sign.plan.values())}
+    padded = [jobs[i % len(jobs)] for i in range(domains)]
+    inputs = []
+    for group, tasks in padded:
+        lanes = np.resize(tasks, size)
+        inputs.append((group.tables, group.weights[number], group.lanes(group.starts[lanes]), group.lanes(group.goals[lanes])))
+    if domains == 1:
+        found = [np.asarray(part)[None] for part in regress(*inputs[0], **options)]
+    else:
+        found = [
+            np.asarray(part) for part in regress_domains(*jax.tree.map(lambda *leaves: np.stack(leaves), *inputs), **options)
+        ]
+    for (group, tasks), solved, length, actions in zip(jobs, *found):
+        for lane, task in enumerate(tasks.tolist()):
+            if solved[lane]:
+                group.plans[task] = group.space.kept_actions[actions[: length[lane], lane]]
 
 
 def _num_cores() -> int:

@@ -45,31 +45,39 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
     comes_along = tables.column_adds[:, :, None] & ~pack_rows(at_start[tables.column_features, 0])[None]
     first = jnp.where(at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL))
 
+    own = tables.column_own[:, :, None]
+
     def sweep(state):
         table, _, count = state
         need = comes_along
         for p in range(tables.need_lists.shape[1]):
             need = need | table[tables.need_lists[:, p]]
-        new = table
-        for features, actions in tables.achievers:
-            shared = lax.reduce(need[actions], _ALL, lax.bitwise_and, (1,)) | tables.column_own[features][:, :, None]
-            new = new.at[features].set(jnp.where(at_start[features], jnp.uint32(0), shared), mode="drop")
+        new = jnp.where(at_start, jnp.uint32(0), _over_achievers(tables, jnp.bitwise_and, need, _ALL) | own)
         return new, (new != table).any(), count + 1
 
     state = (first, jnp.array(True), jnp.int32(0))
     return lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, state)[0][:-1]
 
 
+def _over_achievers(tables: Tables, combine, of_actions: jax.Array, empty) -> jax.Array:
+    """Combines a value of every action over the achievers of each feature: [A, ...] -> [F + 1, ...], `empty` without achiever.
+
+    A tree of fours: each level combines four rows of the level below.
+    """
+    below, levels = of_actions, []
+    for fours in tables.achievers:
+        one, two, three, four = (below[fours[:, i]] for i in range(4))
+        below = combine(combine(one, two), combine(three, four))
+        levels.append(below)
+    nothing = jnp.full((1, *of_actions.shape[1:]), empty, of_actions.dtype)
+    return jnp.concatenate([*levels, nothing])[tables.achieved_at]
+
+
 def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
     """Returns uint32 [F, A / 32, B], the relaxed plan of each feature (see `landmarks.relaxed_plan_table`)."""
-    size, num_tasks = start.shape
+    size = start.shape[0]
     cost, action_cost = _relaxed_costs(tables, start)
-    best = jnp.full((size + 1, num_tasks), -1, jnp.int32)
-    for features, actions in tables.achievers:
-        offered = action_cost[actions]  # [n, w, B]
-        pick = jnp.take_along_axis(actions[:, :, None], offered.argmin(axis=1)[:, None].astype(jnp.int32), 1)[:, 0]
-        best = best.at[features].set(jnp.where(offered.min(axis=1) < jnp.inf, pick, -1), mode="drop")
-    best = jnp.where(cost > 0, best, -1)
+    best = _best_achievers(tables, cost, action_cost)
     words = tables.adds.shape[0] // WORD
     own_word = jnp.arange(words, dtype=jnp.int32)[None, :, None] == (best >> 5)[:, None]
     own = jnp.where(own_word & (best >= 0)[:, None], jnp.uint32(1) << (best & 31).astype(jnp.uint32)[:, None], jnp.uint32(0))
@@ -85,6 +93,18 @@ def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
     return lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (own, jnp.array(True), jnp.int32(0)))[0][:-1]
 
 
+def _best_achievers(tables: Tables, cost: jax.Array, action_cost: jax.Array) -> jax.Array:
+    """int32 [F + 1, B]: the cheapest achiever, the lowest of several; -1 for what is in the start or unreachable."""
+    numbers = jnp.broadcast_to(jnp.arange(action_cost.shape[0], dtype=jnp.float32)[:, None], action_cost.shape)
+
+    def cheaper(one, later):
+        return jnp.where(later[:, :1] < one[:, :1], later, one)
+
+    offers = _over_achievers(tables, cheaper, jnp.stack([action_cost, numbers], axis=1), jnp.float32(jnp.inf))
+    found = (cost > 0) & (offers[:, 0] < jnp.inf)
+    return jnp.where(found, jnp.where(found, offers[:, 1], jnp.float32(0)).astype(jnp.int32), -1)
+
+
 def _relaxed_costs(tables: Tables, start: jax.Array) -> tuple[jax.Array, jax.Array]:
     """(h_add of each feature float32 [F + 1, B], of each action [A, B])."""
     free = jnp.zeros((1, start.shape[1]), jnp.float32)
@@ -95,9 +115,7 @@ def _relaxed_costs(tables: Tables, start: jax.Array) -> tuple[jax.Array, jax.Arr
 
     def sweep(state):
         cost, _, count = state
-        of_actions, new = actions_from(cost), cost
-        for features, actions in tables.achievers:
-            new = new.at[features].min(of_actions[actions].min(axis=1), mode="drop")
+        new = jnp.minimum(cost, _over_achievers(tables, jnp.minimum, actions_from(cost), jnp.float32(jnp.inf)))
         return new, (new != cost).any(), count + 1
 
     cost = lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (first, jnp.array(True), jnp.int32(0)))[0]
@@ -175,6 +193,14 @@ def regress(
     state = lax.while_loop(lambda s: (s[0] < steps) & (~s[5] & s[2].any(axis=0)).any(), search.iterate, first)
     trail, solved, length = state[4:]
     return solved, length, _unwind(*trail, length)
+
+
+@functools.partial(jax.jit, static_argnames=("beam", "branch", "steps", "uses_landmarks", "uses_plan"))
+def regress_domains(
+    tables: Tables, weights: SignWeights, start: jax.Array, goal: jax.Array, **options: int
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Returns what `regress` returns, for several domains of one bucket one after the other: all with a leading axis [D]."""
+    return lax.map(lambda one: regress(*one, **options), (tables, weights, start, goal))
 
 
 def _unwind(chosen: jax.Array, parent: jax.Array, length: jax.Array) -> jax.Array:

@@ -7,7 +7,6 @@
 The tables are arguments of the jitted search, not constants: one compilation serves every domain of the same bucket.
 """
 
-from collections import defaultdict
 from typing import NamedTuple
 
 import jax
@@ -35,7 +34,8 @@ class Tables(NamedTuple):
     keeps: Array  # uint32 [W, A], what of a situation the action leaves to be explained
     needs: Array  # uint32 [W, A]
     need_lists: Array  # int32 [A, P]
-    achievers: tuple[tuple[Array, Array], ...]  # (features int32 [n], actions int32 [n, 1 | 2 | 4 ...])
+    achievers: tuple[Array, ...]  # int32 [n, 4] each: fours of actions, then fours of those fours ...
+    achieved_at: Array  # int32 [F + 1], the four that covers all achievers of a feature, numbered through all levels
     column_features: Array  # int32 [32 S]
     column_own: Array  # uint32 [F + 1, S]
     column_adds: Array  # uint32 [A, S]
@@ -57,27 +57,33 @@ def pack_words(bits: np.ndarray, num_words: int) -> np.ndarray:
     return np.packbits(padded, axis=-1, bitorder="little").view("<u4").astype(np.uint32)
 
 
-def words_for(count: int) -> int:
-    """Returns how many words hold `count` bits, at least one."""
-    return max(1, -(-count // WORD))
-
-
 def landmark_columns(space: RegressionSpace, signs: tuple[HeuristicSign, ...], goal_kinds: set[str]) -> np.ndarray:
     """Returns the numbers of the features that some sign counts as landmarks: the others need no column."""
     counted = {kind for kind in map(kind_of, space.features) for s in signs if weight_of(s.landmarks, kind, goal_kinds)}
     return np.flatnonzero([kind_of(atom) in counted for atom in space.features])
 
 
+def bucket(count: int) -> int:
+    """Returns the next size of 1 to 8, 10, 12, 14, 16, 20, 24 ...: few shapes to compile, at most a quarter of padding."""
+    step = max(1, 1 << ((count - 1).bit_length() - 3)) if count > 8 else 1
+    return max(1, -(-count // step) * step)
+
+
+def words_for(count: int) -> int:
+    """Returns how many words the bucket of `count` bits has, at least one."""
+    return bucket(-(-count // WORD))
+
+
 def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
-    """Returns the tables of a space whose landmark columns are the features `columns`."""
+    """Returns the tables of a space whose landmark columns are the features `columns`, padded to its bucket."""
     num_actions, num_features = space.conditions.shape
     num_words, num_columns = words_for(num_features), words_for(len(columns))
-    padded_actions, none = words_for(num_actions) * WORD, words_for(num_features) * WORD
+    padded_actions, none = words_for(num_actions) * WORD, num_words * WORD
 
-    def padded(rows: np.ndarray, fill: int = 0) -> np.ndarray:
-        return np.concatenate([rows, np.full((padded_actions - num_actions, *rows.shape[1:]), fill, rows.dtype)])
+    def padded(rows: np.ndarray) -> np.ndarray:
+        return np.concatenate([rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)])
 
-    need_lists = np.full((padded_actions, max(1, int(space.conditions.sum(axis=1).max(initial=0)))), none, np.int32)
+    need_lists = np.full((padded_actions, bucket(int(space.conditions.sum(axis=1).max(initial=1)))), none, np.int32)
     for action, row in enumerate(space.conditions):
         held = np.flatnonzero(row)
         need_lists[action, : len(held)] = held
@@ -85,36 +91,42 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     own[columns, np.arange(len(columns))] = True
     column_features = np.full(num_columns * WORD, none, np.int32)
     column_features[: len(columns)] = columns
-    adds = pack_words(space.adds, num_words)
+    adds = padded(pack_words(space.adds, num_words))
     return Tables(
-        adds=padded(adds),
+        adds=adds,
         bad=padded(pack_words(space.bad, num_words)),
-        keeps=np.ascontiguousarray(~padded(adds).T),
+        keeps=np.ascontiguousarray(~adds.T),
         needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
         need_lists=need_lists,
-        achievers=_achievers(space.adds, none + 1),
+        **_achievers(space.adds, none),
         column_features=column_features,
         column_own=pack_words(own, num_columns),
         column_adds=padded(pack_words(space.adds[:, columns], num_columns)),
     )
 
 
-def _achievers(adds: np.ndarray, dropped: int) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """The achievers of each feature, features of 1, 2, 3-4, 5-8 ... achievers together: no long loop, little padding."""
-    buckets: dict[int, list[tuple[int, np.ndarray]]] = defaultdict(list)
-    for feature in range(adds.shape[1]):
-        actions = np.flatnonzero(adds[:, feature])
-        if len(actions):
-            width = 1 << (len(actions) - 1).bit_length()
-            buckets[width].append((feature, np.pad(actions, (0, width - len(actions)), mode="edge")))
-    out = []
-    for width, rows in sorted(buckets.items()):
-        size = -(-len(rows) // 8) * 8  # padded rows point past the end: the scatter drops them
-        features, actions = np.full(size, dropped, np.int32), np.zeros((size, width), np.int32)
-        features[: len(rows)] = [feature for feature, _ in rows]
-        actions[: len(rows)] = [achievers for _, achievers in rows]
-        out.append((features, actions))
-    return tuple(out)
+def _achievers(adds: np.ndarray, none: int) -> dict:
+    """The achievers of each feature as a tree of fours (the last one repeated): few steps, little padding."""
+    open_ = {feature: np.flatnonzero(adds[:, feature]) for feature in np.flatnonzero(adds.any(axis=0)).tolist()}
+    levels, found_at, before = [], {}, 0
+    while open_:
+        fours, wider = [], {}
+        for feature, members in open_.items():
+            rows = np.pad(members, (0, -len(members) % 4), mode="edge").reshape(-1, 4)
+            if len(rows) == 1:
+                found_at[feature] = before + len(fours)
+            else:
+                wider[feature] = np.arange(len(fours), len(fours) + len(rows))
+            fours += list(rows)
+        level = np.zeros((bucket(len(fours)), 4), np.int32)
+        level[: len(fours)] = fours
+        levels.append(level)
+        before += len(level)
+        open_ = wider
+    first = np.full(none + 1, before, np.int32)
+    for feature, place in found_at.items():
+        first[feature] = place
+    return {"achievers": tuple(levels), "achieved_at": first}
 
 
 def make_weights(
