@@ -129,7 +129,7 @@ def sector_of_points(points: Array, is_point: Array, origin: Array, heading: Arr
     gap = xp.where(is_known, following, 0.0) - xp.where(is_known, phi, 0.0)
     widest = gap.argmax(axis=-1)[..., None]
     start = xp.take_along_axis(xp.where(is_known, following, 0.0), widest, axis=-1)[..., 0]
-    width = xp.where(is_known.any(axis=-1), FULL_TURN - gap.max(axis=-1), 0.0)
+    width = xp.where(is_known.any(axis=-1), xp.maximum(FULL_TURN - gap.max(axis=-1), 0.0), 0.0)
     return Sector(near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrapped(start), width=width)
 
 
