@@ -1,0 +1,60 @@
+"""The symbolic level: a world model of signs, planning over it, and experience (Panov & Yakovlev 2016, here PY16).
+
+Names are loaded when first used, so that planning one task from the command line does not wait for JAX.
+"""
+
+import importlib
+from typing import TYPE_CHECKING
+
+# Loaded at once: its module bears the same name, and would hide the function when loaded later.
+from sign_model.validate import validate
+
+if TYPE_CHECKING:
+    from sign_model.batch import plan_batch
+    from sign_model.description import describe, to_dot
+    from sign_model.grounding import load
+    from sign_model.memory import Memory, load_memory, save_memory
+    from sign_model.planner import plan
+    from sign_model.result import PlanResult, PlanStatus
+    from sign_model.syntax import PddlError
+    from sign_model.task import PlanningTask
+    from sign_model.translate import world_model_of
+
+__all__ = [
+    "Memory",
+    "PddlError",
+    "PlanResult",
+    "PlanStatus",
+    "PlanningTask",
+    "describe",
+    "load",
+    "load_memory",
+    "plan",
+    "plan_batch",
+    "save_memory",
+    "to_dot",
+    "validate",
+    "world_model_of",
+]
+
+_MODULES = {
+    "batch": ("plan_batch",),
+    "description": ("describe", "to_dot"),
+    "grounding": ("load",),
+    "memory": ("Memory", "load_memory", "save_memory"),
+    "planner": ("plan",),
+    "result": ("PlanResult", "PlanStatus"),
+    "syntax": ("PddlError",),
+    "task": ("PlanningTask",),
+    "translate": ("world_model_of",),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    """Returns a public name from the module it lives in."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'sign_model' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"sign_model.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value

@@ -2,7 +2,7 @@
 
 from sign_worlds import face_signs
 
-from sign_model.describe import describe, describe_steps, to_dot, told_matrix
+from sign_model.description import describe, describe_steps, to_dot, told_matrix
 from sign_model.matrix import Component
 from sign_model.refine import REALISE, SPECIFY, Step
 from sign_model.sign import Sign, causal, sequence, with_elementary
