@@ -10,6 +10,7 @@ from sign_model.renaming import Atom, colours, renamed
 from sign_model.sign import Sign, causal, sequence
 from sign_model.task import PlanningTask
 from sign_model.translate import act_name, fact_name
+from sign_model.world_model import WorldModel
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,6 +108,16 @@ def precedent_sign(precedent: Precedent, name: str) -> Sign:
     """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what the plan needs and gives."""
     plan = sequence(*(act_name(action) for action in precedent.plan))
     return Sign(name, image=(plan,), meaning=(causal(map(fact_name, precedent.needs), map(fact_name, precedent.gives)),))
+
+
+def with_precedent(model: WorldModel, precedent: Precedent, name: str) -> WorldModel:
+    """Returns the world model of a task grown by a precedent: a sign called `name`, and bare signs for static facts it needs.
+
+    In a flow of acts, recognition then tells when the plan is being followed, and attention which act comes next.
+    """
+    sign = precedent_sign(precedent, name)
+    features = frozenset().union(*(matrix.features for _, matrix in sign))
+    return model.with_signs((*map(Sign, sorted(features - set(model.names))), sign))
 
 
 def _parsed(action: str) -> Atom:

@@ -9,10 +9,12 @@ import pytest
 
 from sign_model.grounding import load
 from sign_model.memory import Memory, load_memory, save_memory
-from sign_model.precedent import precedent_sign
+from sign_model.precedent import precedent_sign, with_precedent
+from sign_model.recognition import attention, recognise
 from sign_model.renaming import colours, find_renaming
 from sign_model.sign import causal, sequence
 from sign_model.task import task_from_arrays
+from sign_model.translate import world_model_of
 from sign_model.validate import validate
 
 BLOCKS = """(define (domain blocks) (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
@@ -193,6 +195,28 @@ def test_a_precedent_is_a_sign_whose_image_is_the_sequence_of_its_acts():
             {"(on a b)", "(clear a)", "(handempty)", "(ontable b)"}, {"(on b a)", "(clear b)", "(handempty)", "(ontable a)"}
         ),
     )
+
+
+def test_a_world_model_grown_by_a_precedent_recognises_its_plan_and_expects_the_next_act():
+    task = blocks(["ab"], ["ba"])
+    (precedent,) = Memory().learned(task, SWAP_PLAN[:4]).precedents
+    model = with_precedent(world_model_of(task), precedent, "precedent 1")
+    acts = [f"act {action}" for action in SWAP_PLAN[:4]]
+    flow = np.stack([model.features([act]) for act in acts])
+    number = model.index("precedent 1")
+    found = recognise(model.matrices, flow[:3])
+    eager = np.asarray(attention(model.matrices, found))[number]
+    assert not found.recognised[number] and model.named(eager > 0) == (acts[3],)
+    assert int(recognise(model.matrices, flow).step[number]) == 3
+
+
+def test_a_precedent_may_need_static_facts_that_have_no_sign_yet():
+    domain = """(define (domain d) (:predicates (at ?p) (road ?p ?q))
+      (:action go :parameters (?p ?q) :precondition (and (at ?p) (road ?p ?q)) :effect (and (not (at ?p)) (at ?q))))"""
+    task = load(domain, "(define (problem p) (:domain d) (:objects x y) (:init (at x) (road x y)) (:goal (at y)))")
+    (precedent,) = Memory().learned(task, ["(go x y)"]).precedents
+    model = with_precedent(world_model_of(task), precedent, "precedent 1")
+    assert model.sign("precedent 1").meaning == (causal({"(at x)", "(road x y)"}, "(at y)"),)
 
 
 def test_a_memory_is_saved_and_loaded_without_loss(tmp_path):
