@@ -176,7 +176,33 @@ def test_an_empty_scenario_is_an_empty_batch(here, capsys):
     assert code == 2 and err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["generate"]])
+SWITCH = """(define (domain switch) (:requirements :strips) (:predicates (on) (off))
+  (:action turn-on :parameters () :precondition (off) :effect (and (on) (not (off)))))"""
+
+
+def problem_of_switch(init, goal):
+    return f"(define (problem p) (:domain switch) (:init {init}) (:goal {goal}))"
+
+
+@pytest.mark.parametrize("planner", ["map", "astar", "wastar", "gbfs"])
+def test_a_pddl_task_is_planned_or_proven_to_have_no_plan(here, capsys, planner):
+    (here / "domain.pddl").write_text(SWITCH)
+    (here / "p.pddl").write_text(problem_of_switch("(off)", "(on)"))
+    code, out, _ = printed(capsys, "plan", "domain.pddl", "p.pddl", "--planner", planner)
+    assert (code, out) == (0, "(turn-on)\n")
+    (here / "p.pddl").write_text(problem_of_switch("(off)", "(and (on) (off))"))
+    code, out, _ = printed(capsys, "plan", "domain.pddl", "p.pddl", "--planner", planner, "--json")
+    assert code == 1 and json.loads(out)["status"] == "UNSOLVABLE" and json.loads(out)["actions"] == []
+
+
+def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
+    (here / "domain.pddl").write_text(SWITCH)
+    (here / "p.pddl").write_text(problem_of_switch("(off)", "(warm)").replace("(:goal", "\n(:goal"))
+    code, out, err = printed(capsys, "plan", "domain.pddl", "p.pddl")
+    assert (code, out) == (2, "") and err.count("\n") == 1 and "p.pddl:2" in err and "warm" in err
+
+
+@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"]])
 def test_every_command_explains_itself_with_an_example(capsys, command):
     code, out, _ = printed(capsys, *command, "--help")
     assert code == 0 and "Usage" in out

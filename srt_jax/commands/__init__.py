@@ -1,0 +1,1 @@
+"""The commands of `srt-jax`, one file each; each returns its exit code."""

@@ -1,0 +1,42 @@
+"""`srt-jax demo`: the main job on the city that comes with the package."""
+
+import pathlib
+import time
+from typing import Annotated
+
+import typer
+
+from srt_jax import demo as work
+from srt_jax.commands.options import JsonOption
+from srt_jax.commands.report import report
+from srt_jax.console import counted
+from srt_jax.formats.batch import write_batch
+from srt_jax.formats.files import written
+from srt_jax.many import solve_many
+from srt_jax.task import stack
+from srt_jax.types import Status
+
+
+def demo(
+    out: Annotated[
+        pathlib.Path, typer.Option(metavar="DIR", help="Where the table, the pictures and the results go.")
+    ] = pathlib.Path("demo"),
+    pairs: Annotated[int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")] = 6,
+    seed: Annotated[int, typer.Option(min=0, help="Draws other pairs.")] = 0,
+    as_json: JsonOption = False,
+) -> int:
+    """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as one batch, drawn."""
+    place = work.city()
+    tasks = work.tasks_in(place, pairs=pairs, seed=seed)
+    begin = time.perf_counter()
+    with counted("solving", len(tasks), quiet=as_json) as progress:
+        solutions = solve_many([task.task for task in tasks], progress=progress)
+    seconds = time.perf_counter() - begin
+    records = report(tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json)
+    text = work.as_markdown(work.summary(place, tasks, solutions), place)
+    with written(out / "table.md") as file:
+        file.write(text)
+    write_batch(out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks])
+    if not as_json:
+        print(f"\n{text}\nAlso in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
+    return 0 if all(Status[record["status"]].is_solved for record in records) else 1

@@ -1,0 +1,44 @@
+"""`srt-jax generate`: batches of tasks, with the least removal where it is proven."""
+
+import json
+import pathlib
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from srt_jax.commands.options import JsonOption
+from srt_jax.formats.batch import write_batch
+from srt_jax.generate import generate as made
+from srt_jax.task import stack
+
+
+def generate(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences or mixed", show_default=False)
+    ],
+    out: Annotated[pathlib.Path, typer.Option(metavar="FILE.npz", help="Where the batch goes.", show_default=False)],
+    count: Annotated[int, typer.Option(min=1, help="How many tasks.")] = 16,
+    size: Annotated[str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")] = "64",
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same tasks on every machine.")] = 0,
+    as_json: JsonOption = False,
+) -> int:
+    """Writes a batch of tasks; with the least removal known where there is a proof of it."""
+    if out.suffix.lower() != ".npz":
+        raise ValueError(f"--out {out}: a batch is an .npz file: end the name in .npz")
+    names, tasks, optima = zip(*made(kind, count=count, size=_sizes(size), seed=seed))
+    write_batch(out, stack(tasks), names=names, optimum=np.array(optima, np.float32))
+    known = int(np.sum(~np.isnan(optima)))
+    if as_json:
+        print(json.dumps({"file": str(out), "tasks": len(tasks), "known_optimum": known}))
+    else:
+        print(f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next: srt-jax solve {out}")
+    return 0
+
+
+def _sizes(text: str) -> int | tuple[int, int]:
+    try:
+        low, _, high = text.partition("-")
+        return (int(low), int(high)) if high else int(low)
+    except ValueError:
+        raise ValueError(f"--size must be a number such as 64, or a range such as 64-500, got {text!r}") from None
