@@ -57,6 +57,8 @@ _LONGEST = tuple(MAX_COST // straight for straight, _ in moves.FIXED_POINTS)
 def to_length(cost: Array, straight: Array) -> Array:
     """Returns cost / straight as float32: exact where it is whole, else within 0.75 units in the last place.
 
+    For lengths below 2^24; past that float32 has no fraction to hold, and a unit is at stake.
+
     By long division in integers. A float division, or a product added to a sum, may be rounded otherwise on a GPU or where the
     compiler fuses the two; here every product and all sums but the last are exact, so that no bit depends on it.
 

@@ -1,10 +1,10 @@
 """A queue of words whose cells have just been reached: what sweeps of a flood cannot finish in a few rounds.
 
 In a maze the flood turns back at every corner, and each turn would cost a sweep over the whole map; a queue goes only where
-something changes. `open` holds the cells that may be reached and are not yet; `due` those of them that a neighbour has reached. A
-word waits in the queue exactly while it has cells due, so the queue never holds more entries than there are words. Taking a word
-opens up the whole run of each due cell, inside the word, and makes the open cells beside these runs due. It ends, because every
-word taken loses at least one open cell.
+something changes. `open_cells` may be reached and are not yet; `due` are those of them beside a cell that has been. A word
+waits in the queue exactly while it has cells due, so the queue never holds more entries than there are words. Taking a word
+reaches the whole run of each due cell, inside the word, and makes the open cells beside these runs due. It ends, because
+every word taken loses at least one open cell.
 """
 
 from collections.abc import Callable

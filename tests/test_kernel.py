@@ -1,0 +1,68 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax import lax
+
+from srt_jax import kernel
+
+
+def _running_sums(x):
+    return kernel.compiled_whole(lambda x: lax.map(lambda row: lax.scan(lambda c, v: (c + v, c + v), 0, row)[1], x))(x)
+
+
+def test_a_marked_loop_gives_what_the_plain_one_gives(monkeypatch):
+    x = np.arange(60, dtype=np.int32).reshape(4, 15)
+    assert np.array_equal(jax.jit(_running_sums)(x), np.cumsum(x, 1))
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    assert not kernel.is_marking()
+    assert np.array_equal(jax.jit(lambda x: _running_sums(x))(x), np.cumsum(x, 1))
+
+
+def test_the_mark_is_on_the_call_and_on_nothing_else(monkeypatch):
+    x = jnp.zeros((2, 3), jnp.int32)
+    assert jax.jit(_running_sums).lower(x).as_text().count("xla_cpu_small_call") == 1
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    assert "xla_cpu_small_call" not in jax.jit(lambda x: _running_sums(x)).lower(x).as_text()
+    assert "xla_cpu_small_call" not in jax.jit(lambda x: jnp.cumsum(x, 1)).lower(x).as_text()
+
+
+def test_vmap_of_a_batch_kernel_becomes_a_larger_batch():
+    seen = []
+
+    @kernel.batch_kernel
+    def double(x, y):
+        seen.append(x.shape)
+        return {"sum": x + y, "twice": 2 * x}
+
+    x, y = np.arange(24).reshape(2, 3, 4), np.ones((3, 4), int)
+    out = jax.vmap(double, in_axes=(0, None))(x, y)
+    assert seen[-1] == (6, 4)
+    assert np.array_equal(out["sum"], x + y[None]) and np.array_equal(out["twice"], 2 * x)
+
+
+@pytest.mark.parametrize("marked", [True, False])
+def test_a_queue_runs_in_place_and_right(marked):
+    def collatz(start):
+        def step(state):
+            head, visited = state
+            value = kernel.read_apart(visited, head)
+            return jnp.where(head % 2 == 0, head // 2, 3 * head + 1), kernel.write(visited, value + 1, head)
+
+        return lax.while_loop(lambda state: state[0] != 1, step, (start[0], jnp.zeros(128, jnp.uint32)))[1][None]
+
+    run = kernel.compiled_whole(collatz) if marked else collatz
+    visited = np.asarray(jax.jit(run)(jnp.array([6], jnp.uint32)))[0]
+    assert np.flatnonzero(visited).tolist() == [2, 3, 4, 5, 6, 8, 10, 16] and visited.max() == 1
+
+
+def test_nothing_global_is_changed_by_importing_the_package():
+    import os
+    import subprocess
+    import sys
+
+    script = (
+        "import os; before = dict(os.environ); import jax; values = dict(jax.config.values); import srt_jax;"
+        "assert dict(os.environ) == before and dict(jax.config.values) == values"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})

@@ -1,0 +1,36 @@
+import math
+
+import numpy as np
+from maps import noise
+from slow import lengths_by_heap
+
+from srt_jax import moves, octile_distance
+
+
+def test_there_are_eight_moves_in_row_order():
+    assert moves.MOVES == ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+
+
+def test_fixed_points_are_pells_pairs_ever_nearer_to_the_root_of_two():
+    errors = [abs(diagonal / straight - math.sqrt(2)) for straight, diagonal in moves.FIXED_POINTS]
+    assert errors == sorted(errors)
+    assert all(abs(d * d - 2 * s * s) == 1 for s, d in moves.FIXED_POINTS)
+
+
+def test_octile_distance_is_the_length_on_an_empty_map_and_a_lower_bound_on_any_other():
+    cells = np.argwhere(np.ones((9, 12), bool)).astype(np.int32)
+    h = np.asarray(octile_distance(cells, np.array([[4, 7]], np.int32))).reshape(9, 12)
+    np.testing.assert_allclose(h, lengths_by_heap(np.ones((9, 12), bool), (4, 7)), rtol=1e-6)
+    free = noise(np.random.default_rng(0), 9, 12, 0.3)
+    free[4, 7] = True
+    assert (h <= lengths_by_heap(free, (4, 7)) + 1e-5).all()
+
+
+def test_no_shortest_path_has_more_cells_than_the_bound():
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        height, width = (int(side) for side in rng.integers(1, 12, 2))
+        free = noise(rng, height, width, 0.35)
+        free[0, 0] = True
+        length = lengths_by_heap(free, (0, 0))
+        assert length[np.isfinite(length)].max() <= moves.max_path_cells(height, width) * math.sqrt(2)

@@ -1,0 +1,37 @@
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from srt_jax import packing
+
+
+@pytest.mark.parametrize("width", [1, 31, 32, 33, 64, 97])
+def test_words_hold_the_columns_as_numpy_packs_bits(width):
+    mask = np.random.default_rng(width).random((3, 4, width)) < 0.5
+    words = np.asarray(packing.pack(jnp.asarray(mask)))
+    wide = np.pad(mask, ((0, 0), (0, 0), (0, -width % 32)))
+    assert np.array_equal(words, np.packbits(wide, axis=-1, bitorder="little").view("<u4"))
+    assert np.array_equal(packing.unpack(jnp.asarray(words), width), mask)
+
+
+@pytest.mark.parametrize("batch, group", [(1, 1), (5, 4), (8, 8), (3, 8)])
+def test_lanes_have_guards_of_zeros_and_turn_back_into_words(batch, group):
+    words = np.random.default_rng(0).integers(0, 2**32, (batch, 6, 3), dtype=np.uint32)
+    lanes = packing.to_lanes(jnp.asarray(words), group)
+    assert lanes.shape == (-(-batch // group), 6, 5 * group)
+    assert not lanes[:, :, :group].any() and not lanes[:, :, -group:].any()
+    assert np.array_equal(packing.from_lanes(lanes, group, batch), words)
+
+
+def test_a_cell_sets_one_bit_and_none_outside_the_map():
+    cells = jnp.array([[2, 33], [0, 0], [-1, 5], [3, 40], [3, 39]])
+    lanes = packing.cells_in_lanes(cells, 4, 40, 2)
+    mask = np.asarray(packing.unpack(packing.from_lanes(lanes, 2, 5), 40))
+    assert [np.argwhere(one).tolist() for one in mask] == [[[2, 33]], [[0, 0]], [], [], [[3, 39]]]
+
+
+def test_groups_fit_the_cache_and_are_no_larger_than_the_batch_needs():
+    assert packing.group_size(1, 64, 64) == 1
+    assert packing.group_size(3, 64, 64) == 4
+    assert packing.group_size(1000, 64, 64) == 32
+    assert packing.group_size(1000, 2048, 2048) == 1
