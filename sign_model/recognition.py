@@ -39,8 +39,10 @@ class Recognition:
 
 class _Seen(NamedTuple):
     prefix: Array  # bool [N, T + 1]: the first t columns have been seen
-    step: Array  # int32 [S]
-    slot: Array  # int32 [S]
+    step: Array  # int32 [N]: when the matrix was first complete, _NEVER before
+
+
+_NEVER = 2**31 - 1
 
 
 @functools.partial(jax.jit, static_argnames=("component", "contiguous", "levels"))
@@ -88,34 +90,34 @@ def attention(matrices: Matrices, recognition: Recognition) -> Array:
 
 
 def _recognise_one(matrices: Matrices, flow: Array, *, component: Component, contiguous: bool, levels: int) -> Recognition:
-    num_signs, num_slots = matrices.is_sign.shape[0], matrices.owner.shape[0]
+    num_slots, num_moments = matrices.kind.shape
     is_ours = matrices.component == component
-    start = _Seen(
-        prefix=jnp.zeros((num_slots, matrices.kind.shape[1] + 1), bool).at[:, 0].set(True),
-        step=jnp.full(num_signs, -1, jnp.int32),
-        slot=jnp.full(num_signs, num_slots, jnp.int32),
-    )
+    place = jnp.arange(num_moments + 1, dtype=jnp.int32)[None, :]
+    start = _Seen(jnp.broadcast_to(place == 0, (num_slots, num_moments + 1)), jnp.full(num_slots, _NEVER, jnp.int32))
 
     def observe(seen: _Seen, observed: tuple[Array, Array]) -> tuple[_Seen, None]:
         number, features = observed
         prefix, done = _advanced(matrices, seen.prefix, features, is_ours, contiguous=contiguous, levels=levels)
-        slot = _first_slot(matrices, done)
-        is_new = (seen.step < 0) & (slot < num_slots)
-        return _Seen(prefix, jnp.where(is_new, number, seen.step), jnp.where(is_new, slot, seen.slot)), None
+        return _Seen(prefix, jnp.where(done, jnp.minimum(seen.step, number), seen.step)), None
 
     steps = jnp.arange(flow.shape[0], dtype=jnp.int32)
     seen, _ = jax.lax.scan(observe, start, (steps, flow))
-    recognised = seen.step >= 0
-    precedent = jnp.where(recognised, seen.slot - _first_slot(matrices, is_ours), -1)
+    step = _least(matrices, seen.step, is_ours, _NEVER)
+    recognised = step < _NEVER
+    slot = jnp.arange(num_slots, dtype=jnp.int32)
+    winner = _least(matrices, slot, is_ours & (seen.step == step[matrices.owner]), num_slots)
+    precedent = jnp.where(recognised, winner - _least(matrices, slot, is_ours, num_slots), -1)
     # The furthest prefix; index 0 is always seen.
-    place = jnp.arange(seen.prefix.shape[1], dtype=jnp.int32)
-    passed = jnp.where(is_ours, jnp.where(seen.prefix, place[None, :], 0).max(axis=1), 0)
-    is_next = place[None, :-1] == passed[:, None]
-    is_open = is_ours & ~recognised[matrices.owner]
-    expected = (
-        (matrices.bits & is_next[:, None, :]).any(axis=2) & is_open[:, None] & ~_is_delete_next(matrices, is_next)[:, None]
+    passed = jnp.where(is_ours, jnp.where(seen.prefix, place, 0).max(axis=1), 0)
+    is_next = place[:, :-1] == passed[:, None]
+    is_open = is_ours & ~recognised[matrices.owner] & ~_is_delete_next(matrices, is_next)
+    return Recognition(
+        recognised=recognised,
+        step=jnp.where(recognised, step, -1),
+        precedent=precedent,
+        passed=passed,
+        expected=(matrices.bits & is_next[:, None, :]).any(axis=2) & is_open[:, None],
     )
-    return Recognition(recognised=recognised, step=seen.step, precedent=precedent, passed=passed, expected=expected)
 
 
 def _is_delete_next(matrices: Matrices, is_next: Array) -> Array:
@@ -145,15 +147,20 @@ def _stepped(matrices: Matrices, prefix: Array, features: Array, is_ours: Array,
     passes = prefix[:, :-1] & is_match
     # Deletes right after adds belong to the same moment: they may pass at the step at which the adds pass.
     is_same = is_absence[:, 1:] & (matrices.kind[:, :-1] == ColumnKind.ADDS)
-    passes = passes.at[:, 1:].max(passes[:, :-1] & is_same & is_match[:, 1:])
-    kept = jnp.zeros_like(prefix).at[:, 0].set(True) if contiguous else prefix
-    is_last = jnp.arange(matrices.kind.shape[1], dtype=jnp.int32)[None, :] == num_columns(matrices)[:, None] - 1
-    return kept.at[:, 1:].max(passes), (passes & is_last).any(axis=1) & is_ours
+    passes = passes | _shifted(passes[:, :-1] & is_same & is_match[:, 1:])
+    place = jnp.arange(prefix.shape[1], dtype=jnp.int32)[None, :]
+    kept = jnp.broadcast_to(place == 0, prefix.shape) if contiguous else prefix
+    is_last = place[:, 1:] == num_columns(matrices)[:, None]
+    return kept | _shifted(passes), (passes & is_last).any(axis=1) & is_ours
 
 
-def _first_slot(matrices: Matrices, chosen: Array) -> Array:
-    """Returns each sign's first slot among those chosen, N where there is none, int32 [S]."""
-    num_signs, num_slots = matrices.is_sign.shape[0], matrices.owner.shape[0]
-    slot = jnp.arange(num_slots, dtype=jnp.int32)
+def _shifted(columns: Array) -> Array:
+    """Returns the columns one place later, the first one False: bool [N, T] -> [N, T + 1]."""
+    return jnp.pad(columns, ((0, 0), (1, 0)))
+
+
+def _least(matrices: Matrices, value: Array, chosen: Array, nothing: int) -> Array:
+    """Returns the least value among each sign's chosen slots, `nothing` where it has none; int32 [S]."""
+    num_signs = matrices.is_sign.shape[0]
     owner = jnp.where(chosen, matrices.owner, num_signs)
-    return jnp.full(num_signs, num_slots, jnp.int32).at[owner].min(slot, mode="drop")
+    return jnp.full(num_signs, nothing, jnp.int32).at[owner].min(value, mode="drop")

@@ -4,6 +4,7 @@ from hypothesis import strategies as st
 
 from sign_model.matrix import ColumnKind, Component
 from sign_model.sign import Column, PredictionMatrix, Sign, sequence, with_elementary
+from sign_model.world_model import from_signs
 
 FACE = Sign(
     "face",
@@ -19,6 +20,11 @@ ROOM = (8, 64, 8, 8)
 """A capacity that holds every drawn world, so that one compilation serves them all."""
 
 NAMES = ("a", "b", "c", "d", "e", "f")
+
+
+def model_of(signs):
+    """Returns the world model of the signs, with room to spare."""
+    return from_signs(signs, capacity=ROOM)
 
 
 def face_signs() -> tuple[Sign, ...]:

@@ -4,12 +4,11 @@ import jax
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sign_worlds import NAMES, ROOM, face_signs, sign_worlds
+from sign_worlds import NAMES, face_signs, model_of, sign_worlds
 
 from sign_model.activation import spread_activation
 from sign_model.matrix import Component
 from sign_model.sign import Sign, sequence, with_elementary
-from sign_model.world_model import from_signs
 
 DECAY = np.array([0.5, 0.25, 0.75], np.float32)
 
@@ -28,7 +27,7 @@ def twin(signs, active, decay, steps):
 @settings(max_examples=30, deadline=None)
 @given(sign_worlds(), st.lists(st.floats(0, 1, width=32), min_size=6, max_size=6))
 def test_activation_equals_its_plain_twin_bit_for_bit(signs, start):
-    model = from_signs(signs, capacity=ROOM)
+    model = model_of(signs)
     active = np.zeros(8, np.float32)
     active[:6] = start
     spread = spread_activation(model.matrices, active, decay=DECAY, steps=3)
@@ -40,14 +39,14 @@ def test_activation_halves_with_each_link_and_stops_after_the_steps_given():
     signs = with_elementary(
         [Sign("a", image=(sequence("b"),)), Sign("b", image=(sequence("c"),)), Sign("c", image=(sequence("d"),))]
     )
-    model = from_signs(signs)
+    model = model_of(signs)
     active = model.features(["a"]).astype(np.float32)
-    assert spread_activation(model.matrices, active, decay=DECAY, steps=2).tolist() == [1.0, 0.5, 0.25, 0.0]
+    assert spread_activation(model.matrices, active, decay=DECAY, steps=2)[:4].tolist() == [1.0, 0.5, 0.25, 0.0]
     assert spread_activation(model.matrices, active, decay=DECAY, steps=0).tolist() == active.tolist()
 
 
 def test_a_closed_network_passes_nothing_on():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     active = model.features(["face"]).astype(np.float32)
     decay = DECAY.copy()
     decay[Component.IMAGE] = 0
@@ -55,7 +54,7 @@ def test_a_closed_network_passes_nothing_on():
 
 
 def test_a_batch_of_situations_gives_the_same_bits():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     active = np.random.default_rng(0).random((2, 3, 8), np.float32)
     batch = spread_activation(model.matrices, active, decay=DECAY, steps=2)
     single = [[spread_activation(model.matrices, one, decay=DECAY, steps=2) for one in row] for row in active]

@@ -5,18 +5,17 @@ import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from sign_worlds import NAMES, ROOM, face_signs, sign_worlds
+from sign_worlds import NAMES, face_signs, model_of, sign_worlds
 
 from sign_model.matrix import ColumnKind, Component
 from sign_model.network import is_procedural, network, networks, precedence, roles
 from sign_model.sign import Sign, causal, sequence, with_elementary
-from sign_model.world_model import from_signs
 
 
 @settings(max_examples=20, deadline=None)
 @given(sign_worlds())
 def test_a_link_goes_to_every_feature_of_a_matrix_and_to_nothing_else(signs):
-    model = from_signs(signs, capacity=ROOM)
+    model = model_of(signs)
     for component in Component:
         links = np.asarray(network(model.matrices, component))
         for index, sign in enumerate(signs):
@@ -26,7 +25,7 @@ def test_a_link_goes_to_every_feature_of_a_matrix_and_to_nothing_else(signs):
 
 
 def test_networks_jitted_and_in_a_batch_give_the_same_bits():
-    tables = from_signs(face_signs()).matrices
+    tables = model_of(face_signs()).matrices
     both = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), tables)
     eager = networks(tables)
     chex.assert_trees_all_equal(jax.jit(networks)(tables), eager)
@@ -34,13 +33,13 @@ def test_networks_jitted_and_in_a_batch_give_the_same_bits():
 
 
 def test_what_an_image_requires_has_that_sign_among_its_roles():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     assert model.named(roles(model.matrices)[model.index("nose")]) == ("face",)
     assert model.named(roles(model.matrices)[model.index("face")]) == ()
 
 
 def is_process(*matrices, whole=True):
-    model = from_signs(with_elementary([Sign("sign", image=matrices)]))
+    model = model_of(with_elementary([Sign("sign", image=matrices)]))
     return is_procedural(model.matrices, 0, Component.IMAGE, whole=whole)
 
 
@@ -75,7 +74,7 @@ def test_a_process_is_a_strict_order_shared_by_all_matrices(matrices, whole, par
 @settings(max_examples=30, deadline=None)
 @given(sign_worlds())
 def test_the_precedence_relation_equals_its_definition_over_the_symbols(signs):
-    model = from_signs(signs)
+    model = model_of(signs)
     for number, sign in enumerate(signs):
         places = []
         for matrix in sign.image:

@@ -4,12 +4,11 @@ import chex
 import jax
 import numpy as np
 import pytest
-from sign_worlds import NAMES, ROOM, face_signs
+from sign_worlds import NAMES, face_signs, model_of
 
 from sign_model.matrix import ColumnKind, Component
 from sign_model.recognition import attention, recognise
 from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
-from sign_model.world_model import from_signs
 
 
 def flow_of(model, *steps):
@@ -74,7 +73,7 @@ def test_recognition_equals_its_plain_twin_on_random_worlds(contiguous, levels):
     for _ in range(60):
         signs = tuple(Sign(name, image=tuple(random_matrix(rng) for _ in range(rng.integers(1, 3)))) for name in NAMES)
         steps = [frozenset(name for name in NAMES if rng.random() < 0.5) for _ in range(5)]
-        model = from_signs(signs, capacity=ROOM)
+        model = model_of(signs)
         found = recognise(model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels)
         told = {
             name: (int(found.step[index]), int(found.precedent[index]))
@@ -86,7 +85,7 @@ def test_recognition_equals_its_plain_twin_on_random_worlds(contiguous, levels):
 
 
 def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     flow = flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"], ["left eye"])
     found = recognise(model.matrices, flow)
     face = model.index("face")
@@ -95,14 +94,14 @@ def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
 
 
 def test_other_steps_may_lie_between_unless_the_columns_must_be_contiguous():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     flow = flow_of(model, ["nose"], ["mouth"], ["padded"], ["right eye"], ["left eye"])
     assert bool(recognise(model.matrices, flow).recognised[0])
     assert not bool(recognise(model.matrices, flow, contiguous=True).recognised[0])
 
 
 def test_attention_says_what_is_expected_next_and_how_eagerly():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"]))
     eager = np.asarray(attention(model.matrices, found))[model.index("face")]
     told = {name: float(eager[model.index(name)]) for name in model.named(eager > 0)}
@@ -112,7 +111,7 @@ def test_attention_says_what_is_expected_next_and_how_eagerly():
 
 
 def test_a_recognised_sign_expects_nothing_more():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"]))
     assert not found.expected.any()
 
@@ -125,7 +124,7 @@ def test_a_sign_recognised_within_a_step_is_a_feature_for_the_signs_above_it():
             Sign("nose", image=(sequence("dot"),)),
         ]
     )
-    model = from_signs(signs)
+    model = model_of(signs)
     flow = flow_of(model, ["dot"], ["eye"], ["hand"])
     assert model.named(recognise(model.matrices, flow, levels=3).recognised[: len(signs)]) == ("scene", "face", "nose")
     assert model.named(recognise(model.matrices, flow, levels=1).recognised[: len(signs)]) == ("nose",)
@@ -133,7 +132,7 @@ def test_a_sign_recognised_within_a_step_is_a_feature_for_the_signs_above_it():
 
 def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_moment():
     signs = with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))])
-    model = from_signs(signs)
+    model = model_of(signs)
     done = flow_of(model, ["near", "wall"], ["near", "open"])
     undone = flow_of(model, ["near", "wall"], ["near", "wall", "open"])
     found = recognise(model.matrices, np.stack([done, undone]), component=Component.MEANING)
@@ -153,25 +152,25 @@ def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_mome
 )
 def test_an_absence_is_a_moment_after_the_conditions_and_one_with_what_appears(rule, steps, step):
     signs = with_elementary([Sign("act", meaning=(rule,)), *map(Sign, "abc")])
-    model = from_signs(signs)
+    model = model_of(signs)
     found = recognise(model.matrices, flow_of(model, *steps), component=Component.MEANING)
     assert int(found.step[0]) == step
 
 
 def test_nothing_is_looked_for_where_only_an_absence_is_missing():
-    model = from_signs(with_elementary([Sign("act", image=(causal("a", deletes="b"),))]))
+    model = model_of(with_elementary([Sign("act", image=(causal("a", deletes="b"),))]))
     found = recognise(model.matrices, flow_of(model, ["a"]))
     assert not found.recognised[0] and int(found.passed[0]) == 1 and not found.expected.any()
 
 
 def test_an_empty_flow_shows_nothing():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     found = recognise(model.matrices, np.zeros((0, 8), bool))
     assert not found.recognised.any() and not found.passed.any()
 
 
 def test_flows_in_a_batch_of_any_shape_and_models_in_a_batch_give_the_same_bits():
-    model = from_signs(face_signs())
+    model = model_of(face_signs())
     flows = np.random.default_rng(0).random((2, 3, 7, 8)) < 0.4
     batch = recognise(model.matrices, flows)
     for i in range(2):
@@ -185,6 +184,6 @@ def test_flows_in_a_batch_of_any_shape_and_models_in_a_batch_give_the_same_bits(
 def test_new_flows_and_new_models_of_one_shape_compile_once():
     recognise.clear_cache()
     for names in (("a", "b", "c"), ("c", "b", "a")):
-        model = from_signs(with_elementary([Sign("sign", image=(sequence(*names),))]))
+        model = model_of(with_elementary([Sign("sign", image=(sequence(*names),))]))
         recognise(model.matrices, flow_of(model, ["a"], ["b"], ["c"]))
     assert recognise._cache_size() == 1

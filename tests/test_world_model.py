@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sign_worlds import NAMES, ROOM, face_signs, prediction_matrices, sign_worlds
+from sign_worlds import NAMES, face_signs, model_of, prediction_matrices, sign_worlds
 
 from sign_model import matrix as tables
 from sign_model.matrix import ColumnKind, Component
@@ -37,7 +37,7 @@ def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, ro
     sign_worlds(), st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(Component), prediction_matrices()), max_size=4)
 )
 def test_growth_adds_each_experience_as_the_youngest_matrix_and_leaves_the_old_model_alone(signs, experiences):
-    model = grown = from_signs(signs, capacity=ROOM)
+    model = grown = model_of(signs)
     expected = {sign.name: [list(sign.matrices(component)) for component in Component] for sign in signs}
     for name, component, matrix in experiences:
         grown = grown.grown(name, component, matrix)
@@ -72,7 +72,7 @@ def test_growth_compiles_once_while_there_is_room():
 @settings(max_examples=20, deadline=None)
 @given(sign_worlds())
 def test_the_features_of_a_kind_are_those_that_the_symbols_name(signs):
-    model = from_signs(signs, capacity=ROOM)
+    model = model_of(signs)
     stored = [matrix for sign in signs for _, matrix in sign]
     for kind in (ColumnKind.CONDITION, ColumnKind.ADDS, ColumnKind.DELETES):
         rows = np.asarray(tables.features_of(model.matrices, kind))
