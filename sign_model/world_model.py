@@ -4,6 +4,7 @@ import dataclasses
 import functools
 from collections.abc import Iterable
 
+import jax
 import numpy as np
 
 from sign_model import matrix as tables
@@ -70,7 +71,8 @@ class WorldModel:
         larger = tuple(max(have, _bucket(need)) for have, need in zip((num_signs, num_slots, num_rows, num_columns), needed))
         table = self.matrices if larger == tables.capacity(self.matrices) else tables.with_capacity(self.matrices, *larger)
         encoded = _encoded(matrix, self._index, *larger[2:])
-        return WorldModel(self.names, tables.insert(table, np.int32(self.index(name)), np.int32(component), *encoded))
+        grown = tables.insert(table, np.int32(self.index(name)), np.int32(component), *encoded)
+        return WorldModel(self.names, jax.tree.map(np.asarray, grown))
 
 
 def from_signs(signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | None = None) -> WorldModel:

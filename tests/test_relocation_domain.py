@@ -111,6 +111,14 @@ def test_the_problem_reads_like_pddl_written_by_hand():
     assert DOMAIN.count("(") == DOMAIN.count(")")
 
 
+def test_another_reader_of_pddl_understands_domain_and_problem(tmp_path):
+    parser = pytest.importorskip("plado.parser")
+    (tmp_path / "domain.pddl").write_text(DOMAIN)
+    (tmp_path / "problem.pddl").write_text(problem_text(RINGS))
+    domain, problem = parser.parse(str(tmp_path / "domain.pddl"), str(tmp_path / "problem.pddl"))
+    assert len(domain.actions) == 4 and len(problem.objects) == 10
+
+
 @pytest.mark.parametrize(
     "scene, told",
     [
