@@ -9,6 +9,7 @@ import pytest
 
 from sign_model.grounding import load
 from sign_model.memory import Memory, load_memory, save_memory
+from sign_model.planner import plan
 from sign_model.precedent import precedent_sign, with_precedent
 from sign_model.recognition import attention, recognise
 from sign_model.renaming import colours, find_renaming
@@ -119,6 +120,27 @@ def test_whatever_is_suggested_after_many_random_tasks_is_valid_and_no_other_dom
         "(define (problem p) (:domain bricks) (:objects a) (:init) (:goal (clear a)))",
     )
     assert memory.suggest(other) is None
+
+
+def random_task(rng, num_blocks):
+    def towers():
+        order = rng.permutation(list("abcdef")[:num_blocks]).tolist()
+        cuts = [0, *(i for i in range(1, num_blocks) if rng.random() < 0.4), num_blocks]
+        return ["".join(order[i:j]) for i, j in itertools.pairwise(cuts)]
+
+    goal = [x + y for tower in towers() for x, y in itertools.pairwise(tower)]
+    return blocks(towers(), goal or ["ab"])
+
+
+def test_experience_solves_a_repeated_task_at_once_and_no_other_task_worse():
+    rng, memory = np.random.default_rng(2), Memory()
+    known = [random_task(rng, 4) for _ in range(25)]
+    for task in known:
+        memory = memory.learned(task, plan(task).actions)
+    assert {plan(task, memory=memory).expansions for task in known} == {1}
+    for task in [random_task(rng, int(rng.integers(3, 6))) for _ in range(40)]:
+        without, within = plan(task), plan(task, memory=memory)
+        assert within.is_solved and len(within.actions) <= len(without.actions)
 
 
 def test_a_nameless_task_is_recalled_only_as_itself():
