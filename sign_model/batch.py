@@ -19,7 +19,7 @@ import numpy as np
 
 from sign_model.heuristics import DEFAULTS, HeuristicSign
 from sign_model.kernel import regress, regress_domains
-from sign_model.packed import WORD, landmark_columns, make_tables, make_weights
+from sign_model.packed import WORD, SignWeights, landmark_columns, make_tables, make_weights
 from sign_model.planner import plan
 from sign_model.rating import kind_of
 from sign_model.regression import RegressionSpace, regression_space
@@ -45,13 +45,13 @@ class Rung:
 
 
 def default_ladder(num_features: int) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: a narrow one for the bulk, wider ones with room for longer plans."""
+    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then wider ones for longer plans."""
     side = math.isqrt(num_features)
     branch = min(64, side + 2)
     return (
-        Rung(beam=4, branch=branch, steps=4 * side + 8, lanes=64),
-        Rung(beam=16, branch=branch, steps=6 * side + 8, lanes=32),
-        Rung(beam=64, branch=min(64, 2 * branch), steps=32 * side, lanes=8),
+        Rung(beam=4, branch=branch, steps=3 * side, lanes=64),
+        Rung(beam=16, branch=branch, steps=4 * side, lanes=32),
+        Rung(beam=64, branch=min(64, 2 * branch), steps=32 * side + 32, lanes=8),
     )
 
 
@@ -79,8 +79,8 @@ def plan_batch(
     identities: dict[int, bytes] = {}
     for number, task in enumerate(tasks):
         members[_identity(task, identities)].append(number)
-    groups = [_Group([tasks[i] for i in numbers], signs) for numbers in members.values()]
-    buckets: dict[tuple, list[_Group]] = defaultdict(list)
+    groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members.values()]
+    buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
         buckets[group.shapes].append(group)
     with ThreadPoolExecutor(num_threads or _num_cores()) as pool:
@@ -102,7 +102,15 @@ def _identity(task: PlanningTask, known: dict[int, bytes]) -> bytes:
     return known[id(task.conditions)]
 
 
-class _Group:
+def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
+    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their features and actions."""
+    identities: dict[int, bytes] = {}
+    if len({_identity(task, identities) for task in tasks}) != 1:
+        raise ValueError("the tasks must share their features and actions: ground them with the same objects")
+    return PackedBatch(tasks, signs)
+
+
+class PackedBatch:
     """Tasks of one domain, packed; `plans` fills while the ladder is climbed."""
 
     def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
@@ -112,17 +120,23 @@ class _Group:
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
         self.plans: list[np.ndarray | None] = [None] * len(tasks)
-        kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
-        columns = landmark_columns(self.space, signs, kinds)
-        schemas = [base.actions[a][0] for a in self.space.kept_actions]
-        self.tables = make_tables(self.space, columns)
-        self.weights = [make_weights(sign, self.space, columns, schemas, kinds) for sign in signs]
+        self.goal_kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
+        self.columns = landmark_columns(self.space, signs, self.goal_kinds)
+        self.tables = make_tables(self.space, self.columns)
+        self.weights = [self.weights_of(sign) for sign in signs]
         self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
         self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
 
+    def weights_of(self, sign: HeuristicSign) -> SignWeights:
+        """The weights of a sign as the kernel reads them; it must count no landmarks but those of the batch's own signs."""
+        schemas = [self.tasks[0].actions[a][0] for a in self.space.kept_actions]
+        return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
+
     def open_tasks(self) -> np.ndarray:
-        """The numbers of the tasks that may have a plan and have none yet."""
-        return np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
+        """The tasks that may have a plan and have none yet; alike ones lie together, as all lanes wait for the last."""
+        still = np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
+        unmet = (self.goals[still] & ~self.starts[still]).sum(axis=1)
+        return still[np.argsort(unmet, kind="stable")]
 
     def lanes(self, situations: np.ndarray) -> np.ndarray:
         """bool [N, F of the task] -> [F of the tables, N]."""
@@ -137,10 +151,10 @@ class _Group:
         replay_batch(self.tasks[0], self.starts[solved], self.goals[solved], [p for p in self.plans if p is not None])
         self.seconds["validate"] = time.perf_counter() - began
         share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
-        names, out = self.tasks[0].action_names, []
+        names, out = np.array(self.tasks[0].action_names, object), []
         for task, found, is_possible in zip(self.tasks, self.plans, self.possible):
             if found is not None:
-                out.append(PlanResult(PlanStatus.SOLVED, tuple([names[a] for a in found]), len(found), share))
+                out.append(PlanResult(PlanStatus.SOLVED, tuple(names[found].tolist()), len(found), share))
             elif not is_possible:
                 out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
             else:
@@ -148,7 +162,9 @@ class _Group:
         return out
 
 
-def _climb(pool: ThreadPoolExecutor, groups: list[_Group], signs: tuple[HeuristicSign, ...], rungs: Sequence[Rung]) -> None:
+def _climb(
+    pool: ThreadPoolExecutor, groups: list[PackedBatch], signs: tuple[HeuristicSign, ...], rungs: Sequence[Rung]
+) -> None:
     """Climbs the ladder with all groups of one bucket; notes the plans found."""
     for rung in rungs:
         for number, sign in enumerate(signs):
@@ -170,7 +186,7 @@ def _climb(pool: ThreadPoolExecutor, groups: list[_Group], signs: tuple[Heuristi
 
 
 def _search(
-    jobs: list[tuple[_Group, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
+    jobs: list[tuple[PackedBatch, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
 ) -> None:
     """One jitted search over the jobs, each the tasks of one domain; short ones are filled up by repetition."""
     options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps}
@@ -187,9 +203,10 @@ def _search(
             np.asarray(part) for part in regress_domains(*jax.tree.map(lambda *leaves: np.stack(leaves), *inputs), **options)
         ]
     for (group, tasks), solved, length, actions in zip(jobs, *found):
-        for lane, task in enumerate(tasks.tolist()):
-            if solved[lane]:
-                group.plans[task] = group.space.kept_actions[actions[: length[lane], lane]]
+        plans = group.space.kept_actions[np.maximum(actions.T, 0)]
+        for task, is_solved, steps, found_plan in zip(tasks.tolist(), solved.tolist(), length.tolist(), plans):
+            if is_solved:
+                group.plans[task] = found_plan[:steps]
 
 
 def _num_cores() -> int:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sign_model.bits import any_row, pack
 from sign_model.lifted import Atom
 from sign_model.mutex import clashes, mutexes
 from sign_model.task import PlanningTask
@@ -40,8 +41,8 @@ class RegressionSpace:
 
     def is_consistent(self, goals: np.ndarray) -> np.ndarray:
         """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never hold."""
-        held = goals.astype(np.float32)
-        return ((held @ self.mutex.astype(np.float32)) * held).sum(axis=1) == 0
+        excluded = any_row(pack(self.mutex), *np.nonzero(goals), len(goals))
+        return ~np.any(excluded & pack(goals), axis=1)
 
 
 def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals: np.ndarray | None = None) -> RegressionSpace:
