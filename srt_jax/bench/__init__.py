@@ -1,0 +1,1 @@
+"""Side-by-side measurements against the native peers installed; nothing in the library imports them."""
