@@ -37,7 +37,7 @@ def plan(
     memory: Memory | None = None,
     max_expansions: int = 200_000,
     max_seconds: float | None = None,
-    weight: float = 3.0,
+    weight: float = 2.0,
 ) -> PlanResult:
     """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or a spent budget.
 
@@ -45,7 +45,7 @@ def plan(
       task: from `load` or `task_from_arrays`.
       planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the actions' costs).
       heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS` where None. For the others
-        blind, goals, hmax, hadd or ff; hmax for astar and hadd for the rest where None.
+        blind, goals, hmax, hadd or ff; hmax for astar and ff for the rest where None.
       memory: precedents, tried first; where none serves, planning goes on without it.
       max_expansions: the most situations expanded.
       max_seconds: the most time for the search; unbounded where None.

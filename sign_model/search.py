@@ -17,7 +17,7 @@ from sign_model.bits import pack
 from sign_model.relaxation import StateHeuristic, make_heuristic
 from sign_model.task import PlanningTask
 
-DEFAULT_HEURISTIC = {"astar": "hmax", "wastar": "hadd", "gbfs": "hadd"}
+DEFAULT_HEURISTIC = {"astar": "hmax", "wastar": "ff", "gbfs": "ff"}
 
 _Ordering = Callable[[float, float], float]
 
@@ -36,7 +36,7 @@ def best_first(
     planner: str,
     *,
     heuristic: str | None = None,
-    weight: float = 3.0,
+    weight: float = 2.0,
     max_expansions: int,
     out_of_time: Callable[[], bool] = lambda: False,
 ) -> Search:
