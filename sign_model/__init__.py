@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from sign_model.batch import plan_batch
     from sign_model.description import describe, to_dot
     from sign_model.grounding import load
+    from sign_model.heuristics import HeuristicSign, load_signs, save_signs
+    from sign_model.learning import learn
     from sign_model.memory import Memory, load_memory, save_memory
     from sign_model.planner import plan
     from sign_model.result import PlanResult, PlanStatus
@@ -21,17 +23,21 @@ if TYPE_CHECKING:
     from sign_model.translate import world_model_of
 
 __all__ = [
+    "HeuristicSign",
     "Memory",
     "PddlError",
     "PlanResult",
     "PlanStatus",
     "PlanningTask",
     "describe",
+    "learn",
     "load",
     "load_memory",
+    "load_signs",
     "plan",
     "plan_batch",
     "save_memory",
+    "save_signs",
     "to_dot",
     "validate",
     "world_model_of",
@@ -41,6 +47,8 @@ _MODULES = {
     "batch": ("plan_batch",),
     "description": ("describe", "to_dot"),
     "grounding": ("load",),
+    "heuristics": ("HeuristicSign", "load_signs", "save_signs"),
+    "learning": ("learn",),
     "memory": ("Memory", "load_memory", "save_memory"),
     "planner": ("plan",),
     "result": ("PlanResult", "PlanStatus"),

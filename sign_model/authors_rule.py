@@ -1,8 +1,9 @@
 """The A-step rule of the paper's authors, plain and slow, kept to reproduce what they published.
 
 Candidates are rated by how many features the situation before them shares with the start; all that share the most are kept, and
-tried depth-first in the order of the actions. There is no memory of situations seen but those on the way itself. Unlike their program, deletes are respected, situations that mutexes exclude are no candidates,
-and the search stops when the situation is included in the start, not the other way round.
+tried depth-first in the order of the actions. There is no memory of situations seen but those on the way itself. Unlike their
+program, deletes are respected, situations that mutexes exclude are no candidates, and the search stops when the situation is
+included in the start, not the other way round.
 """
 
 import time

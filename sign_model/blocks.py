@@ -51,7 +51,7 @@ def random_blocks_tasks(num_blocks: int, count: int, *, seed: int = 0) -> list[P
             goal = random_state(num_blocks, rng)
         problem = Problem("random", _objects(num_blocks), frozenset(_atoms(start)), tuple(_on_atoms(goal)))
         if base is None:
-            base = ground(parse(DOMAIN, _as_pddl(problem))[0], problem)
+            base = ground(parse(DOMAIN, problem_text(problem))[0], problem)
             index = {atom: i for i, atom in enumerate(base.features)}
         tasks.append(
             dataclasses.replace(
@@ -171,7 +171,8 @@ def _bits(atoms, index: dict[Atom, int]) -> np.ndarray:
     return bits
 
 
-def _as_pddl(problem: Problem) -> str:
+def problem_text(problem: Problem) -> str:
+    """Returns a random task's problem as PDDL."""
     start, goal = (" ".join(f"({' '.join(atom)})" for atom in atoms) for atoms in (sorted(problem.start), problem.goal))
     objects = " ".join(problem.objects)
     return f"(define (problem random) (:domain blocks) (:objects {objects}) (:init {start}) (:goal (and {goal})))"

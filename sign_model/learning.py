@@ -67,7 +67,7 @@ def learn(
 
 
 def _pruned(trial: "_Trial", weights: np.ndarray) -> np.ndarray:
-    """The weights less those that hardly help, the smallest first: what counts nothing needs no table, and the search is faster."""
+    """The weights less those that hardly help, the smallest first: what counts nothing needs no table."""
     kept = np.round(weights)
     bound = trial.mean_length_of_all(kept) * _HARDLY
     for place in sorted(np.ndindex(kept.shape), key=lambda place: kept[place]):

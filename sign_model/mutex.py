@@ -41,11 +41,13 @@ def clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
     return unpack(any_row(pack(mutex), action_of, needed, len(conditions)), mutex.shape[0])
 
 
-def _by_pairs(conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _by_pairs(
+    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The h2 fixpoint: pairs[p, q] grows from the pairs of the starts until no action adds to it.
 
-    A sweep is an OR of packed rows over the few conditions of each action, then over the few achievers of each feature: its cost
-    grows with (A + F) F / 64, not with A F^2. Ends: pairs only grow.
+    A sweep is an OR of packed rows over the few conditions of each action, then over the few achievers of each feature: its
+    cost grows with (A + F) F / 64, not with A F^2. Ends: pairs only grow.
     """
     size = adds.shape[1]
     feature_of, achievers = np.nonzero(adds.T)

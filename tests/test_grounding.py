@@ -53,7 +53,8 @@ ARITIES = """(define (domain arities) (:predicates (go) (between ?a ?b ?c) (done
 
 
 def test_predicates_of_arity_0_1_and_3_and_repeated_objects_are_grounded():
-    problem = "(define (problem p) (:domain arities) (:objects a b) (:init (between a a a) (between b a b) (between a b b)) (:goal (done a)))"
+    problem = """(define (problem p) (:domain arities) (:objects a b)
+      (:init (between a a a) (between b a b) (between a b b)) (:goal (done a)))"""
     task = load(ARITIES, problem)
     assert task.action_names == ("(start)", "(finish a a)", "(finish b a)")
     assert plan(task).actions == ("(start)", "(finish a a)")

@@ -1,4 +1,4 @@
-"""The tables behind the A-step, against slow twins on sets; mutexes against what really can be reached; signs saved and loaded."""
+"""The tables behind the A-step, against slow twins on sets; mutexes against what can be reached; signs kept in files."""
 
 import itertools
 

@@ -8,7 +8,8 @@ from sign_model.grounding import load
 from sign_model.planner import plan
 from sign_model.validate import replay_batch, validate
 
-PROBLEM = "(define (problem p) (:domain blocks) (:objects a b) (:init (ontable a) (ontable b) (clear a) (clear b) (handempty)) (:goal (on a b)))"
+PROBLEM = """(define (problem p) (:domain blocks) (:objects a b)
+  (:init (ontable a) (ontable b) (clear a) (clear b) (handempty)) (:goal (on a b)))"""
 
 
 def test_a_right_plan_passes_in_any_case():

@@ -1,0 +1,228 @@
+"""`srt-jax bench plan`: lengths against known optima, throughput, learning, cold start, beside peers in own processes."""
+
+import csv
+import importlib.util
+import os
+import pathlib
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import jax
+import numpy as np
+
+from sign_model.batch import plan_batch
+from sign_model.blocks import DOMAIN, optimal_length, problem_text, random_blocks_tasks, state_of
+from sign_model.grounding import load
+from sign_model.heuristics import HeuristicSign
+from sign_model.learning import learn
+from sign_model.planner import plan
+from sign_model.task import PlanningTask
+from sign_model.validate import validate
+
+BARS = {8: 30_000, 10: 10_000, 15: 4_000}
+"""Random blocks tasks a second, one process on 2 idle cores, compilation apart."""
+
+
+def run(
+    quick: bool = False, *, data: str | os.PathLike | None = None, log: Callable[[str], None] = lambda told: None
+) -> dict[str, Any]:
+    """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start", "peers" [...]}.
+
+    Args:
+      quick: fewer and smaller tasks, under a minute.
+      data: a folder with blocks/, hanoi/, ferry/ and goldminer/ and `fd_optimal.csv`; the environment's SRT_SHARED_DATA/pddl
+        where None. Without it the known optima are those of random blocks tasks alone.
+      log: told of progress.
+    """
+    began = time.perf_counter()
+    training = random_blocks_tasks(6, 256 if quick else 1024, seed=100)
+    sign = learn(training, generations=10 if quick else 30, log=log)
+    learning = {"seconds": time.perf_counter() - began, "tasks": len(training), "blocks": 6, "sign": _as_dict(sign)}
+    sizes = (8,) if quick else (8, 10, 15)
+    folder = pathlib.Path(data) if data is not None else pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl"
+    return {
+        "machine": {
+            "jax": jax.__version__,
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+            "cores": os.cpu_count(),
+        },
+        "learning": learning,
+        "random_blocks": [_throughput(n, chosen, quick, log) for n in sizes for chosen in (sign, None)],
+        "known_optima": list(_known_optima(folder, sign, quick, log)) if (folder / "fd_optimal.csv").is_file() else [],
+        "cold_start": _cold_start(),
+        "peers": list(_peers(quick, log)),
+    }
+
+
+def table(result: dict[str, Any]) -> str:
+    """Returns the measurements as text."""
+    learning = result["learning"]
+    lines = [f"learning on {learning['tasks']} tasks of {learning['blocks']} blocks: {learning['seconds']:.1f} s"]
+    for row in result["random_blocks"]:
+        bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
+        lines.append(
+            f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s{bar}, "
+            f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, compile {row['compile_seconds']:.1f} s"
+        )
+    for row in result["known_optima"]:
+        lines.append(
+            f"{row['domain']:10s} {row['sign']:9s} solved {row['solved']} of {row['tasks']}, "
+            f"length / optimum {row['ratio']:.3f} (worst {row['worst']:.2f}), optimal {row['optimal']:.0%}, "
+            f"slowest {row['slowest_seconds']:.2f} s"
+        )
+    lines.append(f"cold start (import, parse, plan, replay; 6 blocks): {result['cold_start']['seconds']:.2f} s")
+    for row in result["peers"]:
+        solved = f"{row['name']:28s} solved {row['solved']} of {row['tasks']}"
+        lines.append(f"{solved}, mean length {row['mean_length']:.1f}, {row['seconds']:.2f} s each")
+    return "\n".join(lines)
+
+
+def _as_dict(sign: HeuristicSign) -> dict[str, Any]:
+    return {"landmarks": dict(sign.landmarks), "held": dict(sign.held), "unmet": dict(sign.unmet)}
+
+
+def _optima(tasks: list[PlanningTask], num_blocks: int) -> np.ndarray:
+    return np.array(
+        [optimal_length(*(state_of(atoms, num_blocks) for atoms in (t.problem.start, t.problem.goal))) for t in tasks]
+    )
+
+
+def _throughput(num_blocks: int, sign: HeuristicSign | None, quick: bool, log: Callable[[str], None]) -> dict[str, Any]:
+    """Random tasks through `plan_batch`: packing, search, replay and results counted, compilation apart; the median run."""
+    count = 1024 if quick else 4096
+    tasks, seconds = random_blocks_tasks(num_blocks, count, seed=1), []
+    for _ in range(3 if quick else 6):
+        began = time.perf_counter()
+        results = plan_batch(tasks, heuristic=sign)
+        seconds.append(time.perf_counter() - began)
+    sample = list(range(0, count, count // 512))
+    lengths, optima = np.array([len(results[i].actions) for i in sample]), _optima([tasks[i] for i in sample], num_blocks)
+    if any(validate(tasks[i], results[i].actions) for i in sample):
+        raise AssertionError("a plan failed its independent replay")
+    row = {
+        "blocks": num_blocks,
+        "sign": "unlearned" if sign is None else "learned",
+        "tasks_a_second": count / float(np.median(seconds[1:])),
+        "best_tasks_a_second": count / min(seconds[1:]),
+        "compile_seconds": seconds[0] - min(seconds[1:]),
+        "solved": float(np.mean([result.is_solved for result in results])),
+        "ratio": float(lengths.sum() / optima.sum()),
+        "optimal": float((lengths == optima).mean()),
+    }
+    log(f"{num_blocks} blocks, {row['sign']}: {row['tasks_a_second']:,.0f} tasks/s, length / optimum {row['ratio']:.3f}")
+    return row
+
+
+def _known_optima(
+    folder: pathlib.Path, sign: HeuristicSign, quick: bool, log: Callable[[str], None]
+) -> Iterator[dict[str, Any]]:
+    optima: dict[str, int] = {}
+    for name, column, prefix in (
+        ("fd_optimal.csv", "optimal_steps_if_unit_cost", ""),
+        ("blocks_optimal.csv", "optimal_steps", "blocks/"),
+    ):
+        if (folder / name).is_file():
+            with open(folder / name, encoding="utf-8") as file:
+                optima |= {prefix + row["file"]: int(row[column]) for row in csv.DictReader(file)}
+    most = {"blocks": 40 if quick else 60, "hanoi": 63 if quick else 255}
+    for domain in ("blocks", "hanoi", "ferry", "goldminer"):
+        chosen = {
+            name: optimum for name, optimum in optima.items() if name.startswith(domain) and optimum <= most.get(domain, 1000)
+        }
+        for used in (None, sign) if domain == "blocks" else (None,):
+            results = []
+            for name in chosen:
+                task = load(folder / domain / "domain.pddl", folder / name)
+                began = time.perf_counter()
+                results.append((plan(task, heuristic=used, max_seconds=30.0), time.perf_counter() - began))
+            ratios = [len(r.actions) / optimum for (r, _), optimum in zip(results, chosen.values()) if r.is_solved]
+            row = {
+                "domain": domain,
+                "sign": "unlearned" if used is None else "learned",
+                "tasks": len(chosen),
+                "solved": len(ratios),
+                "ratio": float(np.mean(ratios)),
+                "worst": float(max(ratios)),
+                "optimal": float(np.mean([ratio == 1 for ratio in ratios])),
+                "slowest_seconds": max(seconds for _, seconds in results),
+            }
+            log(f"{domain}: {row['solved']} of {row['tasks']} solved, length / optimum {row['ratio']:.3f}")
+            yield row
+
+
+def _cold_start() -> dict[str, float]:
+    """A fresh process that loads one task of 6 blocks and plans it: the best of three."""
+    with tempfile.TemporaryDirectory() as place:
+        domain, problem = _written(pathlib.Path(place), random_blocks_tasks(6, 1, seed=3)[0])
+        code = f"import sign_model as s; t = s.load({str(domain)!r}, {str(problem)!r}); assert s.plan(t).is_solved"
+        seconds = []
+        for _ in range(3):
+            began = time.perf_counter()
+            subprocess.run([sys.executable, "-c", code], check=True)
+            seconds.append(time.perf_counter() - began)
+    return {"seconds": min(seconds)}
+
+
+def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pathlib.Path]:
+    domain, problem = place / "domain.pddl", place / "problem.pddl"
+    domain.write_text(DOMAIN, encoding="utf-8")
+    problem.write_text(problem_text(task.problem), encoding="utf-8")
+    return domain, problem
+
+
+def _peers(quick: bool, log: Callable[[str], None]) -> Iterator[dict[str, Any]]:
+    """Each peer that is installed, and MAP, one by one on the same random tasks; a peer's process start is in its time."""
+    num_blocks, tasks = 8, random_blocks_tasks(8, 3 if quick else 10, seed=7)
+    commands = _peer_commands()
+    for name, command in {"MAP, one by one": None, **commands}.items():
+        lengths, spent = [], 0.0
+        for task in tasks:
+            began = time.perf_counter()
+            length = len(plan(task).actions) if command is None else _peer_length(command, task)
+            spent += time.perf_counter() - began
+            if length is not None:
+                lengths.append(length)
+        row = {"name": name, "blocks": num_blocks, "tasks": len(tasks), "solved": len(lengths), "seconds": spent / len(tasks)}
+        log(f"{name}: {row['seconds']:.2f} s each")
+        yield row | {"mean_length": float(np.mean(lengths)) if lengths else float("nan")}
+
+
+def _peer_commands() -> dict[str, list[str]]:
+    commands: dict[str, list[str]] = {}
+    if importlib.util.find_spec("pyperplan"):
+        for search, heuristic in (("gbf", "hff"), ("wastar", "hadd")):
+            commands[f"pyperplan {search} {heuristic}"] = [sys.executable, "-m", "pyperplan", "-s", search, "-H", heuristic]
+    found = importlib.util.find_spec("up_fast_downward")
+    if found is not None and found.origin:
+        driver = pathlib.Path(found.origin).parent / "downward" / "fast-downward.py"
+        if driver.is_file():
+            commands["Fast Downward lama-first"] = [
+                sys.executable,
+                str(driver),
+                "--alias",
+                "lama-first",
+                "--plan-file",
+                "problem.pddl.soln",
+            ]
+    return commands
+
+
+def _peer_length(command: list[str], task: PlanningTask, seconds: float = 30.0) -> int | None:
+    """The length of a peer's plan, replayed; None where it finds none in time."""
+    with tempfile.TemporaryDirectory() as place:
+        domain, problem = _written(pathlib.Path(place), task)
+        try:
+            subprocess.run([*command, str(domain), str(problem)], cwd=place, capture_output=True, timeout=seconds, check=False)
+        except subprocess.TimeoutExpired:
+            return None
+        solution = pathlib.Path(place) / "problem.pddl.soln"
+        if not solution.is_file():
+            return None
+        actions = [line for line in solution.read_text(encoding="utf-8").splitlines() if line.startswith("(")]
+        return len(actions) if not validate(task, actions) else None

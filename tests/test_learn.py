@@ -1,0 +1,89 @@
+"""Weights learned from small tasks: better than the unlearned ones on others, deterministic, and safe to keep."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from sign_model.authors_rule import plan_by_authors_rule
+from sign_model.batch import plan_batch
+from sign_model.blocks import optimal_length, random_blocks_tasks, random_state, state_of
+from sign_model.heuristics import load_signs, save_signs
+from sign_model.learning import learn
+from sign_model.planner import plan
+from sign_model.shorten import states_along
+from sign_model.validate import validate
+
+
+@pytest.fixture(scope="module")
+def learned():
+    told = []
+    sign = learn(random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2, log=told.append)
+    assert told and "mean length" in told[-1]
+    return sign
+
+
+def test_learned_weights_serve_larger_tasks(learned):
+    tasks = random_blocks_tasks(6, 30, seed=2)
+    lengths = np.array([len(result.actions) for result in (plan(task, heuristic=learned) for task in tasks)])
+    optima = np.array([optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks])
+    assert (lengths >= optima).all() and lengths.sum() <= 1.05 * optima.sum()
+
+
+def test_learned_weights_are_kept_and_used_in_a_batch(learned, tmp_path):
+    save_signs(tmp_path / "signs.json", [learned])
+    (again,) = load_signs(tmp_path / "signs.json")
+    tasks = random_blocks_tasks(4, 8, seed=3)
+    assert all(not validate(t, r.actions) for t, r in zip(tasks, plan_batch(tasks, heuristic=again)))
+
+
+def test_the_same_seed_learns_the_same(learned):
+    again = learn(random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2)
+    assert again == learned
+
+
+def test_what_cannot_be_learned_from_is_told():
+    with pytest.raises(ValueError, match="at least one task"):
+        learn([])
+    with pytest.raises(ValueError, match="share their features"):
+        learn([random_blocks_tasks(3, 1)[0], random_blocks_tasks(4, 1)[0]])
+
+
+def test_random_states_are_towers_and_each_is_drawn():
+    rng = np.random.default_rng(0)
+    drawn = [tuple(random_state(3, rng).tolist()) for _ in range(3000)]
+    counts = {state: drawn.count(state) for state in set(drawn)}
+    assert len(counts) == 13 and min(counts.values()) > 150 and max(counts.values()) < 320
+    for state in counts:
+        resting = [place for place in state if place != -1]
+        assert len(resting) == len(set(resting))
+
+
+def test_the_optimum_of_blocks_is_that_of_astar():
+    for task in random_blocks_tasks(4, 40, seed=4):
+        found = plan(task, planner="astar").actions
+        assert len(found) == optimal_length(state_of(task.problem.start, 4), state_of(task.problem.goal, 4))
+
+
+def test_too_few_blocks_are_refused():
+    with pytest.raises(ValueError, match="at least 2 blocks"):
+        random_blocks_tasks(1, 1)
+
+
+def test_the_authors_rule_solves_figure_2_with_their_lengths(shared_data):
+    from sign_model.grounding import load
+
+    folder = shared_data / "pddl" / "blocks"
+    for name, length in (("4-0", 6), ("4-1", 10), ("4-2", 6), ("5-1", 14), ("6-1", 10)):
+        task = load(folder / "domain.pddl", folder / f"probBLOCKS-{name}.pddl")
+        number_of = {action: i for i, action in enumerate(task.action_names)}
+        end = states_along(task, [number_of[action] for action in plan(task).actions])[-1]
+        complete = dataclasses.replace(task, goal=end)  # their program wanted complete goals
+        result = plan_by_authors_rule(complete)
+        assert len(result.actions) == length and validate(task, result.actions) == []
+
+
+def test_the_authors_rule_may_fail_where_map_does_not():
+    task = random_blocks_tasks(7, 1, seed=12)[0]
+    assert not plan_by_authors_rule(task, max_iterations=1).is_solved
+    assert plan(task).is_solved
