@@ -14,6 +14,7 @@ LAYERS = (
     ("types",),
     ("moves", "shapes", "fixed_point"),
     ("kernel", "packing", "bucketed", "components"),
+    ("cones", "frontier", "wavefront", "wordqueue"),
     ("reach", "distance", "path", "seed", "contour"),
     ("objects", "task", "rings", "scanlines", "world", "raster"),
     ("planner", "route"),

@@ -16,7 +16,7 @@ def length_on(labels, gone, start, goal):
 
 @pytest.mark.parametrize("mode", ["least", "paper"])
 def test_generated_tasks_of_every_kind_are_answered_rightly(mode):
-    instances = generate("mixed", count=56, size=(16, 48), seed=5)
+    instances = generate("mixed", count=56, size=(16, 32), seed=5)
     solutions = solve_many([task for _, task, _ in instances], mode=mode, max_destroyed=16)
     for (name, task, optimum), solution in zip(instances, solutions):
         status, ends = Status(int(solution.status)), (tuple(task.start.tolist()), tuple(task.goal.tolist()))
