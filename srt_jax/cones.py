@@ -31,6 +31,14 @@ def new_field(free: Array, start: Array, diagonal: Array) -> Array:
     return lax.dynamic_update_slice(field, jnp.where(at_start < BLOCKED, jnp.uint32(0), at_start), (row, col))
 
 
+def is_reached(field: Array, cell: Array) -> Array:
+    """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search can start there."""
+    row, col = cell[0] + 1, cell[1] + 1
+    inside = (row > 0) & (row < field.shape[0] - 1) & (col > 0) & (col < field.shape[1] - 1)
+    at = lax.dynamic_slice(field, (jnp.where(inside, row, 0), jnp.where(inside, col, 0)), (1, 1))[0, 0]
+    return at == 0
+
+
 def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
     """Returns the field after sweeps down, up, right and left."""
     for _ in range(2):

@@ -7,6 +7,7 @@ a neighbour (`frontier`) and spread from these. Sums of integers (`fixed_point`)
 the way taken, nor on the batch, nor on the machine.
 """
 
+import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -14,12 +15,11 @@ from jax import Array, lax
 
 from srt_jax import bucketed, cones, fixed_point, frontier, shapes, wavefront
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole
+from srt_jax.kernel import batch_kernel, compiled_whole, each, write
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
 
-_MAX_ROUNDS = 2  # of four sweeps: a third gained less than it cost on every kind of map
 _ROOM = 1 << 15  # of the queue, in cells: more than any front on a map of 2048x2048 with a few percent of noise
 
 
@@ -62,72 +62,67 @@ def cost_field(free: Array, start: Array) -> Field:
 
 def field_length(field: Field) -> Array:
     """Returns the costs in cell sides: float32 [B, H, W], inf where not reached."""
-    return _lengths(field.cost, fixed_point.pairs(field.scale)[0][:, None, None])
+    return _lengths(field.cost, field.scale[:, None, None])
 
 
-def _lengths(cost: Array, straight: Array) -> Array:
-    reached = cost != UNREACHED
-    return jnp.where(reached, fixed_point.to_length(jnp.where(reached, cost, 0), straight), jnp.inf)
+def _lengths(cost: Array, scale: Array | int) -> Array:
+    return jnp.where(cost == UNREACHED, jnp.inf, fixed_point.to_length(cost, scale))
 
 
 @batch_kernel
 def _length_maps(free: Array, start: Array) -> Array:
-    def one_map(args: tuple[Array, Array]) -> Array:
-        cost, scale = _solve_map(*args)
-        return _lengths(cost, fixed_point.pairs(scale)[0])
+    def one_map(free: Array, start: Array) -> Array:
+        return _lengths(_solve_map(free, start)[0], fixed_point.finest_scale(free))
 
-    if free.shape[0] == 1:  # XLA unrolls a map of one, then parallelises the division, which a marked call cannot hold
-        return field_length(cost_field(free, start))
-    return compiled_whole(lambda free, start: lax.map(one_map, (free, start)))(free, start)
+    return compiled_whole(functools.partial(each, one_map))(free, start)
 
 
 @batch_kernel
 def _cost_maps(free: Array, start: Array) -> tuple[Array, Array]:
-    return compiled_whole(lambda free, start: lax.map(lambda args: _solve_map(*args), (free, start)))(free, start)
+    return compiled_whole(functools.partial(each, _solve_map))(free, start)
 
 
 def _solve_map(free: Array, start: Array) -> tuple[Array, Array]:
     """Cost, int32 [H, W], and scale of one map. Set up and trimmed map by map: a batch of temporaries is fresh memory."""
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
-    field = _solved(free, cones.new_field(free, start, diagonal), straight, diagonal)[1:-1, 1:-1]
+    field = _solved(free, cones.new_field(free, start, diagonal), start, straight, diagonal)[1:-1, 1:-1]
     return jnp.where(field < cones.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
 
 
-def _solved(free: Array, field: Array, straight: Array, diagonal: Array) -> Array:
-    """Sweeps while that pays, then follows the frontier until there is none."""
-    height, width = free.shape
+def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: Array) -> Array:
+    """Sweeps where that pays, then follows the frontier until there is none."""
     rows, stride = field.shape
     room = min(_ROOM, 1 << (rows * stride).bit_length())
     free_beside = wavefront.neighbours(free)
 
-    def sweep(state: tuple) -> tuple:
-        num_rounds, _, _, field = state
-        field = cones.four_sweeps(field, straight, diagonal)
-        return num_rounds + 1, *listed(field), field
+    def sweep(field: Array) -> Array:
+        return cones.four_sweeps(field, straight, diagonal)
 
     def listed(field: Array) -> tuple[Array, Array]:
         return frontier.listed(frontier.frontier(field, straight, diagonal), stride, room)
 
+    def by_sweeps(field: Array) -> tuple[Array, Array, Array]:
+        field = sweep(field)
+        num_reached = jnp.sum((field < cones.unreached(diagonal)).astype(jnp.int32))
+        field = lax.cond(num_reached * 8 > field.size, sweep, lambda field: field, field)
+        return *listed(field), field
+
+    def from_start(field: Array) -> tuple[Array, Array, Array]:
+        cell = ((start[0] + 1) * stride + start[1] + 1).astype(jnp.uint32)
+        cell = jnp.where(cones.is_reached(field, start), cell, jnp.uint32(0))
+        return write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0)), (cell != 0).astype(jnp.uint32), field
+
     def spread(state: tuple) -> tuple:
         cells, num, field = state
         cost = field.reshape(-1)
-        cost, is_short = wavefront.spread(
-            cost, free_beside, frontier.cheapest_first(cells, num, cost), straight, diagonal, stride
-        )
+        sources = frontier.cheapest_first(cells, num, cost)
+        cost, is_short = wavefront.spread(cost, free_beside, sources, straight, diagonal, stride)
         field = cost.reshape(rows, stride)
-        cells, num = lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field)
-        return cells, num, field
+        return *lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field), field
 
-    num_rounds = jnp.where(_is_rough(free), _MAX_ROUNDS, 0)
-    cells, num = listed(field)
-    least = jnp.uint32(height * width // 128)
-
-    def pays(state: tuple) -> Array:
-        return (state[0] < _MAX_ROUNDS) & ((state[0] == 0) | (state[2] > least))
-
-    _, cells, num, field = lax.while_loop(pays, sweep, (num_rounds, cells, num, field))
-    return lax.while_loop(lambda state: state[1] != 0, spread, (cells, num, field))[2]
+    state = lax.cond(_is_rough(free), from_start, by_sweeps, field)
+    return lax.while_loop(lambda state: state[1] != 0, spread, state)[2]
 
 
 def _is_rough(free: Array) -> Array:

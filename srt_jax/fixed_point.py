@@ -54,34 +54,30 @@ def finest_scale(free: Array) -> Array | int:
 _LONGEST = tuple(MAX_COST // straight for straight, _ in moves.FIXED_POINTS)
 
 
-def to_length(cost: Array, straight: Array) -> Array:
-    """Returns cost / straight as float32: exact where it is whole, else within 0.75 units in the last place.
+def to_length(cost: Array, scale: Array | int) -> Array:
+    """Returns a cost as float32, in cell sides: exact where that is whole, else within 1.5 units in the last place.
 
-    For lengths below 2^24; past that float32 has no fraction to hold, and a unit is at stake.
-
-    By long division in integers. A float division, or a product added to a sum, may be rounded otherwise on a GPU or where the
-    compiler fuses the two; here every product and all sums but the last are exact, so that no bit depends on it.
+    For lengths below 2^24; past that float32 has no fraction to hold. A float division, or a product added to a sum, may be
+    rounded otherwise on a GPU or where the compiler fuses the two. So the whole part comes from integers, and the fraction
+    passes through an integer: no bit depends on the machine.
 
     Args:
-      cost: int32, 0 <= cost < 2^31, 0 or at least `straight`.
-      straight: int32, of the same shape or scalar.
+      cost: int32, not negative.
+      scale: index into `moves.FIXED_POINTS`, int32 that broadcasts with `cost`, or an int.
 
     Returns:
       float32, of the shape of `cost`.
     """
-    reciprocal = jnp.float32(1) / straight.astype(jnp.float32)  # only an estimate: _divided puts it right
-    whole, rest = _divided(cost, straight, reciprocal)
-    high, rest = _divided(rest << 12, straight, reciprocal)  # rest < 5741 < 2^13
-    low, rest = _divided(rest << 12, straight, reciprocal)
-    low += (2 * rest >= straight).astype(jnp.int32)
-    return whole.astype(jnp.float32) + ((high << 12) + low).astype(jnp.float32) * jnp.float32(2.0**-24)
-
-
-def _divided(value: Array, by: Array, reciprocal: Array) -> tuple[Array, Array]:
-    """Quotient and remainder of non-negative int32: an estimate, the estimate of what it left, and at most one unit more."""
-    quotient = (value.astype(jnp.float32) * reciprocal).astype(jnp.int32)
-    rest = value - quotient * by  # may wrap on the way, but not in the end
-    more = (rest.astype(jnp.float32) * reciprocal).astype(jnp.int32)
-    rest = rest - more * by
-    more = more + (rest >= by).astype(jnp.int32) - (rest < 0).astype(jnp.int32)
-    return quotient + more, value - (quotient + more) * by
+    tables = (np.array([straight for straight, _ in moves.FIXED_POINTS]) / np.array([[1], [2.0**24]])) ** -1
+    whole_by, parts_by = tables.astype(np.float32)
+    is_known = isinstance(scale, int)
+    straight = moves.FIXED_POINTS[scale][0] if is_known else pairs(scale)[0]
+    reciprocal, parts = (table[scale] if is_known else jnp.asarray(table)[scale] for table in (whole_by, parts_by))
+    whole = (cost.astype(jnp.float32) * reciprocal).astype(jnp.int32)  # an estimate, off by a few dozen at most
+    if not is_known:  # the finest scale, the one known beforehand, has small quotients: off by one
+        whole = whole + ((cost - whole * straight).astype(jnp.float32) * reciprocal).astype(jnp.int32)
+    rest = cost - whole * straight
+    whole = whole + (rest >= straight).astype(jnp.int32) - (rest < 0).astype(jnp.int32)
+    rest = cost - whole * straight
+    fraction = (rest.astype(jnp.float32) * parts).astype(jnp.int32)  # in units of 2^-24
+    return whole.astype(jnp.float32) + fraction.astype(jnp.float32) * jnp.float32(2.0**-24)

@@ -92,16 +92,17 @@ def cheapest_first(cells: Array, num: Array, cost: Array) -> Array:
 
     def add_up(i: Array, state: tuple) -> tuple:
         total, counts = state
-        here = read_apart(counts, i)
-        return total + here, write(counts, total, i)
+        total = total + read_apart(counts, i)
+        return total, write(counts, total, i)
 
     def place(i: Array, state: tuple) -> tuple:
-        places, ordered = state
+        ends, ordered = state
         cell = read_apart(cells, i)
         at = bin_of(cost, cell, shift)
-        place = read_apart(places, at)
-        return write(places, place + jnp.uint32(1), at), write(ordered, cell, place)
+        last = read_apart(ends, at) - jnp.uint32(1)
+        return write(ends, last, at), write(ordered, cell, last)
 
     counts = lax.fori_loop(zero, num, count, jnp.zeros(_BINS, jnp.uint32))
-    _, places = lax.fori_loop(zero, jnp.uint32(_BINS), add_up, (zero, counts))
-    return lax.fori_loop(zero, num, place, (places, jnp.zeros_like(cells)))[1]
+    num_bins = jnp.where(num > 1, jnp.uint32(_BINS), zero)  # one cell is in order as it is
+    _, ends = lax.fori_loop(zero, num_bins, add_up, (zero, counts))
+    return lax.fori_loop(zero, num, place, (ends, jnp.zeros_like(cells)))[1]

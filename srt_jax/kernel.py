@@ -77,9 +77,31 @@ def apart(fun: Callable) -> Callable:
         if not _marks_apart.get():
             return fun(*args)
         assert set_xla_metadata is not None
-        return set_xla_metadata(jax.jit(fun)(*args), **_KEPT)
+        return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)
 
     return run
+
+
+def each(fun: Callable, *args: Any) -> Any:
+    """Returns `fun` of the entries of `args` along their leading axis, one after the other: lax.map, a loop even for one.
+
+    XLA does away with a loop of one step; what was in it then lies open in the marked call, where the compiler splits large
+    steps among threads, which such a call cannot hold ("Symbols not found: ParallelForkJoin"). So the number of steps is
+    hidden from it.
+    """
+    count = jax.tree.leaves(args)[0].shape[0]
+    if count > 1:
+        return lax.map(lambda entry: fun(*entry), args)
+    entry = jax.tree.map(lambda leaf: leaf[0], args)
+    empty = jax.tree.map(lambda leaf: jnp.zeros((1, *leaf.shape), leaf.dtype), jax.eval_shape(fun, *entry))
+    some = next(leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating))
+    steps = 1 + ((some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1)  # which is 1
+
+    def step(i: Array, out: Any) -> Any:
+        new = fun(*jax.tree.map(lambda leaf: lax.dynamic_index_in_dim(leaf, i, keepdims=False), args))
+        return jax.tree.map(lambda leaf, value: lax.dynamic_update_index_in_dim(leaf, value, i, 0), out, new)
+
+    return lax.fori_loop(0, steps, step, empty)
 
 
 def read(array: Array, index: Array) -> Array:

@@ -9,7 +9,7 @@ from jax import Array, lax
 from srt_jax import bucketed, fixed_point, shapes
 from srt_jax import types as records
 from srt_jax.distance import UNREACHED, Field
-from srt_jax.kernel import batch_kernel, compiled_whole
+from srt_jax.kernel import batch_kernel, compiled_whole, each
 from srt_jax.moves import MOVES
 
 
@@ -45,7 +45,7 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
         straight, diagonal = fixed_point.pairs(scale)
         cells, num_cells, at_goal = _trace(cost, goal, straight, diagonal, UNREACHED, max_cells)
         reached = num_cells > 0
-        length = jnp.where(reached, fixed_point.to_length(jnp.where(reached, at_goal, 0), straight), jnp.inf)
+        length = jnp.where(reached, fixed_point.to_length(jnp.where(reached, at_goal, 0), scale), jnp.inf)
         return {"cells": cells, "num_cells": num_cells, "cost": length}
 
     return records.Path(**run(field.cost, field.scale, goal))
@@ -68,12 +68,11 @@ def _trace(
     """Cells, their number, and the cost at the goal; `cost`, `straight` and `diagonal` are of one dtype."""
 
     def all_maps(cost: Array, *rest: Array) -> tuple[Array, Array, Array]:
-        def one_map(args: tuple) -> tuple[Array, Array, Array]:
-            which, goal, straight, diagonal = args
+        def one_map(which: Array, goal: Array, straight: Array, diagonal: Array) -> tuple[Array, Array, Array]:
             # Read cell by cell from the whole batch: a map cut out would be a copy of it, ten times the walk.
             return _walk(_reader(cost, which, unreached), goal, straight, diagonal, max_cells)
 
-        return lax.map(one_map, (jnp.arange(cost.shape[0]), *rest))
+        return each(one_map, jnp.arange(cost.shape[0]), *rest)
 
     cells, num_cells, at_goal = compiled_whole(all_maps)(cost, goal, straight, diagonal)
     return cells, jnp.where(at_goal == unreached, 0, num_cells), at_goal

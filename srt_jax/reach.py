@@ -5,12 +5,14 @@ bottom, then bottom to top, until nothing changes. A diagonal needs both side ce
 and `reach` floods through sides only. `flood` can also pass corners, as obstacles hang together through them.
 """
 
+import functools
+
 import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole
+from srt_jax.kernel import batch_kernel, compiled_whole, each
 from srt_jax.wordqueue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
@@ -81,10 +83,8 @@ def flood_words(passable: Array, sources: Array, *, through_corners: bool) -> Ar
 def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: bool) -> Array:
     """Returns `flood` of masks in lanes, in lanes. Groups run one after the other, and each stops when it is done."""
 
-    def all_groups(free: Array, sources: Array) -> Array:
-        return lax.map(lambda pair: _flood_group(*pair, group=group, through_corners=through_corners), (free, sources))
-
-    return compiled_whole(all_groups)(free, sources & free)
+    one_group = functools.partial(_flood_group, group=group, through_corners=through_corners)
+    return compiled_whole(functools.partial(each, one_group))(free, sources & free)
 
 
 def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:

@@ -1,11 +1,13 @@
 """The reached cell nearest the goal: where the search was stopped (PY16 §3.2, the cell of least h in CLOSED)."""
 
+import functools
+
 import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import bucketed, moves, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole
+from srt_jax.kernel import batch_kernel, compiled_whole, each
 
 _FAR = 2**31 - 1
 
@@ -34,7 +36,7 @@ def seed_cell(reached: records.Array, goal: records.Array) -> Array:
 @batch_kernel
 def seed_cells(reached: Array, goal: Array) -> Array:
     """Returns `seed_cell` of a batch: reached bool [B, H, W], goal int32 [B, 2] -> int32 [B, 2]."""
-    return compiled_whole(lambda reached, goal: lax.map(lambda args: _nearest(*args), (reached, goal)))(reached, goal)
+    return compiled_whole(functools.partial(each, _nearest))(reached, goal)
 
 
 def _nearest(reached: Array, goal: Array) -> Array:

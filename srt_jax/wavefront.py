@@ -32,8 +32,14 @@ def neighbours(free: Array) -> Array:
     """Returns which of the eight neighbours are free, bit i for MOVES[i]: uint8, flat, of the map [H, W] with a border."""
     height, width = free.shape
     byte = jnp.pad(free, 2).astype(jnp.uint8)
-    bits = [byte[1 + r : 3 + r + height, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)]
-    return functools.reduce(jnp.bitwise_or, bits).reshape(-1)
+
+    def row_bits(row: Array) -> Array:
+        """Row by row: all at once, each byte of the flat result would be computed from its row and column, ten times slower."""
+        rows = lax.dynamic_slice(byte, (row, 0), (3, width + 4))
+        moved = [rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)]
+        return functools.reduce(jnp.bitwise_or, moved)
+
+    return lax.map(row_bits, jnp.arange(height + 2)).reshape(-1)
 
 
 @functools.cache
