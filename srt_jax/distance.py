@@ -8,6 +8,7 @@ the way taken, nor on the batch, nor on the machine.
 """
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -15,7 +16,7 @@ from jax import Array, lax
 
 from srt_jax import bucketed, cones, fixed_point, frontier, shapes, wavefront
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each, write
+from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
@@ -121,8 +122,21 @@ def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: 
         field = cost.reshape(rows, stride)
         return *lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field), field
 
+    if not runs_in_place():
+        return _swept_to_the_end(field, sweep)
     state = lax.cond(_is_rough(free), from_start, by_sweeps, field)
     return lax.while_loop(lambda state: state[1] != 0, spread, state)[2]
+
+
+def _swept_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
+    """Sweeps until nothing changes: then no move can improve any cell."""
+
+    def once_more(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        field, _ = state
+        swept = sweep(field)
+        return swept, jnp.any(swept != field)
+
+    return lax.while_loop(lambda state: state[1], once_more, (field, jnp.bool_(True)))[0]
 
 
 def _is_rough(free: Array) -> Array:

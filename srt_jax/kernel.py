@@ -15,6 +15,7 @@ Loops over single cells (queues) can be nearly as fast as native code, on two co
 
 import contextlib
 import contextvars
+import inspect
 import os
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -25,8 +26,11 @@ from jax import Array, lax
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
-except ImportError:  # an older JAX: the same code, compiled the slower way
+except ImportError:  # an older JAX: the same bits, compiled the slower way
     set_xla_metadata = None
+else:
+    if "x" not in inspect.signature(set_xla_metadata).parameters:  # before 0.7 it could not mark a single call
+        set_xla_metadata = None
 
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
@@ -70,11 +74,19 @@ def _setting(marks_apart: bool) -> Iterator[None]:
         _marks_apart.reset(token)
 
 
+def runs_in_place() -> bool:
+    """Returns whether the code being traced goes into a marked call: whether a queue is worth its while there.
+
+    Elsewhere (a GPU, an older JAX) its arrays would be copied at every step; kernels then sweep to the end.
+    """
+    return _marks_apart.get()
+
+
 def apart(fun: Callable) -> Callable:
     """Returns `fun` such that, inside a marked call, its result is computed once and not again wherever it is used."""
 
     def run(*args: Any) -> Any:
-        if not _marks_apart.get():
+        if not runs_in_place():
             return fun(*args)
         assert set_xla_metadata is not None
         return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)

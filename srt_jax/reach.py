@@ -12,7 +12,7 @@ from jax import Array, lax
 
 from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place
 from srt_jax.wordqueue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
@@ -100,6 +100,8 @@ def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bo
         return flood_rest(free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs)
 
     state = (reached, jnp.bool_(True), jnp.int32(0))
+    if not runs_in_place():
+        return lax.while_loop(lambda state: state[1], one_round, state)[0]
     reached, is_changing, _ = lax.while_loop(lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state)
     return lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
 
