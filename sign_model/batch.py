@@ -49,7 +49,7 @@ def default_ladder(num_features: int) -> tuple[Rung, ...]:
     side = math.isqrt(num_features)
     branch = min(64, side + 2)
     return (
-        Rung(beam=4, branch=branch, steps=3 * side, lanes=64),
+        Rung(beam=4, branch=branch, steps=3 * side, lanes=128),
         Rung(beam=16, branch=branch, steps=4 * side, lanes=32),
         Rung(beam=64, branch=min(64, 2 * branch), steps=32 * side + 32, lanes=8),
     )
@@ -203,7 +203,7 @@ def _search(
             np.asarray(part) for part in regress_domains(*jax.tree.map(lambda *leaves: np.stack(leaves), *inputs), **options)
         ]
     for (group, tasks), solved, length, actions in zip(jobs, *found):
-        plans = group.space.kept_actions[np.maximum(actions.T, 0)]
+        plans = np.append(group.space.kept_actions, -1)[actions.T]  # -1, no action, stays -1
         for task, is_solved, steps, found_plan in zip(tasks.tolist(), solved.tolist(), length.tolist(), plans):
             if is_solved:
                 group.plans[task] = found_plan[:steps]

@@ -20,6 +20,7 @@ from sign_model.blocks import DOMAIN, optimal_length, problem_text, random_block
 from sign_model.grounding import load
 from sign_model.heuristics import HeuristicSign
 from sign_model.learning import learn
+from sign_model.lifted import Problem
 from sign_model.planner import plan
 from sign_model.task import PlanningTask
 from sign_model.validate import validate
@@ -68,7 +69,8 @@ def table(result: dict[str, Any]) -> str:
         bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
         lines.append(
             f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s{bar}, "
-            f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, compile {row['compile_seconds']:.1f} s"
+            f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, "
+            f"compile {row['compile_seconds']:.1f} s"
         )
     for row in result["known_optima"]:
         lines.append(
@@ -87,10 +89,14 @@ def _as_dict(sign: HeuristicSign) -> dict[str, Any]:
     return {"landmarks": dict(sign.landmarks), "held": dict(sign.held), "unmet": dict(sign.unmet)}
 
 
+def _problem(task: PlanningTask) -> Problem:
+    assert task.problem is not None  # random tasks have one
+    return task.problem
+
+
 def _optima(tasks: list[PlanningTask], num_blocks: int) -> np.ndarray:
-    return np.array(
-        [optimal_length(*(state_of(atoms, num_blocks) for atoms in (t.problem.start, t.problem.goal))) for t in tasks]
-    )
+    problems = map(_problem, tasks)
+    return np.array([optimal_length(state_of(p.start, num_blocks), state_of(p.goal, num_blocks)) for p in problems])
 
 
 def _throughput(num_blocks: int, sign: HeuristicSign | None, quick: bool, log: Callable[[str], None]) -> dict[str, Any]:
@@ -172,7 +178,7 @@ def _cold_start() -> dict[str, float]:
 def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pathlib.Path]:
     domain, problem = place / "domain.pddl", place / "problem.pddl"
     domain.write_text(DOMAIN, encoding="utf-8")
-    problem.write_text(problem_text(task.problem), encoding="utf-8")
+    problem.write_text(problem_text(_problem(task)), encoding="utf-8")
     return domain, problem
 
 

@@ -42,7 +42,7 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
     """
     size, num_tasks = start.shape
     at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]  # "none" needs nothing
-    comes_along = tables.column_adds[:, :, None] & ~pack_rows(at_start[tables.column_features, 0])[None]
+    comes_along = jnp.asarray(tables.column_adds)[:, :, None] & ~pack_rows(at_start[tables.column_features, 0])[None]
     first = jnp.where(at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL))
 
     own = tables.column_own[:, :, None]
@@ -155,6 +155,16 @@ def _needed(situations: jax.Array, table: jax.Array) -> list[jax.Array]:
     return list(lax.scan(one_word, nothing, (situations, rows), unroll=unroll)[0])
 
 
+def _lowest(word: jax.Array) -> jax.Array:
+    """The lowest 1-bit of each word alone, 0 of 0."""
+    return word & (jnp.uint32(0) - word)
+
+
+def _position(bit: jax.Array) -> jax.Array:
+    """The place of a single 1-bit, -1 of 0."""
+    return jnp.int32(WORD - 1) - lax.clz(bit).astype(jnp.int32)
+
+
 def _hash(situations: jax.Array) -> jax.Array:
     h = jnp.full(situations.shape[1:], 0x811C9DC5, jnp.uint32)
     for word in situations:
@@ -257,22 +267,30 @@ class _Search:
         return bitmap
 
     def take_first(self, bitmap):
-        """The first M actions of every situation's bitmap, int32 [M K, B], -1 where there are fewer."""
+        """The first M actions of every situation's bitmap, int32 [M K, B], -1 where there are fewer.
+
+        Each pass takes one bit of the word at hand, and fetches the next word that holds any when that one is empty.
+        """
         num_words, K, num_tasks = bitmap.shape
+        filled = jnp.concatenate([bitmap != 0, jnp.zeros((-num_words % WORD, K, num_tasks), bool)])
+        groups = tuple(pack_rows(filled))  # bit i % 32 of group i // 32: word i holds something
 
-        def take(bitmap, _):
-            action, rest = jnp.full((K, num_tasks), -1, jnp.int32), []
-            for i in range(num_words):
-                word = bitmap[i]
-                here = (action < 0) & (word != 0)
-                lowest = word & (jnp.uint32(0) - word)
-                bit = jnp.int32(i * WORD + WORD - 1) - lax.clz(lowest).astype(jnp.int32)
-                action = jnp.where(here, bit, action)
-                rest.append(jnp.where(here, word ^ lowest, word))
-            return jnp.stack(rest), action
+        def take(state, _):
+            groups, word, place = state
+            group, number = groups[-1], jnp.full((K, num_tasks), len(groups) - 1, jnp.int32)
+            for i in range(len(groups) - 2, -1, -1):
+                group, number = jnp.where(groups[i] != 0, groups[i], group), jnp.where(groups[i] != 0, i, number)
+            first = _lowest(group)
+            next_place = jnp.maximum(number * WORD + _position(first), 0)
+            fetch = (word == 0) & (group != 0)
+            word = jnp.where(fetch, jnp.take_along_axis(bitmap, next_place[None], 0)[0], word)
+            place = jnp.where(fetch, next_place, place)
+            groups = tuple(jnp.where(fetch & (number == i), g ^ first, g) for i, g in enumerate(groups))
+            bit = _lowest(word)
+            return (groups, word ^ bit, place), jnp.where(word != 0, place * WORD + _position(bit), -1)
 
-        _, chosen = lax.scan(take, bitmap, None, length=self.M, unroll=min(self.M, _UNROLL))
-        return chosen.reshape(self.M * K, num_tasks)
+        state = (groups, jnp.zeros((K, num_tasks), jnp.uint32), jnp.zeros((K, num_tasks), jnp.int32))
+        return lax.scan(take, state, None, length=self.M, unroll=min(self.M, _UNROLL))[1].reshape(self.M * K, num_tasks)
 
     def p_step(self, situations, actions):
         """The situation before each candidate; candidate c came from situation c % K."""

@@ -41,7 +41,8 @@ class RegressionSpace:
 
     def is_consistent(self, goals: np.ndarray) -> np.ndarray:
         """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never hold."""
-        excluded = any_row(pack(self.mutex), *np.nonzero(goals), len(goals))
+        owner, member = np.nonzero(goals)
+        excluded = any_row(pack(self.mutex), owner, member, len(goals))
         return ~np.any(excluded & pack(goals), axis=1)
 
 
