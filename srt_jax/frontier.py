@@ -21,22 +21,31 @@ def frontier(field: Array, straight: Array, diagonal: Array) -> Array:
     Returns:
       uint32 [H, words], packed.
     """
-    height, width = field.shape[0] - 2, field.shape[1] - 2
+    height, stride = field.shape
+    width = stride - 2
 
-    def beside(down: int, right: int) -> Array:
-        return field[1 + down : 1 + down + height, 1 + right : 1 + right + width]
+    def row_words(row: Array) -> Array:
+        """One row at a time: XLA would split a step over the whole map among threads, which no marked call can hold."""
+        above, here, below = lax.dynamic_slice(field, (row, 0), (3, stride))
+        return packing.pack(_can_improve(above, here, below, straight, diagonal)[None, None, :width])[0, 0]
+
+    return lax.map(row_words, jnp.arange(height - 2))
+
+
+def _can_improve(above: Array, here: Array, below: Array, straight: Array, diagonal: Array) -> Array:
+    """Which cells of a row can lower a neighbour, bool [W]; from three rows with their border."""
 
     def least_if_free(cost: Array, *others: Array) -> Array:  # 0, which nothing improves, where any of the cells is blocked
         blocked = functools.reduce(jnp.bitwise_or, others, cost) & BLOCKED
         return jnp.where(blocked != 0, jnp.uint32(0), cost)
 
-    here, up, down, left, right = (beside(*move) for move in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)))
-    straights = [least_if_free(cost) for cost in (up, down, left, right)]
-    pairs = ((-1, -1, up, left), (-1, 1, up, right), (1, -1, down, left), (1, 1, down, right))
-    diagonals = [least_if_free(beside(r, c), side, other) for r, c, side, other in pairs]
-    can_improve = functools.reduce(jnp.maximum, straights) > here + straight
-    can_improve |= functools.reduce(jnp.maximum, diagonals) > here + diagonal
-    return packing.pack((can_improve & (here < BLOCKED))[None])[0]
+    middle, left, right = slice(1, -1), slice(None, -2), slice(2, None)
+    straights = [least_if_free(cost) for cost in (above[middle], below[middle], here[left], here[right])]
+    diagonals = [least_if_free(row[side], row[middle], here[side]) for row in (above, below) for side in (left, right)]
+    cost = here[middle]
+    can_improve = functools.reduce(jnp.maximum, straights) > cost + straight
+    can_improve |= functools.reduce(jnp.maximum, diagonals) > cost + diagonal
+    return can_improve & (cost < BLOCKED)
 
 
 def listed(words: Array, stride: int, room: int) -> tuple[Array, Array]:

@@ -15,7 +15,6 @@ Loops over single cells (queues) can be nearly as fast as native code, on two co
 
 import contextlib
 import contextvars
-import inspect
 import os
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -26,11 +25,10 @@ from jax import Array, lax
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
-except ImportError:  # an older JAX: the same bits, compiled the slower way
+except ImportError:
     set_xla_metadata = None
-else:
-    if "x" not in inspect.signature(set_xla_metadata).parameters:  # before 0.7 it could not mark a single call
-        set_xla_metadata = None
+if jax.__version_info__ < (0, 8):  # it could mark no single call, or steps of it were split among threads that it cannot start
+    set_xla_metadata = None  # the same bits, compiled the slower way
 
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
