@@ -67,23 +67,23 @@ def plan(
     if planner == "map":
         found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, out_of_time=out_of_time)
         actions = None if found.plan is None else shorten(task, found.plan)
-    elif heuristic is None or isinstance(heuristic, str):
-        found = best_first(
-            task, planner, heuristic=heuristic, weight=weight, max_expansions=max_expansions, out_of_time=out_of_time
-        )
-        actions = found.plan
-    else:
+    elif heuristic is not None and not isinstance(heuristic, str):
         raise ValueError(f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not a sign")
-    may_suggest = planner == "map" or actions is None
-    suggested = _suggested(task, memory) if may_suggest and not found.is_proof else None
-    if suggested is not None:
-        actions = min((plan for plan in (actions, suggested) if plan is not None), key=len)
+    else:
+        found = best_first(task, planner, max_expansions, out_of_time, heuristic=heuristic, weight=weight)
+        actions = found.plan
+    if not found.is_proof and (planner == "map" or actions is None):
+        actions = _shorter(actions, _suggested(task, memory))
     searched = time.perf_counter()
     if actions is None:
         status = PlanStatus.UNSOLVABLE if found.is_proof else PlanStatus.BUDGET_SPENT
         return _finished(task, status, (), found.expansions, began, searched)
     names = task.action_names
     return _finished(task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched)
+
+
+def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None:
+    return one if other is None or (one is not None and len(one) <= len(other)) else other
 
 
 def _suggested(task: PlanningTask, memory: Memory | None) -> list[int] | None:

@@ -34,11 +34,11 @@ class Search:
 def best_first(
     task: PlanningTask,
     planner: str,
+    max_expansions: int,
+    out_of_time: Callable[[], bool] = lambda: False,
     *,
     heuristic: str | None = None,
     weight: float = 2.0,
-    max_expansions: int,
-    out_of_time: Callable[[], bool] = lambda: False,
 ) -> Search:
     """Returns the plan that the search `planner` (astar, wastar, gbfs) finds, a proof that there is none, or a spent budget."""
     orderings: dict[str, _Ordering] = {

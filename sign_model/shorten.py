@@ -1,4 +1,4 @@
-"""Shortens a valid plan without a new search from scratch: drops detours, then plans stretches of it anew.
+"""Shortens a valid plan without a new search from scratch: drops detours and needless actions.
 
 The plan is seen twice: forward, as the state before each step, and backward, as the situation that the rest of it needs. Where
 an earlier state already includes a later need, all between is a detour.
@@ -9,6 +9,9 @@ import numpy as np
 from sign_model.bits import pack
 from sign_model.task import PlanningTask
 
+_MAX_TRIED = 200
+"""Longer plans are not tried without each of their actions: that takes time with the square of the length."""
+
 
 def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
     """Returns a plan no longer than `plan`, valid if it was: detours dropped, the longest first, then needless actions.
@@ -17,7 +20,9 @@ def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
       plan: action numbers in the order of execution.
     """
     while True:
-        shorter = _drop_useless(task, _drop_detours(task, plan))
+        shorter = _drop_detours(task, plan)
+        if len(shorter) <= _MAX_TRIED:
+            shorter = _drop_useless(task, shorter)
         if len(shorter) == len(plan):
             return shorter
         plan = shorter
