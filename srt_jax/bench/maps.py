@@ -78,9 +78,10 @@ def _maze(rng: np.random.Generator, size: int, corridor: int) -> np.ndarray:
 
 
 def _start(free: Array, seed: int) -> np.ndarray:
-    """A random cell of the largest part."""
-    from srt_jax.components import label
+    """Of a few random free cells the one that reaches most."""
+    from srt_jax.reach import reach
 
-    parts = label(np.asarray(free))  # joined through corners: near enough, since only the largest is wanted
-    cells = np.argwhere(parts == np.argmax(np.bincount(parts[parts >= 0])))
-    return cells[np.random.default_rng(seed).integers(len(cells))].astype(np.int32)
+    cells = np.argwhere(free)
+    few = cells[np.random.default_rng(seed).integers(len(cells), size=8)].astype(np.int32)
+    reached = np.asarray(reach(np.broadcast_to(free, (8, *free.shape)), few))
+    return few[reached.sum((1, 2)).argmax()]

@@ -1,0 +1,35 @@
+import jax
+import numpy as np
+import pytest
+
+import srt_jax
+from srt_jax.bench import kernels, maps, peers
+from srt_jax.distance import UNREACHED, cost_field
+
+
+@pytest.mark.parametrize("kind", maps.KINDS)
+def test_every_kind_of_map_has_a_start_in_its_largest_part(kind, monkeypatch, tmp_path):
+    monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
+    free, starts = maps.maps_of(kind, 64, 2)
+    assert free.shape == (2, 64, 64) and free.dtype == bool and starts.shape == (2, 2)
+    for reached, one in zip(np.asarray(srt_jax.reach(free, starts)), free):
+        assert reached.sum() > 0.3 * one.sum()
+
+
+def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
+    monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
+    free, starts = maps.maps_of("rooms", 64, 2)
+    for name, run in peers.floods(free, starts).items():
+        assert np.array_equal(run(), srt_jax.reach(free, starts)), name
+    native = peers.bucket_dijkstra()
+    if native is None:
+        pytest.skip("there is no C++ compiler")
+    assert np.array_equal(native(free, starts), jax.jit(cost_field)(free, starts).cost)
+    assert UNREACHED == 2**31 - 1
+
+
+def test_the_table_leads_with_the_ratio_and_names_missing_peers():
+    row = {"kernel": "reach", "kind": "street", "size": 512, "batch": 4, "ms": 0.1, "bar": 2.5}
+    rows = [{**row, "peers": {"cc3d": 0.4}, "ratio": 4.0}, {**row, "peers": {}, "ratio": None}]
+    text = kernels.table({"machine": {"jax": "1", "device": "cpu"}, "fast_form": 5.0, "rows": rows})
+    assert "yes (5.0x the plain form)" in text and "cc3d 0.400 (4.0x)" in text and "none installed" in text
