@@ -39,19 +39,11 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
 @batch_kernel
 def _contour_maps(free: Array, seed: Array, goal: Array, size: Array) -> Array:
     _, height, width = free.shape
-    rows, cols = (jnp.arange(side, dtype=jnp.int32)[None] for side in (height, width))
-    inside = (rows < size[:, :1])[:, :, None] & (cols < size[:, 1:])[:, None, :]
     free_words = packing.pack(free)
-    blocked = packing.pack(inside) & ~free_words
-    ahead = packing.pack(_only(obstacle_ahead(free, seed, goal, size=size), height, width))
+    blocked = packing.words_inside(size, height, width) & ~free_words
+    ahead = packing.words_of_cell(obstacle_ahead(free, seed, goal, size=size), height, width)
     near = _widened(flood_words(blocked, ahead, through_corners=True))
     return packing.unpack(near & reach_words(free_words, seed, width=width), width)
-
-
-def _only(cell: Array, height: int, width: int) -> Array:
-    """bool [B, H, W], True at each map's cell, int32 [B, 2]; nowhere if it lies outside."""
-    rows, cols = (jnp.arange(side, dtype=jnp.int32)[None] for side in (height, width))
-    return (rows == cell[:, :1])[:, :, None] & (cols == cell[:, 1:])[:, None, :]
 
 
 def _widened(words: Array) -> Array:

@@ -61,6 +61,25 @@ def from_lanes(lanes: Array, group: int, batch: int) -> Array:
     return lanes.transpose(0, 3, 1, 2).reshape(groups * group, height, -1)[:batch]
 
 
+def words_inside(size: Array, height: int, width: int) -> Array:
+    """Returns masks of the cells inside maps of the sizes int32 [B, 2], packed: uint32 [B, height, words]."""
+    rows = jnp.arange(height, dtype=jnp.int32)[None, :, None]
+    first = WORD * jnp.arange(num_words(width), dtype=jnp.int32)[None, None]
+    count = jnp.clip(size[:, 1, None, None] - first, 0, WORD).astype(jnp.uint32)  # columns of the word that are inside
+    all_set = jnp.uint32(2**32 - 1)
+    bits = jnp.where(count == WORD, all_set, (jnp.uint32(1) << (count & jnp.uint32(WORD - 1))) - jnp.uint32(1))
+    return jnp.where(rows < size[:, 0, None, None], bits, jnp.uint32(0))
+
+
+def words_of_cell(cell: Array, height: int, width: int) -> Array:
+    """Returns masks of one cell each, int32 [B, 2], none if it lies outside, packed: uint32 [B, height, words]."""
+    rows = jnp.arange(height, dtype=jnp.int32)[None, :, None]
+    words = jnp.arange(num_words(width), dtype=jnp.int32)[None, None]
+    row, col = cell[:, 0, None, None], cell[:, 1, None, None]
+    is_there = (rows == row) & (words == col // WORD) & (col < width)
+    return jnp.where(is_there, jnp.uint32(1) << (col % WORD).astype(jnp.uint32), jnp.uint32(0))
+
+
 def cells_in_lanes(cell: Array, height: int, width: int, group: int) -> Array:
     """Returns lanes with only the bit of each map's cell set, none where the cell, int32 [B, 2], lies outside the map."""
     batch = cell.shape[0]

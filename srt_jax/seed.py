@@ -3,6 +3,7 @@
 import functools
 
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
 from srt_jax import bucketed, moves, shapes
@@ -40,26 +41,32 @@ def seed_cells(reached: Array, goal: Array) -> Array:
 
 
 def _nearest(reached: Array, goal: Array) -> Array:
-    """A scan over rows keeps the best of every column, a vector; one argmin over columns ends it.
+    """The nearest of the cells that are nearest within their column: of those above the goal's row the last, else the first.
 
-    jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair. The fixed point 5741 : 8119
-    orders distances as sqrt 2 does on maps of up to 5741 cells a side, since no fraction with a smaller denominator is nearer.
+    jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair; here a scan over rows keeps
+    two rows a column. The fixed point 5741 : 8119 orders distances as sqrt 2 does on maps of up to 5741 cells a side, since no
+    fraction with a smaller denominator is nearer.
     """
     height, width = reached.shape
     straight, diagonal = moves.FIXED_POINTS[0]
-    cols = jnp.arange(width, dtype=jnp.int32)
-    across = jnp.abs(cols - goal[1])
+    dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32  # the narrower, the more columns in one step
+    none = np.array(height, dtype)
 
     def row_step(best: tuple[Array, Array], row_and_mask: tuple[Array, Array]) -> tuple:
         row, mask = row_and_mask
-        down = jnp.abs(row - goal[0])
-        h = jnp.maximum(down, across) * straight + jnp.minimum(down, across) * (diagonal - straight)
-        h = jnp.where(mask, h, _FAR)
-        better = h < best[0]  # strict: the lowest row stays
-        return (jnp.where(better, h, best[0]), jnp.where(better, row, best[1])), None
+        is_above = row <= goal[0]
+        last = jnp.where(is_above, row, -1).astype(dtype)
+        first = jnp.where(is_above, height, row).astype(dtype)
+        above, below = best
+        return (jnp.where(mask, jnp.maximum(above, last), above), jnp.where(mask, jnp.minimum(below, first), below)), None
 
-    none = (jnp.full(width, _FAR, jnp.int32), jnp.full(width, -1, jnp.int32))
-    (h, row), _ = lax.scan(row_step, none, (jnp.arange(height, dtype=jnp.int32), reached))
+    start = (jnp.full(width, -1, dtype), jnp.full(width, none, dtype))
+    (above, below), _ = lax.scan(row_step, start, (jnp.arange(height, dtype=jnp.int32), reached))
+    rows = jnp.concatenate([above, below]).astype(jnp.int32)
+    cols = jnp.tile(jnp.arange(width, dtype=jnp.int32), 2)
+    down, across = jnp.abs(rows - goal[0]), jnp.abs(cols - goal[1])
+    h = jnp.maximum(down, across) * straight + jnp.minimum(down, across) * (diagonal - straight)
+    h = jnp.where((rows >= 0) & (rows < height), h, _FAR)
     least = jnp.min(h)
-    place = jnp.min(jnp.where(h == least, row * width + cols, _FAR))
+    place = jnp.min(jnp.where(h == least, rows * width + cols, _FAR))
     return jnp.where(least < _FAR, jnp.stack([place // width, place % width]), -1)

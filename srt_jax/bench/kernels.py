@@ -85,7 +85,7 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     from srt_jax.contour import obstacle_ahead
     from srt_jax.reach import reach_words
 
-    batch = max(4, min(64, 2**20 // size**2))
+    batch = max(4, min(64, 2**22 // size**2))
     maps, starts = maps_of(kind, size, batch)
     goals = np.tile(np.array([[size - 1, size // 2]], np.int32), (batch, 1))
     free, start, goal = jax.device_put((maps, starts, goals))
