@@ -2,6 +2,7 @@
 
 import typer
 
+from srt_jax.commands.bench import bench
 from srt_jax.commands.demo import demo
 from srt_jax.commands.generate import generate
 from srt_jax.commands.plan import plan
@@ -28,6 +29,7 @@ app.command(
     epilog="Examples:  srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz   |   "
     "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz"
 )(generate)
+app.command(epilog="Example:  srt-jax bench kernels --quick")(bench)
 
 
 def run(arguments: list[str] | None = None) -> int:

@@ -158,6 +158,7 @@ def test_bad_input_is_refused_in_one_line_with_exit_code_two(here, capsys, case)
         (["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--mode", "best"], "mode"),
         (["solve"], "INPUT"),
         (["fly"], "fly"),
+        (["bench", "moons"], "moons"),
         (["generate", "moons", "--out", "b.npz"], "moons"),
         (["generate", "rooms", "--out", "b.map"], ".npz"),
         (["generate", "rooms", "--size", "big", "--out", "b.npz"], "--size"),
@@ -202,7 +203,7 @@ def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
     assert (code, out) == (2, "") and err.count("\n") == 1 and "p.pddl:2" in err and "warm" in err
 
 
-@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"]])
+@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"], ["bench"]])
 def test_every_command_explains_itself_with_an_example(capsys, command):
     code, out, _ = printed(capsys, *command, "--help")
     assert code == 0 and "Usage" in out

@@ -15,7 +15,7 @@ from srt_jax.task import stack
 
 def generate(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences or mixed", show_default=False)
+        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences, rings or mixed", show_default=False)
     ],
     out: Annotated[pathlib.Path, typer.Option(metavar="FILE.npz", help="Where the batch goes.", show_default=False)],
     count: Annotated[int, typer.Option(min=1, help="How many tasks.")] = 16,

@@ -1,0 +1,53 @@
+"""`srt-jax bench`: side-by-side measurements against the peers installed; a table, and a JSON file to keep."""
+
+import json
+import pathlib
+from typing import Annotated, Any
+
+import typer
+
+from srt_jax.commands.options import JsonOption
+from srt_jax.formats.files import written
+
+NAMES = ("kernels", "plan")
+
+
+def bench(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help=f"{' or '.join(NAMES)}; default: all.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, about a minute each.")] = False,
+    out: Annotated[pathlib.Path, typer.Option(metavar="DIR", help="Where NAME.json goes.")] = pathlib.Path("bench"),
+    as_json: JsonOption = False,
+) -> int:
+    """Measures us and the peers installed (pip install 'srt-jax\\[bench]') in one run: ratios first."""
+    if name is not None and name not in NAMES:
+        raise ValueError(f"no measurement is called {name!r}: choose one of {', '.join(NAMES)}")
+    results = {}
+    for one in [name] if name else NAMES:
+        result, told = _measured(one, quick)
+        results[one] = result
+        if not as_json:
+            print(told, flush=True)
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"{out}: cannot be made a folder: {error.strerror}") from error
+        with written(out / f"{one}.json") as file:
+            json.dump(result, file, indent=1)
+    if as_json:
+        print(json.dumps(results))
+    else:
+        print(f"Kept in {out}: {', '.join(f'{one}.json' for one in results)}")
+    return 0
+
+
+def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
+    """Returns the measurements and the same as a table."""
+    if name == "kernels":
+        from srt_jax.bench import kernels
+
+        result = kernels.run(quick)
+        return result, kernels.table(result)
+    from sign_model import bench as planning
+
+    result = planning.run(quick)
+    return result, planning.table(result)
