@@ -49,9 +49,9 @@ def default_ladder(num_features: int) -> tuple[Rung, ...]:
     side = math.isqrt(num_features)
     branch = min(64, side + 2)
     return (
-        Rung(beam=4, branch=branch, steps=3 * side, lanes=128),
-        Rung(beam=16, branch=branch, steps=4 * side, lanes=32),
-        Rung(beam=64, branch=min(64, 2 * branch), steps=32 * side + 32, lanes=8),
+        Rung(beam=6, branch=branch, steps=3 * side, lanes=128),
+        Rung(beam=24, branch=branch, steps=4 * side, lanes=32),
+        Rung(beam=96, branch=branch, steps=5 * side, lanes=32),
     )
 
 
