@@ -6,7 +6,7 @@ All functions take one leading batch axis B; H x W cells, L layers of labels, M 
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.kernel import compiled_whole
+from srt_jax.kernel import compiled_whole, each
 from srt_jax.types import FREE, OUTSIDE, Array
 
 
@@ -66,7 +66,7 @@ def _met_words(labels: Array, cells: Array, num_words: int) -> Array:
             _, *words = lax.fori_loop(0, L * H, row_step, (batch, *none))
             return jnp.stack([lax.reduce(word, jnp.uint32(0), lax.bitwise_or, (0,)) for word in words])
 
-        return lax.map(one_map, jnp.arange(B, dtype=jnp.int32))
+        return each(one_map, jnp.arange(B, dtype=jnp.int32))
 
     return compiled_whole(all_maps)(labels, cells)
 

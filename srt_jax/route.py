@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from srt_jax.kernel import compiled_whole
+from srt_jax.kernel import compiled_whole, each
 from srt_jax.types import Array
 
 NEVER = np.int32(2**31 - 1)
@@ -38,9 +38,7 @@ def first_needed(labels: Array, cells: Array, num_cells: Array, *, num_obstacles
 
     def walk_all(labels, cells, num_cells):
         # Reads single cells of the whole batch: a map cut out of it would be copied.
-        def walk(which_and_num):
-            which, num = which_and_num
-
+        def walk(which, num):
             def step(index, needed):
                 (row, col), (to_row, to_col) = lax.dynamic_slice(cells, (which, index, jnp.int32(0)), (1, 2, 2))[0]
                 for layer in range(L):
@@ -51,7 +49,7 @@ def first_needed(labels: Array, cells: Array, num_cells: Array, *, num_obstacles
 
             return lax.fori_loop(0, num - 1, step, jnp.full(num_obstacles + 1, NEVER, jnp.int32))[:num_obstacles]
 
-        return lax.map(walk, (jnp.arange(cells.shape[0], dtype=jnp.int32), num_cells))
+        return each(walk, jnp.arange(cells.shape[0], dtype=jnp.int32), num_cells)
 
     return compiled_whole(walk_all)(labels, cells, jnp.where(num_cells <= N, num_cells, 0))
 
