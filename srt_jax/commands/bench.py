@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import sys
 from typing import Annotated, Any
 
 import typer
@@ -49,5 +50,5 @@ def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
         return result, kernels.table(result)
     from sign_model import bench as planning
 
-    result = planning.run(quick)
+    result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))
     return result, planning.table(result)
