@@ -22,7 +22,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _keep_compiled_code() -> None:
     """What one run compiles, the next need not. For this process alone: the library itself changes no setting of its user's."""
-    if jax.config.jax_compilation_cache_dir is None:
+    if getattr(jax.config, "jax_compilation_cache_dir", None) is None:
         cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
         jax.config.update("jax_compilation_cache_dir", str(pathlib.Path(cache) / "srt-jax"))
 
