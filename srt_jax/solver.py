@@ -12,7 +12,7 @@ import numpy as np
 from srt_jax.greedy import greedy_walk
 from srt_jax.kernel import batch_kernel
 from srt_jax.moves import max_path_cells
-from srt_jax.objects import free_cells, only_cell, open_cells, value_at
+from srt_jax.objects import free_cells, open_cells, value_at
 from srt_jax.planner import find_blockage
 from srt_jax.removal import Prices, open_passage, price_levels
 from srt_jax.route import in_order
@@ -108,10 +108,9 @@ def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Arr
 
 def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
-    H, W = task.labels.shape[-2:]
     free = free_cells(task.labels)
     prices = price_levels(task)
-    starts = (only_cell(task.start, H, W) & free).any(axis=(1, 2))
+    starts = value_at(free, task.start)
     is_open, is_solvable = prices.goal == 0, jnp.isfinite(prices.goal)
     can_end = value_at(open_cells(task.labels, task.destroyable), task.goal)
     first = find_blockage(

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.commands.options import JsonOption
-from srt_jax.formats.files import written
+from srt_jax.formats.files import make_folder, written
 
 NAMES = ("kernels", "plan")
 
@@ -28,10 +28,7 @@ def bench(
         results[one] = result
         if not as_json:
             print(told, flush=True)
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ValueError(f"{out}: cannot be made a folder: {error.strerror}") from error
+        make_folder(out)
         with written(out / f"{one}.json") as file:
             json.dump(result, file, indent=1)
     if as_json:

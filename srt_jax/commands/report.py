@@ -9,6 +9,7 @@ from rich.table import Table
 
 from srt_jax.check import check
 from srt_jax.console import counted, printer
+from srt_jax.formats.files import make_folder
 from srt_jax.inputs import NamedTask
 from srt_jax.results import as_record, write_results
 from srt_jax.types import Solution, Status
@@ -43,10 +44,7 @@ def report(
 def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> None:
     from srt_jax.draw import draw
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"{out}: cannot be made a folder: {error.strerror}") from error
+    make_folder(out)
     with counted("drawing", min(pictures, len(tasks)), quiet=quiet) as progress:
         for (name, task), solution in list(zip(tasks, solutions))[:pictures]:
             draw(task, solution, out / f"{pathlib.PurePath(name).name}.png", title=name)

@@ -48,3 +48,11 @@ def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
         raise ValueError(f"{path}: cannot be written: {error.strerror}; name a file in a folder that exists") from error
     finally:
         draft.unlink(missing_ok=True)
+
+
+def make_folder(path: pathlib.Path) -> None:
+    """Makes the folder and those above it, where they are missing; ValueError where that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be made a folder: {error.strerror}") from error
