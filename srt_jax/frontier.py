@@ -8,15 +8,17 @@ from jax import Array, lax
 from srt_jax import packing
 from srt_jax.cones import BLOCKED
 from srt_jax.kernel import apart, read, read_apart, write
+from srt_jax.target import Target
 
 _BINS = 1024
 
 
-def frontier(field: Array, straight: Array, diagonal: Array) -> Array:
+def frontier(field: Array, straight: Array, diagonal: Array, towards: Target | None = None) -> Array:
     """Returns the cells from which a legal move would lower the cost of a neighbour; none where all costs are exact.
 
     Args:
       field: uint32 [H + 2, W + 2], see `cones`.
+      towards: leave out the cells that cannot lie on a shortest path to this one.
 
     Returns:
       uint32 [H, words], packed.
@@ -27,7 +29,13 @@ def frontier(field: Array, straight: Array, diagonal: Array) -> Array:
     def row_words(row: Array) -> Array:
         """One row at a time: XLA would split a step over the whole map among threads, which no marked call can hold."""
         above, here, below = lax.dynamic_slice(field, (row, 0), (3, stride))
-        return packing.pack(_can_improve(above, here, below, straight, diagonal)[None, None, :width])[0, 0]
+        can_improve = _can_improve(above, here, below, straight, diagonal)
+        if towards is not None:
+            cols = jnp.arange(1, width + 1, dtype=jnp.int32)
+            can_improve &= here[1:-1] + towards.at_least(row + 1, cols, straight, diagonal) <= most
+        return packing.pack(can_improve[None, None, :width])[0, 0]
+
+    most = jnp.uint32(0) if towards is None else towards.cost(field.reshape(-1), stride)
 
     return lax.map(row_words, jnp.arange(height - 2))
 

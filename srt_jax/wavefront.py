@@ -19,6 +19,7 @@ import numpy as np
 from jax import Array, lax
 
 from srt_jax.kernel import apart, read, read_apart, write
+from srt_jax.target import Target
 
 MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 """The eight moves clockwise from up: even ones are straight, odd ones diagonal."""
@@ -64,7 +65,13 @@ def _moves_to_try() -> np.ndarray:
 
 
 def spread(
-    cost: Array, free_beside: Array, sources: Array, straight: Array, diagonal: Array, stride: int
+    cost: Array,
+    free_beside: Array,
+    sources: Array,
+    straight: Array,
+    diagonal: Array,
+    stride: int,
+    towards: Target | None = None,
 ) -> tuple[Array, Array]:
     """Returns the costs with all that follows from the sources, and whether the queue was too short for it.
 
@@ -73,11 +80,12 @@ def spread(
       free_beside: uint8 [N], from `neighbours`.
       sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the queue's.
       stride: columns of the bordered field.
+      towards: follow up only what may lie on a shortest path to this cell.
 
     Returns:
       uint32 [N]; bool [], if True some improvement was not followed up: start again from the frontier.
     """
-    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0])
+    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0], towards)
     mask = jnp.uint32(sources.shape[0] - 1)
 
     def merged(state: tuple) -> tuple:
@@ -110,11 +118,13 @@ def spread(
     return state[2], state[5]
 
 
-def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int) -> Callable:
+def _stepper(
+    free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int, towards: Target | None
+) -> Callable:
     """A function that takes one cell and tries its moves."""
     table = jnp.asarray(_moves_to_try())
     offset = jnp.asarray(np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32))
-    one, mask = jnp.uint32(1), jnp.uint32(room - 1)
+    one, mask, width = jnp.uint32(1), jnp.uint32(room - 1), jnp.uint32(stride)
 
     def moves_of(free_beside: Array, table: Array, led_by: Array, cell: Array) -> Array:
         index = (read(free_beside, cell).astype(jnp.uint32) << jnp.uint32(4)) | (led_by & jnp.uint8(15)).astype(jnp.uint32)
@@ -142,6 +152,9 @@ def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, 
         is_full = tail - head > jnp.uint32(room - 10)  # a cell adds at most eight
         is_short = is_short | is_full
         moves = jnp.where(is_full, jnp.uint32(0), moves)
+        if towards is not None:
+            at_least = here + towards.at_least(cell // width, cell % width, straight, diagonal)
+            moves = jnp.where(at_least > read_apart(cost, towards.index(stride)), jnp.uint32(0), moves)
         led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)  # a source may wait in the queue as well
         state = try_move(moves, cell, here, tail, cost, led_by, queue)
         state = lax.while_loop(lambda s: s[0] != 0, lambda s: (*try_move(s[0], *s[5:], *s[1:5]), *s[5:]), (*state, cell, here))
