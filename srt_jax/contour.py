@@ -42,11 +42,11 @@ def _contour_maps(free: Array, seed: Array, goal: Array, size: Array) -> Array:
     free_words = packing.pack(free)
     blocked = packing.words_inside(size, height, width) & ~free_words
     ahead = packing.words_of_cell(obstacle_ahead(free, seed, goal, size=size), height, width)
-    near = _widened(flood_words(blocked, ahead, through_corners=True))
+    near = around(flood_words(blocked, ahead, through_corners=True))
     return packing.unpack(near & reach_words(free_words, seed, width=width), width)
 
 
-def _widened(words: Array) -> Array:
+def around(words: Array) -> Array:
     """The cells of each mask, uint32 [B, H, words], and all that touch them by side or corner."""
     one, top = jnp.uint32(1), jnp.uint32(31)
     guarded = jnp.pad(words, ((0, 0), (0, 0), (1, 1)))

@@ -78,23 +78,26 @@ def _lengths(cost: Array, scale: Array | int) -> Array:
 @batch_kernel
 def _length_maps(free: Array, start: Array) -> Array:
     def one_map(free: Array, start: Array) -> Array:
-        return _lengths(_solve_map(free, start)[0], fixed_point.finest_scale(free))
+        return _lengths(solve_map(free, start)[0], fixed_point.finest_scale(free))
 
     return compiled_whole(functools.partial(each, one_map))(free, start)
 
 
 @batch_kernel
 def _cost_maps(free: Array, start: Array) -> tuple[Array, Array]:
-    return compiled_whole(functools.partial(each, _solve_map))(free, start)
+    return compiled_whole(functools.partial(each, solve_map))(free, start)
 
 
 @batch_kernel
 def _costs_towards(free: Array, start: Array, goal: Array) -> tuple[Array, Array]:
-    return compiled_whole(functools.partial(each, _solve_map))(free, start, goal)
+    return compiled_whole(functools.partial(each, solve_map))(free, start, goal)
 
 
-def _solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Array, Array]:
-    """Cost, int32 [H, W], and scale of one map. Set up and trimmed map by map: a batch of temporaries is fresh memory."""
+def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Array, Array]:
+    """Returns the cost, int32 [H, W], and scale of one map, as in `cost_field`; for use inside a marked call.
+
+    Set up and trimmed map by map: a batch of temporaries is fresh memory.
+    """
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     towards = None if goal is None else target_of(goal, *free.shape)
@@ -102,9 +105,7 @@ def _solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Ar
     return jnp.where(field < cones.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
 
 
-def _solved(
-    free: Array, field: Array, start: Array, straight: Array, diagonal: Array, towards: Target | None
-) -> Array:
+def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: Array, towards: Target | None) -> Array:
     """Sweeps where that pays, then follows the frontier until there is none."""
     rows, stride = field.shape
     room = min(_ROOM, 1 << (rows * stride).bit_length())

@@ -14,6 +14,7 @@ from jax import lax
 from srt_jax.distance import cost_field, field_length
 from srt_jax.moves import octile_distance
 from srt_jax.objects import around, cells_of, open_cells, value_at
+from srt_jax.packing import pack
 from srt_jax.path import trace_field
 from srt_jax.planner import find_blockage
 from srt_jax.types import Array, Path, Task
@@ -64,7 +65,9 @@ def _one_pass(task: Task, walk: Walk, room: Array) -> Walk:
     reached = jnp.isfinite(length)
     is_there = walk.is_active & value_at(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
-    found = find_blockage(task.labels, free, reached, task.goal, num_obstacles=num_obstacles, among=is_cut_off)
+    found = find_blockage(
+        task.labels, pack(free), pack(reached), task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off
+    )
     choice = found.on_contour & task.destroyable & ~walk.gone  # where obstacles overlap, what is gone still has its labels
     goes_on = is_cut_off & choice.any(axis=1) & (walk.num_destroyed < K)
     chosen = _nearest_goal(task, found.contour, choice) & goes_on[:, None]

@@ -51,6 +51,21 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
     return records.Path(**run(field.cost, field.scale, goal))
 
 
+def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[Array, Array, Array]:
+    """Returns (cells, num_cells, cost) of `trace_field` for one map; for use inside a marked call.
+
+    Args:
+      cost, scale: int32 [H, W] and [], from `distance.solve_map`.
+      goal: int32 [2].
+    """
+    straight, diagonal = fixed_point.pairs(scale)
+    at = _reader(cost[None], jnp.int32(0), UNREACHED)
+    cells, num_cells, at_goal = _walk(at, goal, straight, diagonal, max_cells)
+    is_reached = at_goal != UNREACHED
+    length = jnp.where(is_reached, fixed_point.to_length(jnp.where(is_reached, at_goal, 0), scale), jnp.inf)
+    return cells, jnp.where(is_reached, num_cells, 0), length
+
+
 def _trace_lengths(cost: Array, goal: Array, *, max_cells: int) -> dict[str, Array]:
     @batch_kernel
     def run(cost: Array, goal: Array) -> dict[str, Array]:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from srt_jax.contour import obstacle_ahead
-from srt_jax.objects import around, inside_cells, met_by, only_cell
-from srt_jax.reach import flood
+from srt_jax import openings, packing
+from srt_jax.contour import around, obstacle_ahead
+from srt_jax.reach import flood_words
 from srt_jax.seed import seed_cells
 from srt_jax.types import Array
 
@@ -29,20 +29,23 @@ class Blockage(NamedTuple):
     on_contour: Array
 
 
-def find_blockage(labels: Array, free: Array, reached: Array, goal: Array, *, num_obstacles: int, among: Array) -> Blockage:
+def find_blockage(
+    labels: Array, free: Array, reached: Array, goal: Array, size: Array, *, num_obstacles: int, among: Array
+) -> Blockage:
     """Returns what blocks the way from the `reached` cells to `goal`; an empty report where `among` is False.
 
     Args:
       labels: int32 [B, L, H, W].
-      free: bool [B, H, W], the cells open now (some obstacles may be gone).
-      reached: bool [B, H, W], from `reach` on `free`.
-      goal: int32 [B, 2].
+      free: uint32 [B, H, words], packed, the cells open now (some obstacles may be gone).
+      reached: uint32 [B, H, words], from `reach` on `free`.
+      goal, size: int32 [B, 2].
       among: bool [B], the tasks asked about: those whose goal is not reached.
     """
     _, _, H, W = labels.shape
-    seed = jnp.where(among[:, None], seed_cells(reached, goal), -1)
-    ahead = obstacle_ahead(free, seed, goal)  # the seed, if there is one, lies on the map, and the goal too
-    blocked = inside_cells(labels) & ~free & among[:, None, None]
-    piece = flood(blocked, only_cell(ahead, H, W), through_corners=True)
+    seed = jnp.where(among[:, None], seed_cells(packing.unpack(reached, W), goal), -1)
+    ahead = obstacle_ahead(packing.unpack(free, W), seed, goal)  # the seed, if there is one, lies on the map, and the goal too
+    blocked = jnp.where(among[:, None, None], packing.words_inside(size, H, W) & ~free, jnp.uint32(0))
+    piece = flood_words(blocked, packing.words_of_cell(ahead, H, W), through_corners=True)
     contour = around(piece) & reached
-    return Blockage(seed, contour, met_by(labels, around(contour) & piece, num_obstacles))
+    on_contour = openings.all_met_by(labels, around(contour) & piece, num_obstacles)
+    return Blockage(seed, packing.unpack(contour, W), on_contour)

@@ -87,6 +87,15 @@ def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: boo
     return compiled_whole(functools.partial(each, one_group))(free, sources & free)
 
 
+def flood_one(free: Array, sources: Array) -> Array:
+    """Returns the cells of one map reached from `sources` through sides; for use inside a marked call.
+
+    Args:
+      free, sources: uint32 [H, words + 2], packed, with a guard column on each side.
+    """
+    return _flood_group(free, sources & free, group=1, through_corners=False)
+
+
 def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
     """Sweeps one group down and up while that changes anything, some rounds at most; a queue of words does the rest."""
 

@@ -1,172 +1,179 @@
-"""The least removal: which obstacles to destroy so that start and goal are joined at the least total cost.
+"""The least removal: which obstacles to destroy so that start and goal are joined at the least total cost, and the route.
 
-Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved by flooding in levels:
-with what can be afforded for a price, flood; every obstacle that the flood meets by a side can be had for the price plus
-its own cost; raise the price to the next such sum; until the goal is flooded. That price is
+Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is the optimum. In general the
+problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price a lower bound only: an obstacle in several pieces, or two
+on one cell, may be paid once where they are needed twice, or apart where they are needed together. So branch and bound:
 
-- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to the goal has met by a side,
-  and paid for, each obstacle on the way, and the flood is never behind;
-- the optimum where each obstacle is connected by sides and no two overlap, for then a chain of obstacles found backwards from
-  the goal, each paying for the next, opens a way at that very price.
+- a node says which obstacles must go and which must stay; its bound is the cost of the first plus the price with these gone;
+- the shortest route over all that is tight there (a member of some cheapest chain) needs some obstacles: an answer, and if it
+  costs no more than the bound, the least, and of the least sets the one with the shortest route, for all of these are tight;
+- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
 
-By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can be entered from the side.
-Where obstacles overlap or lie in several pieces the chain may fail to open a way (with overlaps the problem is NP-hard: Hauser
-2014, Erickson & LaValle 2013). Then everything affordable is opened, a shortest route is walked, and of the obstacles it meets
-those are put back, dearest first, that are not needed: an upper bound, told apart from the lower one in the solution.
+The node of the least bound is next, the latest of several: children in which one more obstacle is gone come first. Where the
+price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of those
+left is proven all the same, and the best answer found stands beside it.
 """
 
+import functools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import lax
+from jax import Array, lax
 
-from srt_jax.distance import cost_field
-from srt_jax.objects import beside, cells_of, free_cells, met_by, only_cell, open_cells, owners_at, value_at
-from srt_jax.path import trace_field
-from srt_jax.reach import flood
-from srt_jax.route import NEVER, first_needed
-from srt_jax.types import Array, Path, Task
+from srt_jax import openings, packing
+from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.openings import Labels
+from srt_jax.prices import Terms, prices_of
+from srt_jax.route import NEVER, Route, route_through
+from srt_jax.types import Task
+
+_EQUAL = 1e-6
+"""Sums of the same costs in another order may differ by this part."""
 
 
-class Prices(NamedTuple):
-    """What each obstacle costs together with all that must go before it.
+class Removal(NamedTuple):
+    """The answer to each task of a batch.
 
-    reached: bool [B, H, W], the cells reached with nothing destroyed.
-    met_at: float32 [B, M], the price at which the flood first meets the obstacle, inf where it never does.
-    open_at: float32 [B, M], `met_at` plus the obstacle's own cost.
-    goal: float32 [B], the price at which the goal is flooded, the lower bound: 0 where a path exists, inf where nothing helps.
+    reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
+    bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf where nothing helps.
+    route: of the best set found; `num_cells` 0 where none was.
+    needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER if it need not.
     """
 
     reached: Array
-    met_at: Array
-    open_at: Array
-    goal: Array
-
-
-def price_levels(task: Task) -> Prices:
-    """Returns the price of every obstacle and of the goal for a batch of tasks; all inf where the start is blocked."""
-    _, _, H, W = task.labels.shape
-    num_obstacles = task.destroyable.shape[1]
-
-    def level(state):
-        is_first, price, met_at, reached, prices_reached, goal_price, is_active = state
-        passable = open_cells(task.labels, met_at + task.removal_cost <= price[:, None]) & is_active[:, None, None]
-        reached = jnp.where(is_active[:, None, None], flood(passable, reached & passable, through_corners=False), reached)
-        is_there = is_active & value_at(reached, task.goal)
-        is_active &= ~is_there
-        met = met_by(task.labels, beside(reached) & is_active[:, None, None], num_obstacles) & task.destroyable
-        met_at = jnp.where(met, jnp.minimum(met_at, price[:, None]), met_at)
-        open_at = met_at + task.removal_cost
-        next_price = jnp.where(open_at > price[:, None], open_at, jnp.inf).min(axis=1)
-        is_active &= jnp.isfinite(next_price)
-        return (
-            jnp.bool_(False),
-            jnp.where(is_active, next_price, price),
-            met_at,
-            reached,
-            jnp.where(is_first, reached, prices_reached),
-            jnp.where(is_there, price, goal_price),
-            is_active,
-        )
-
-    at_start = only_cell(task.start, H, W) & free_cells(task.labels)
-    nothing = jnp.zeros(task.start.shape[0], jnp.float32)
-    never = jnp.full(task.destroyable.shape, jnp.inf, jnp.float32)
-    state = (jnp.bool_(True), nothing, never, at_start, at_start, nothing + jnp.inf, at_start.any(axis=(1, 2)))
-    # Ends: each level opens at least one more obstacle of every task still active.
-    _, _, met_at, _, reached, goal_price, _ = lax.while_loop(lambda state: state[-1].any(), level, state)
-    return Prices(reached, met_at, met_at + task.removal_cost, goal_price)
-
-
-def cheapest_chain(task: Task, prices: Prices, *, max_destroyed: int) -> Array:
-    """Returns obstacles whose costs add up to the goal's price, found backwards from the goal: bool [B, M].
-
-    At each step: from the obstacle (or goal) in hand flood the free cells, and take an obstacle met there that opens at the
-    very price at which the one in hand is met; ties go to the lowest id. The chain is cut after `max_destroyed` links.
-    """
-    _, _, H, W = task.labels.shape
-    num_obstacles = task.destroyable.shape[1]
-    free = free_cells(task.labels)
-    ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
-
-    def take(near, price, chain, is_active):
-        fits = near & (prices.open_at == price[:, None]) & task.destroyable & ~chain & is_active[:, None]
-        taken = fits & (ids == fits.argmax(axis=1).astype(jnp.int32)[:, None])
-        price = jnp.where(taken, prices.met_at, 0.0).sum(axis=1)  # 0: met from the start itself, the chain is whole
-        return cells_of(task.labels, taken), price, chain | taken, price > 0
-
-    def link(state):
-        num_links, cells, *rest = state
-        region = flood(free | cells, cells, through_corners=False)
-        return num_links + 1, *take(met_by(task.labels, beside(region), num_obstacles), *rest)
-
-    is_asked = jnp.isfinite(prices.goal) & (prices.goal > 0)
-    owners = owners_at(task.labels, task.goal, num_obstacles)  # a goal inside an obstacle: that is the first link
-    is_covered = is_asked & owners.any(axis=1)
-    cells, price, chain, is_active = take(owners, prices.goal, jnp.zeros_like(owners), is_covered)
-    at_goal = only_cell(task.goal, H, W) & (is_asked & ~is_covered)[:, None, None]
-    price, is_active = jnp.where(is_covered, price, prices.goal), jnp.where(is_covered, is_active, is_asked)
-    state = (chain.any().astype(jnp.int32), cells | at_goal, price, chain, is_active)
-    # Ends: capped; and every link lowers the price.
-    return lax.while_loop(lambda state: state[-1].any() & (state[0] < max_destroyed), link, state)[3]
-
-
-class Passage(NamedTuple):
-    """The shortest route once the obstacles `gone` (bool [B, M]) are, and when it needs each of them gone (`first_needed`)."""
-
-    gone: Array
-    path: Path
+    bound: Array
+    route: Route
     needed: Array
 
 
-def open_passage(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Passage:
-    """Returns the obstacles to destroy and the route; none of either where the goal's price is inf.
+def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int) -> Removal:
+    """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose goal is on the map.
 
-    `room` (int32 [B]) is how many of the `capacity` cells a route may use. Three attempts at most: the cheapest chain; where
-    that opens no way, all that is affordable; then what is needed of it.
+    `room` (int32 [B]) is how many of the `capacity` cells a route may use; one that needs more ends the search, with its
+    number of cells. `max_nodes`: branches looked at, at most.
     """
-    num_obstacles = task.destroyable.shape[1]
-    affordable = prices.open_at <= prices.goal[:, None]
 
-    def attempt(state):
-        num_tried, passage, is_active = state
-        field = cost_field(open_cells(task.labels, passage.gone) & is_active[:, None, None], task.start)
-        path = trace_field(field, task.goal, max_cells=capacity)
-        needed = first_needed(task.labels, path.cells, path.num_cells, num_obstacles=num_obstacles)
-        is_there = path.num_cells > 0
-        is_last = (num_tried == 2) | (path.num_cells > room) | (is_there & (num_tried == 0))
-        next_active = is_active & ~is_last
-        used = (needed < NEVER) & (is_active & is_there & (num_tried == 1))[:, None]
-        next_gone = jnp.where(is_there[:, None], _without_needless(task, used), affordable)
-        tried = Passage(jnp.where(next_active[:, None], next_gone, passage.gone), path, needed)
-        return num_tried + 1, _where(is_active, tried, passage), next_active
+    def one_map(labels: Array, which: Array, *rest: Array) -> tuple:
+        search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
+        return search(Labels(labels, which), *rest)
 
-    B = task.start.shape[0]
-    none = jnp.zeros(B, jnp.int32)
-    nowhere = Path(cells=jnp.full((B, capacity, 2), -1, jnp.int32), num_cells=none, cost=jnp.full(B, jnp.inf, jnp.float32))
-    gone = cheapest_chain(task, prices, max_destroyed=max_destroyed)
-    state = (jnp.int32(0), Passage(gone, nowhere, jnp.full(gone.shape, NEVER, jnp.int32)), jnp.isfinite(prices.goal))
-    return lax.while_loop(lambda state: state[-1].any(), attempt, state)[1]
+    def all_maps(labels: Array, *rest: Array) -> tuple:
+        return each(lambda which, *rest: one_map(labels, which, *rest), jnp.arange(len(labels), dtype=jnp.int32), *rest)
+
+    cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
+    reached, bound, route, needed = compiled_whole(all_maps)(task.labels, cost, task.start, task.goal, room, among)
+    return Removal(reached[:, :, 1:-1], bound, route, needed)
 
 
-def _without_needless(task: Task, used: Array) -> Array:
-    """Returns the obstacles `used` (bool [B, M]) less those, dearest first, without whose removal the goal is still reached."""
-    _, _, H, W = task.labels.shape
-    ids = jnp.arange(used.shape[1], dtype=jnp.int32)[None]
+class _Best(NamedTuple):
+    """The best answer so far. cost: float32 [], of the obstacles; inf while there is none."""
 
-    def put_back(state):
-        kept, in_doubt = state
-        dearest = jnp.where(in_doubt, task.removal_cost, -jnp.inf).argmax(axis=1).astype(jnp.int32)
-        one = in_doubt & (ids == dearest[:, None])
-        passable = open_cells(task.labels, (kept | in_doubt) & ~one) & one.any(axis=1)[:, None, None]
-        joined = value_at(flood(passable, only_cell(task.start, H, W) & passable, through_corners=False), task.goal)
-        return kept | (one & ~joined[:, None]), in_doubt & ~one
-
-    # Ends: each pass decides on one obstacle of every task.
-    return lax.while_loop(lambda state: state[1].any(), put_back, (jnp.zeros_like(used), used))[0]
+    cost: Array
+    route: Route
+    needed: Array
 
 
-def _where(chosen: Array, new: Passage, old: Passage) -> Passage:
-    """Returns `new` for the tasks `chosen` (bool [B]), else `old`."""
-    return jax.tree.map(lambda a, b: jnp.where(chosen.reshape(-1, *[1] * (a.ndim - 1)), a, b), new, old)
+class _Nodes(NamedTuple):
+    """Open nodes [n] in the order they were made. gone, stays: uint32 [n, words] of obstacles; bound: float32, inf where closed."""
+
+    gone: Array
+    stays: Array
+    bound: Array
+
+
+def _search(
+    labels: Labels, cost: Array, start: Array, goal: Array, room: Array, is_asked: Array, *, capacity: int, max_nodes: int
+) -> tuple:
+    """The search on one map; cost float32 [M], inf for what must stay."""
+    num_obstacles = len(cost)
+    height, width = labels.all.shape[2:]
+
+    def sum_of(which: Array) -> Array:
+        return jnp.sum(jnp.where(which, cost, jnp.float32(0)))
+
+    def expanded(state: tuple) -> tuple:
+        num, nodes, best, reached, _ = state
+        at = _next(nodes.bound)
+        gone, stays = (_as_set(_entry(sets, at), num_obstacles) for sets in (nodes.gone, nodes.stays))
+        paid = sum_of(gone)
+        terms = Terms(start, goal, jnp.where(stays, jnp.inf, cost))
+        prices = prices_of(labels, terms, gone, best.cost - paid)
+        bound = jnp.maximum(_entry(nodes.bound, at), paid + prices.goal)
+        is_open = bound * (1 + _EQUAL) < best.cost
+        new = lax.cond(is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices)
+        best, branch, is_too_long = new
+        nodes = nodes._replace(bound=_put(nodes.bound, jnp.where(is_too_long, bound, jnp.inf), at))
+        nodes = _branched(nodes, num, gone, stays, branch, jnp.where(branch >= 0, bound, jnp.inf))
+        return num + 1, nodes, best, jnp.where(num == 0, prices.reached, reached), is_too_long
+
+    def tried(best: _Best, gone: Array, prices) -> tuple:
+        """The best answer with this node's, the obstacle to branch on (-1 none), and whether its route is too long to be told."""
+
+        def walk(state: tuple) -> tuple:
+            num_tried, _, _ = state
+            opened = gone | jnp.where(num_tried == 0, prices.tight, prices.affordable)
+            return num_tried + 1, *route_through(
+                labels, openings.open_cells(labels, opened), start, goal, num_obstacles, capacity
+            )
+
+        none = (jnp.int32(0), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
+        _, route, needed = lax.while_loop(lambda s: (s[0] < 2) & (s[1].num_cells == 0), walk, none)
+        own = sum_of(needed < NEVER)
+        is_too_long = route.num_cells > room
+        is_better = (own < best.cost) & ~is_too_long
+        is_told = is_better | (is_too_long & ~jnp.isfinite(best.cost))
+        route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed))
+        order = jnp.where(gone, NEVER, needed)
+        first = jnp.argmin(order).astype(jnp.int32)
+        is_settled = jnp.min(order) == NEVER
+        branch = jnp.where(is_settled | is_too_long, -1, first)
+        return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long
+
+    size = 2 * max_nodes + 1
+    num_words = -(-num_obstacles // packing.WORD)
+    sets = jnp.zeros((size, num_words), jnp.uint32)
+    bounds = jnp.full(size, jnp.inf, jnp.float32)
+    nodes = _Nodes(sets, sets, _put(bounds, jnp.where(is_asked, jnp.float32(0), jnp.inf), jnp.int32(0)))
+    best = _Best(jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
+    reached = jnp.zeros((height, packing.num_words(width) + 2), jnp.uint32)
+
+    def goes_on(state: tuple) -> Array:
+        num, nodes, best, _, is_too_long = state
+        return (num < max_nodes) & (jnp.min(nodes.bound) * (1 + _EQUAL) < best.cost) & ~is_too_long
+
+    state = (jnp.int32(0), nodes, best, reached, jnp.bool_(False))
+    _, nodes, best, reached, _ = lax.while_loop(goes_on, expanded, state)
+    return reached, jnp.minimum(jnp.min(nodes.bound), best.cost), best.route, best.needed
+
+
+def _branched(nodes: _Nodes, num: Array, gone: Array, stays: Array, branch: Array, bound: Array) -> _Nodes:
+    """Adds the two children of the `num`-th node expanded, closed ones where `bound` is inf; the one with more gone is later."""
+    one = jnp.arange(len(gone), dtype=jnp.int32) == branch
+    for child, (more, less) in enumerate(((gone, stays | one), (gone | one, stays))):
+        at = 2 * num + 1 + child
+        more, less = openings.as_words(more), openings.as_words(less)
+        nodes = _Nodes(_put(nodes.gone, more, at), _put(nodes.stays, less, at), _put(nodes.bound, bound, at))
+    return nodes
+
+
+def _next(bound: Array) -> Array:
+    """The latest of the nodes of least bound."""
+    ids = jnp.arange(len(bound), dtype=jnp.int32)
+    return jnp.max(jnp.where(bound == jnp.min(bound), ids, -1))
+
+
+def _as_set(words: Array, num_obstacles: int) -> Array:
+    return packing.unpack(words[None, None], num_obstacles)[0, 0]
+
+
+def _entry(array: Array, at: Array) -> Array:
+    return lax.dynamic_index_in_dim(array, at, keepdims=False)
+
+
+def _put(array: Array, value: Array, at: Array) -> Array:
+    return lax.dynamic_update_index_in_dim(array, value, at, 0)
+
+
+def _nowhere(capacity: int) -> Route:
+    return Route(jnp.full((capacity, 2), -1, jnp.int32), jnp.int32(0), jnp.float32(jnp.inf))

@@ -5,53 +5,65 @@ it. All of these are neighbours of the cell stepped from, so they can be destroy
 without the chosen obstacles is a route, and no route that destroys only these is shorter.
 """
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from srt_jax.kernel import compiled_whole, each
+from srt_jax import packing
+from srt_jax.distance import solve_map
+from srt_jax.openings import Labels
+from srt_jax.path import trace_map
 from srt_jax.types import Array
 
 NEVER = np.int32(2**31 - 1)
 """The index at which an obstacle is needed that is not needed at all."""
 
 
-def first_needed(labels: Array, cells: Array, num_cells: Array, *, num_obstacles: int) -> Array:
-    """Returns, for every obstacle, the index into `cells` from which it must be destroyed; NEVER where it is not in the way.
+class Route(NamedTuple):
+    """A shortest path of one map, as in `types.Path`: cells int32 [N, 2], num_cells int32 [], cost float32 []."""
 
-    Args:
-      labels: int32 [B, L, H, W].
-      cells: int32 [B, N, 2], a route.
-      num_cells: int32 [B]; routes that do not fit N cells count as empty.
+    cells: Array
+    num_cells: Array
+    cost: Array
+
+
+def route_through(
+    labels: Labels, free: Array, start: Array, goal: Array, num_obstacles: int, capacity: int
+) -> tuple[Route, Array]:
+    """Returns the shortest route of one map over the cells `free` (a mask), and when it needs each obstacle gone.
+
+    For use inside a marked call.
 
     Returns:
-      int32 [B, M].
+      the route, with room for `capacity` cells; int32 [M], the index into its cells from which the obstacle must be destroyed,
+      NEVER where it is not in the way. A route that does not fit meets none.
     """
-    L, N = labels.shape[1], cells.shape[1]
-    if N < 2:  # no room for a move
-        return jnp.full((labels.shape[0], num_obstacles), NEVER, jnp.int32)
+    width = labels.all.shape[3]
+    cost, scale = solve_map(packing.unpack(free[None, :, 1:-1], width)[0], start, goal)
+    route = Route(*trace_map(cost, scale, goal, capacity))
+    num = jnp.where(route.num_cells <= capacity, route.num_cells, 0)
+    return route, _first_needed(labels, route.cells, num, num_obstacles)
 
-    def note(needed, owner, index):
+
+def _first_needed(labels: Labels, cells: Array, num_cells: Array, num_obstacles: int) -> Array:
+    def note(needed: Array, owner: Array, index: Array) -> Array:
         place = jnp.where(owner < 0, num_obstacles, owner)  # the last place takes what belongs to no obstacle
         known = lax.dynamic_slice(needed, (place,), (1,))
         return lax.dynamic_update_slice(needed, jnp.minimum(known, index), (place,))
 
-    def walk_all(labels, cells, num_cells):
-        # Reads single cells of the whole batch: a map cut out of it would be copied.
-        def walk(which, num):
-            def step(index, needed):
-                (row, col), (to_row, to_col) = lax.dynamic_slice(cells, (which, index, jnp.int32(0)), (1, 2, 2))[0]
-                for layer in range(L):
-                    for r, c in ((to_row, to_col), (to_row, col), (row, to_col)):
-                        owner = lax.dynamic_slice(labels, (which, jnp.int32(layer), r, c), (1, 1, 1, 1))[0, 0, 0, 0]
-                        needed = note(needed, owner, index)
-                return needed
+    def step(index: Array, needed: Array) -> Array:
+        (row, col), (to_row, to_col) = lax.dynamic_slice(cells, (index, jnp.int32(0)), (2, 2))
+        for layer in range(labels.all.shape[1]):
+            for r, c in ((to_row, to_col), (to_row, col), (row, to_col)):
+                needed = note(needed, labels.at(layer, r, c), index)
+        return needed
 
-            return lax.fori_loop(0, num - 1, step, jnp.full(num_obstacles + 1, NEVER, jnp.int32))[:num_obstacles]
-
-        return each(walk, jnp.arange(cells.shape[0], dtype=jnp.int32), num_cells)
-
-    return compiled_whole(walk_all)(labels, cells, jnp.where(num_cells <= N, num_cells, 0))
+    nothing = jnp.full(num_obstacles + 1, NEVER, jnp.int32)
+    if cells.shape[0] < 2:  # no room for a move
+        return nothing[:num_obstacles]
+    return lax.fori_loop(0, num_cells - 1, step, nothing)[:num_obstacles]
 
 
 def in_order(needed: Array, *, max_destroyed: int) -> tuple[Array, Array, Array]:

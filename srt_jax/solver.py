@@ -12,14 +12,18 @@ import numpy as np
 from srt_jax.greedy import greedy_walk
 from srt_jax.kernel import batch_kernel
 from srt_jax.moves import max_path_cells
-from srt_jax.objects import free_cells, open_cells, value_at
+from srt_jax.objects import opens_at
+from srt_jax.openings import all_open_cells
 from srt_jax.planner import find_blockage
-from srt_jax.removal import Prices, open_passage, price_levels
+from srt_jax.prices import goal_prices
+from srt_jax.reach import reach_words
+from srt_jax.removal import least_removal
 from srt_jax.route import in_order
 from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper")
+_MAX_NODES = 64
 
 
 def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells: int | None = None) -> Solution:
@@ -108,16 +112,18 @@ def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Arr
 
 def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
-    free = free_cells(task.labels)
-    prices = price_levels(task)
-    starts = value_at(free, task.start)
-    is_open, is_solvable = prices.goal == 0, jnp.isfinite(prices.goal)
-    can_end = value_at(open_cells(task.labels, task.destroyable), task.goal)
-    first = find_blockage(
-        task.labels, free, prices.reached, task.goal, num_obstacles=task.destroyable.shape[1], among=starts & ~is_open
-    )
+    H, W = task.labels.shape[-2:]
+    num_obstacles = task.destroyable.shape[1]
+    free = all_open_cells(task.labels, jnp.zeros_like(task.destroyable))
+    starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
+    can_end = opens_at(task.labels, task.goal, task.destroyable)
     walk = _least if mode == "least" else _paper
-    way = walk(task, prices, room, max_destroyed=max_destroyed, capacity=capacity)
+    reached, bound, way = walk(task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity)
+    is_open, is_solvable = bound == 0, jnp.isfinite(bound)
+    reached = jnp.where(can_end[:, None, None], reached, reach_words(free, task.start, width=W))
+    first = find_blockage(
+        task.labels, free, reached, task.goal, task.size, num_obstacles=num_obstacles, among=starts & ~is_open
+    )
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.select(
         [~starts, ~is_open & ~can_end, ~is_solvable, ~has_route, is_open],
@@ -134,7 +140,7 @@ def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capa
         num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
         removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
-        removal_bound=prices.goal,
+        removal_bound=bound,
         seed=first.seed,
         contour=first.contour,
         blocking=_as_ids(first.on_contour),
@@ -156,18 +162,22 @@ class Way(NamedTuple):
     is_there: Array
 
 
-def _least(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Way:
-    """The least removal, and the shortest route for it."""
-    _, path, needed = open_passage(task, prices, room, max_destroyed=max_destroyed, capacity=capacity)
-    destroyed, destroyed_at, num_destroyed = in_order(needed, max_destroyed=max_destroyed)
-    return Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, is_there=path.num_cells > 0)
+def _least(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> tuple[Array, Array, Way]:
+    """The cells reached, the bound, and the way of least removal, the shortest route for it."""
+    found = least_removal(task, room, among, capacity=capacity, max_nodes=_MAX_NODES)
+    destroyed, destroyed_at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
+    path = found.route
+    is_there = path.num_cells > 0
+    way = Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, is_there)
+    return found.reached, found.bound, way
 
 
-def _paper(task: Task, prices: Prices, room: Array, *, max_destroyed: int, capacity: int) -> Way:
+def _paper(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> tuple[Array, Array, Way]:
     """The greedy loop, asked only where some way can be opened."""
-    walk = greedy_walk(task, jnp.isfinite(prices.goal), room, max_destroyed=max_destroyed, capacity=capacity)
+    reached, bound = goal_prices(task, among)
+    walk = greedy_walk(task, jnp.isfinite(bound), room, max_destroyed=max_destroyed, capacity=capacity)
     fields = (walk.cells, walk.num_cells, walk.cost, walk.destroyed, walk.destroyed_at, walk.num_destroyed)
-    return Way(*fields, is_there=walk.is_there)
+    return reached, bound, Way(*fields, is_there=walk.is_there)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

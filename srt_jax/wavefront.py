@@ -118,9 +118,7 @@ def spread(
     return state[2], state[5]
 
 
-def _stepper(
-    free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int, towards: Target | None
-) -> Callable:
+def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int, towards: Target | None) -> Callable:
     """A function that takes one cell and tries its moves."""
     table = jnp.asarray(_moves_to_try())
     offset = jnp.asarray(np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32))
