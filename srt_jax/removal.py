@@ -1,8 +1,8 @@
 """The least removal: which obstacles to destroy so that start and goal are joined at the least total cost, and the route.
 
 Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is the optimum. In general the
-problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price a lower bound only: an obstacle in several pieces, or two
-on one cell, may be paid once where they are needed twice, or apart where they are needed together. So branch and bound:
+problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price a lower bound only: an obstacle in several pieces, or
+two on one cell, may be paid once where they are needed twice, or apart where they are needed together. So branch and bound:
 
 - a node says which obstacles must go and which must stay; its bound is the cost of the first plus the price with these gone;
 - the shortest route over all that is tight there (a member of some cheapest chain) needs some obstacles: an answer, and if it
@@ -10,8 +10,8 @@ on one cell, may be paid once where they are needed twice, or apart where they a
 - else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
 
 The node of the least bound is next, the latest of several: children in which one more obstacle is gone come first. Where the
-price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of those
-left is proven all the same, and the best answer found stands beside it.
+price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of
+those left is proven all the same, and the best answer found stands beside it.
 """
 
 import functools
@@ -22,7 +22,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import openings, packing
-from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.kernel import compiled_whole, each
 from srt_jax.openings import Labels
 from srt_jax.prices import Terms, prices_of
 from srt_jax.route import NEVER, Route, route_through
