@@ -1,6 +1,6 @@
 """Many tasks in one jitted search: tasks that share matrices ride together, a ladder of beams takes what is left unsolved.
 
-The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, the next ones try only what it left. What
+The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, the next one tries only what it left. What
 the whole ladder leaves goes to the exact search, which alone can prove that there is no plan.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from sign_model.heuristics import DEFAULTS, HeuristicSign
 from sign_model.kernel import regress, regress_domains
-from sign_model.packed import WORD, SignWeights, landmark_columns, make_tables, make_weights
+from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
 from sign_model.planner import plan
 from sign_model.rating import kind_of
 from sign_model.regression import RegressionSpace, regression_space
@@ -27,11 +27,14 @@ from sign_model.result import PlanResult, PlanStatus
 from sign_model.task import PlanningTask
 from sign_model.validate import replay_batch
 
-MIN_LANES = 8
-"""A batch of one is pathological on a CPU: it is padded to 8, which takes no longer."""
+QUEUES = (16, 256, 2048)
+"""How many tasks one call takes: few sizes, so that few programs are compiled. The rest of a queue is padding."""
 
 MAX_DOMAINS = 32
 """How many domains of one bucket ride in one call."""
+
+_MAX_TABLE_BYTES = 1 << 25
+"""The most that the tables of one queue may take."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +48,12 @@ class Rung:
 
 
 def default_ladder(num_features: int) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then wider ones for longer plans."""
+    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then a wide one for longer plans."""
     side = math.isqrt(num_features)
     branch = min(64, side + 2)
     return (
-        Rung(beam=6, branch=branch, steps=3 * side, lanes=128),
-        Rung(beam=24, branch=branch, steps=4 * side, lanes=32),
-        Rung(beam=96, branch=branch, steps=5 * side, lanes=32),
+        Rung(beam=min(32, max(6, 3 * side // 4)), branch=branch, steps=4 * side, lanes=64),
+        Rung(beam=64, branch=branch, steps=6 * side, lanes=16),
     )
 
 
@@ -83,9 +85,11 @@ def plan_batch(
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
         buckets[group.shapes].append(group)
-    with ThreadPoolExecutor(num_threads or _num_cores()) as pool:
+    num_threads = num_threads or _num_cores()
+    with ThreadPoolExecutor(num_threads) as pool:
         for alike in buckets.values():
-            _climb(pool, alike, signs, ladder if ladder is not None else default_ladder(len(alike[0].space.features)))
+            rungs = ladder if ladder is not None else default_ladder(len(alike[0].space.features))
+            _climb(pool, num_threads, alike, signs, rungs)
     results: dict[int, PlanResult] = {}
     for group, numbers in zip(groups, members.values()):
         results.update(zip(numbers, group.results(max_expansions)))
@@ -116,13 +120,14 @@ class PackedBatch:
     def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
         began = time.perf_counter()
         self.tasks, base = tasks, tasks[0]
-        self.starts, self.goals = np.array([task.start for task in tasks]), np.array([task.goal for task in tasks])
+        self.starts, self.goals = np.stack([task.start for task in tasks]), np.stack([task.goal for task in tasks])
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
         self.plans: list[np.ndarray | None] = [None] * len(tasks)
         self.goal_kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
         self.columns = landmark_columns(self.space, signs, self.goal_kinds)
         self.tables = make_tables(self.space, self.columns)
+        self.words = tuple(pack_words(self.space.situations(m), self.tables.needs.shape[0]) for m in (self.starts, self.goals))
         self.weights = [self.weights_of(sign) for sign in signs]
         self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
         self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
@@ -133,16 +138,21 @@ class PackedBatch:
         return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
 
     def open_tasks(self) -> np.ndarray:
-        """The tasks that may have a plan and have none yet; alike ones lie together, as all lanes wait for the last."""
-        still = np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
-        unmet = (self.goals[still] & ~self.starts[still]).sum(axis=1)
-        return still[np.argsort(unmet, kind="stable")]
+        """The tasks that may have a plan and have none yet."""
+        return np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
 
-    def lanes(self, situations: np.ndarray) -> np.ndarray:
-        """bool [N, F of the task] -> [F of the tables, N]."""
-        out = np.zeros((self.tables.needs.shape[0] * WORD, len(situations)), bool)
-        out[: len(self.space.features)] = self.space.situations(situations).T
-        return out
+    def queue(self, tasks: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.int32]:
+        """(start, goal, count) as the kernel reads them: uint32 [size, W] each, padded."""
+        padding = ((0, size - len(tasks)), (0, 0))
+        start, goal = (np.pad(words[tasks], padding) for words in self.words)
+        return start, goal, np.int32(len(tasks))
+
+    def task_bytes(self, sign: HeuristicSign) -> int:
+        """How much the tables made from one start take."""
+        num_words = self.tables.column_own.shape[1] if any(sign.landmarks.values()) else 0
+        if any(sign.plan.values()):
+            num_words += self.tables.explains.shape[1]
+        return 4 * num_words * self.tables.explains.shape[0]
 
     def results(self, max_expansions: int) -> list[PlanResult]:
         """Replays all plans; what has none goes to the exact search."""
@@ -163,50 +173,66 @@ class PackedBatch:
 
 
 def _climb(
-    pool: ThreadPoolExecutor, groups: list[PackedBatch], signs: tuple[HeuristicSign, ...], rungs: Sequence[Rung]
+    pool: ThreadPoolExecutor,
+    num_threads: int,
+    groups: list[PackedBatch],
+    signs: tuple[HeuristicSign, ...],
+    rungs: Sequence[Rung],
 ) -> None:
     """Climbs the ladder with all groups of one bucket; notes the plans found."""
     for rung in rungs:
         for number, sign in enumerate(signs):
+            began = time.perf_counter()
             open_ = [group.open_tasks() for group in groups]
-            most = max(len(tasks) for tasks in open_)
-            if not most:
+            if not any(map(len, open_)):
                 return
-            size = min(rung.lanes, max(MIN_LANES, 1 << (most - 1).bit_length()))
-            jobs = [(g, tasks[i : i + size]) for g, tasks in zip(groups, open_) for i in range(0, len(tasks), size)]
+            size = _queue_size(max(map(len, open_)), num_threads if len(groups) == 1 else 1, groups[0].task_bytes(sign))
+            jobs = [(group, part) for group, tasks in zip(groups, open_) for part in _parts(tasks, size, num_threads)]
             at_once = 1 if len(groups) == 1 else min(MAX_DOMAINS, 1 << (len(jobs) - 1).bit_length())
             slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
-            began = time.perf_counter()
-            for _ in pool.map(
-                functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once), slices
-            ):
+            search = functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once)
+            for _ in pool.map(search, slices):
                 pass
             for group in groups:
                 group.seconds["search"] += (time.perf_counter() - began) / len(groups)
 
 
+def _queue_size(num_tasks: int, num_threads: int, task_bytes: int) -> int:
+    """The least size that takes a thread's share of the tasks, bounded by what their tables take."""
+    share = -(-num_tasks // num_threads)
+    size = next((size for size in QUEUES if size >= share), QUEUES[-1])
+    while size > QUEUES[0] and size * task_bytes > _MAX_TABLE_BYTES:
+        size = QUEUES[QUEUES.index(size) - 1]
+    return size
+
+
+def _parts(tasks: np.ndarray, size: int, num_threads: int) -> list[np.ndarray]:
+    """The tasks in parts of at most `size`, as many for each thread."""
+    if not len(tasks):
+        return []
+    rounds = -(-len(tasks) // (size * num_threads))
+    return [part for part in np.array_split(tasks, rounds * num_threads) if len(part)]
+
+
 def _search(
     jobs: list[tuple[PackedBatch, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
 ) -> None:
-    """One jitted search over the jobs, each the tasks of one domain; short ones are filled up by repetition."""
-    options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps}
+    """One jitted search over the jobs, each the tasks of one domain; where there are fewer, the first stands in unread."""
+    options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps, "lanes": min(rung.lanes, size)}
     options |= {"uses_landmarks": any(sign.landmarks.values()), "uses_plan": any(sign.plan.values())}
-    padded = [jobs[i % len(jobs)] for i in range(domains)]
-    inputs = []
-    for group, tasks in padded:
-        lanes = np.resize(tasks, size)
-        inputs.append((group.tables, group.weights[number], group.lanes(group.starts[lanes]), group.lanes(group.goals[lanes])))
+    inputs = [(group.tables, group.weights[number], *group.queue(tasks, size)) for group, tasks in jobs]
     if domains == 1:
         found = [np.asarray(part)[None] for part in regress(*inputs[0], **options)]
     else:
-        found = [
-            np.asarray(part) for part in regress_domains(*jax.tree.map(lambda *leaves: np.stack(leaves), *inputs), **options)
-        ]
-    for (group, tasks), solved, length, actions in zip(jobs, *found):
-        plans = np.append(group.space.kept_actions, -1)[actions.T]  # -1, no action, stays -1
-        for task, is_solved, steps, found_plan in zip(tasks.tolist(), solved.tolist(), length.tolist(), plans):
-            if is_solved:
-                group.plans[task] = found_plan[:steps]
+        nothing = (*inputs[0][:-1], np.int32(0))
+        inputs += [nothing] * (domains - len(inputs))
+        stacked = jax.tree.map(lambda *leaves: np.stack(leaves), *inputs)
+        found = [np.asarray(part) for part in regress_domains(*stacked, **options)]
+    for (group, tasks), lengths, plans in zip(jobs, *found):
+        actions = np.append(group.space.kept_actions, -1)[plans[: len(tasks)]]  # -1, no action, stays -1
+        for task, length, plan_found in zip(tasks.tolist(), lengths.tolist(), actions):
+            if length >= 0:
+                group.plans[task] = plan_found[:length]
 
 
 def _num_cores() -> int:

@@ -93,10 +93,8 @@ class _Trial:
             [[weight_of(getattr(LANDMARKS, c), kind, goals) for kind in self.kinds] for c in _COUNTS], float
         )
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
-        self.parts = []
-        for first in range(0, len(tasks), lanes):
-            of_part = np.resize(np.arange(first, min(first + lanes, len(tasks))), min(lanes, len(tasks)))
-            self.parts.append((self.batch.lanes(self.batch.starts[of_part]), self.batch.lanes(self.batch.goals[of_part])))
+        numbers = np.arange(len(tasks))
+        self.parts = [self.batch.queue(numbers[i : i + lanes], lanes) for i in range(0, len(tasks), lanes)]
 
     def sign(self, weights: np.ndarray) -> HeuristicSign:
         whole = np.clip(np.round(weights), 0, MAX_WEIGHT).astype(int)
@@ -105,11 +103,12 @@ class _Trial:
 
     def mean_length(self, weights: np.ndarray, part: int) -> float:
         """The mean length of the plans; a task left unsolved counts twice the longest plan."""
-        start, goal = self.parts[part % len(self.parts)]
+        start, goal, count = self.parts[part % len(self.parts)]
         packed = self.batch.weights_of(self.sign(weights))
         branch = min(64, int(len(self.batch.space.features) ** 0.5) + 2)
-        solved, length, _ = regress(self.batch.tables, packed, start, goal, beam=self.beam, branch=branch, steps=self.steps)
-        return float(np.where(np.asarray(solved), np.asarray(length), 2 * self.steps).mean())
+        options = {"beam": self.beam, "branch": branch, "steps": self.steps, "lanes": min(64, len(start))}
+        length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[:count]
+        return float(np.where(length >= 0, length, 2 * self.steps).mean())
 
     def mean_length_of_all(self, weights: np.ndarray) -> float:
         return float(np.mean([self.mean_length(weights, part) for part in range(len(self.parts))]))

@@ -1,8 +1,8 @@
 """A regression space packed for the batched search: words of 32 bits, padded to a bucket of shapes, the batch last.
 
-    adds, bad           uint32 [A, W]     tested against every situation (M-step)
-    keeps, needs        uint32 [W, A]     gathered by action number (P-step)
-    landmarks           uint32 [F, S, B]  bit j of row f: column j is needed on every way from the start to f (A-step)
+    explains, breaks    uint32 [F, A / 32]  OR-ed over the features of a situation (M-step)
+    keeps, needs        uint32 [W, A]       gathered by action number (P-step)
+    landmarks           uint32 [F, S, B]    bit j of row f: column j is needed on every way from the start to f (A-step)
 
 The tables are arguments of the jitted search, not constants: one compilation serves every domain of the same bucket.
 """
@@ -29,8 +29,8 @@ class Tables(NamedTuple):
     Padding actions add nothing, hence are never relevant. P: the most conditions of an action.
     """
 
-    adds: Array  # uint32 [A, W]
-    bad: Array  # uint32 [A, W]
+    explains: Array  # uint32 [F, A / 32], bit a of row f: action a adds f
+    breaks: Array  # uint32 [F, A / 32], bit a of row f: a situation with f cannot follow action a
     keeps: Array  # uint32 [W, A], what of a situation the action leaves to be explained
     needs: Array  # uint32 [W, A]
     need_lists: Array  # int32 [A, P]
@@ -91,11 +91,15 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     own[columns, np.arange(len(columns))] = True
     column_features = np.full(num_columns * WORD, none, np.int32)
     column_features[: len(columns)] = columns
-    adds = padded(pack_words(space.adds, num_words))
+
+    def by_feature(matrix: np.ndarray) -> np.ndarray:
+        rows = pack_words(np.ascontiguousarray(matrix.T), padded_actions // WORD)
+        return np.concatenate([rows, np.zeros((none - num_features, rows.shape[1]), np.uint32)])
+
     return Tables(
-        adds=adds,
-        bad=padded(pack_words(space.bad, num_words)),
-        keeps=np.ascontiguousarray(~adds.T),
+        explains=by_feature(space.adds),
+        breaks=by_feature(space.bad),
+        keeps=np.ascontiguousarray(~padded(pack_words(space.adds, num_words)).T),
         needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
         need_lists=need_lists,
         **_achievers(space.adds, none),
