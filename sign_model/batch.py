@@ -5,7 +5,6 @@ the whole ladder leaves goes to the exact search, which alone can prove that the
 """
 
 import functools
-import hashlib
 import math
 import os
 import time
@@ -19,13 +18,9 @@ import numpy as np
 
 from sign_model.heuristics import DEFAULTS, HeuristicSign
 from sign_model.kernel import regress, regress_domains
-from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
-from sign_model.planner import plan
-from sign_model.rating import kind_of
-from sign_model.regression import RegressionSpace, regression_space
-from sign_model.result import PlanResult, PlanStatus
+from sign_model.packed_batch import PackedBatch, identity
+from sign_model.result import PlanResult
 from sign_model.task import PlanningTask
-from sign_model.validate import replay_batch
 
 QUEUES = (16, 256, 2048)
 """How many tasks one call takes: few sizes, so that few programs are compiled. The rest of a queue is padding."""
@@ -78,9 +73,9 @@ def plan_batch(
     if not signs:
         raise ValueError("plan_batch needs at least one heuristic sign: give None for the unlearned ones")
     members: dict[bytes, list[int]] = defaultdict(list)
-    identities: dict[int, bytes] = {}
+    identities: dict[tuple[int, ...], bytes] = {}
     for number, task in enumerate(tasks):
-        members[_identity(task, identities)].append(number)
+        members[identity(task, identities)].append(number)
     groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members.values()]
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
@@ -94,82 +89,6 @@ def plan_batch(
     for group, numbers in zip(groups, members.values()):
         results.update(zip(numbers, group.results(max_expansions)))
     return [results[i] for i in range(len(tasks))]
-
-
-def _identity(task: PlanningTask, known: dict[int, bytes]) -> bytes:
-    """A digest of what tasks must share to ride together; arrays seen before (the same object) are not read again."""
-    if id(task.conditions) not in known:
-        digest = hashlib.sha256(repr((task.features, task.actions)).encode())
-        for matrix in (task.conditions, task.adds, task.deletes):
-            digest.update(np.packbits(matrix).tobytes())
-        known[id(task.conditions)] = digest.digest()
-    return known[id(task.conditions)]
-
-
-def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
-    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their features and actions."""
-    identities: dict[int, bytes] = {}
-    if len({_identity(task, identities) for task in tasks}) != 1:
-        raise ValueError("the tasks must share their features and actions: ground them with the same objects")
-    return PackedBatch(tasks, signs)
-
-
-class PackedBatch:
-    """Tasks of one domain, packed; `plans` fills while the ladder is climbed."""
-
-    def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
-        began = time.perf_counter()
-        self.tasks, base = tasks, tasks[0]
-        self.starts, self.goals = np.stack([task.start for task in tasks]), np.stack([task.goal for task in tasks])
-        self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
-        self.possible = self.space.is_consistent(self.space.situations(self.goals))
-        self.plans: list[np.ndarray | None] = [None] * len(tasks)
-        self.goal_kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
-        self.columns = landmark_columns(self.space, signs, self.goal_kinds)
-        self.tables = make_tables(self.space, self.columns)
-        self.words = tuple(pack_words(self.space.situations(m), self.tables.needs.shape[0]) for m in (self.starts, self.goals))
-        self.weights = [self.weights_of(sign) for sign in signs]
-        self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
-        self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
-
-    def weights_of(self, sign: HeuristicSign) -> SignWeights:
-        """The weights of a sign as the kernel reads them; it must count no landmarks but those of the batch's own signs."""
-        schemas = [self.tasks[0].actions[a][0] for a in self.space.kept_actions]
-        return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
-
-    def open_tasks(self) -> np.ndarray:
-        """The tasks that may have a plan and have none yet."""
-        return np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
-
-    def queue(self, tasks: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.int32]:
-        """(start, goal, count) as the kernel reads them: uint32 [size, W] each, padded."""
-        padding = ((0, size - len(tasks)), (0, 0))
-        start, goal = (np.pad(words[tasks], padding) for words in self.words)
-        return start, goal, np.int32(len(tasks))
-
-    def task_bytes(self, sign: HeuristicSign) -> int:
-        """How much the tables made from one start take."""
-        num_words = self.tables.column_own.shape[1] if any(sign.landmarks.values()) else 0
-        if any(sign.plan.values()):
-            num_words += self.tables.explains.shape[1]
-        return 4 * num_words * self.tables.explains.shape[0]
-
-    def results(self, max_expansions: int) -> list[PlanResult]:
-        """Replays all plans; what has none goes to the exact search."""
-        began = time.perf_counter()
-        solved = [i for i, found in enumerate(self.plans) if found is not None]
-        replay_batch(self.tasks[0], self.starts[solved], self.goals[solved], [p for p in self.plans if p is not None])
-        self.seconds["validate"] = time.perf_counter() - began
-        share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
-        names, out = np.array(self.tasks[0].action_names, object), []
-        for task, found, is_possible in zip(self.tasks, self.plans, self.possible):
-            if found is not None:
-                out.append(PlanResult(PlanStatus.SOLVED, tuple(names[found].tolist()), len(found), share))
-            elif not is_possible:
-                out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
-            else:
-                out.append(plan(task, max_expansions=max_expansions))
-        return out
 
 
 def _climb(
@@ -191,8 +110,9 @@ def _climb(
             at_once = 1 if len(groups) == 1 else min(MAX_DOMAINS, 1 << (len(jobs) - 1).bit_length())
             slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
             search = functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once)
-            for _ in pool.map(search, slices):
-                pass
+            for found in pool.map(search, slices):
+                for group, *plans in found:
+                    group.note(*plans)
             for group in groups:
                 group.seconds["search"] += (time.perf_counter() - began) / len(groups)
 
@@ -216,8 +136,11 @@ def _parts(tasks: np.ndarray, size: int, num_threads: int) -> list[np.ndarray]:
 
 def _search(
     jobs: list[tuple[PackedBatch, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
-) -> None:
-    """One jitted search over the jobs, each the tasks of one domain; where there are fewer, the first stands in unread."""
+) -> list[tuple]:
+    """One jitted search over the jobs, each the tasks of one domain; where there are fewer, the first stands in unread.
+
+    -> (group, its tasks, lengths, plans, whether they have detours) of each job.
+    """
     options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps, "lanes": min(rung.lanes, size)}
     options |= {"uses_landmarks": any(sign.landmarks.values()), "uses_plan": any(sign.plan.values())}
     inputs = [(group.tables, group.weights[number], *group.queue(tasks, size)) for group, tasks in jobs]
@@ -228,11 +151,7 @@ def _search(
         inputs += [nothing] * (domains - len(inputs))
         stacked = jax.tree.map(lambda *leaves: np.stack(leaves), *inputs)
         found = [np.asarray(part) for part in regress_domains(*stacked, **options)]
-    for (group, tasks), lengths, plans in zip(jobs, *found):
-        actions = np.append(group.space.kept_actions, -1)[plans[: len(tasks)]]  # -1, no action, stays -1
-        for task, length, plan_found in zip(tasks.tolist(), lengths.tolist(), actions):
-            if length >= 0:
-                group.plans[task] = plan_found[:length]
+    return [(group, tasks, *(part[i, : len(tasks)] for part in found)) for i, (group, tasks) in enumerate(jobs)]
 
 
 def _num_cores() -> int:

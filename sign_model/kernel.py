@@ -20,6 +20,7 @@ from jax import lax
 
 from sign_model.compiled import compiled_whole, jitted_wide
 from sign_model.counts import digits_of, hash_of, lowest, needed, position, weighted_count
+from sign_model.detours import have_detours
 from sign_model.lanes import Answers, Lanes, Queue, empty, turn_over
 from sign_model.packed import WORD
 from sign_model.start_tables import landmark_table, pack_rows, relaxed_plan_table
@@ -32,10 +33,10 @@ _BITS_A_PASS = 8  # of the M-step: few enough to compile fast, many enough to ke
 
 
 def _regress(tables, weights, start, goal, count, *, beam, branch, steps, lanes, uses_landmarks=True, uses_plan=False):
-    """Returns (length int32 [Q], plan int32 [Q, steps]) of a queue of tasks of one domain; length -1 where none was found.
+    """Returns (length int32 [Q], plan int32 [Q, steps], has_detour bool [Q]) of a queue of tasks of one domain.
 
-    The plan holds action numbers of the tables in the order of execution, -1 after the last; a goal included in the start
-    is solved with length 0.
+    Length -1: no plan was found. The plan holds action numbers of the tables in the order of execution, -1 after the last; a
+    goal included in the start is solved with length 0.
 
     Args:
       tables, weights: of the domain and of one heuristic sign.
@@ -64,7 +65,9 @@ def _regress(tables, weights, start, goal, count, *, beam, branch, steps, lanes,
         return lax.while_loop(lambda s: (s[0].task >= 0).any() | s[0].finished.any(), iterate, first)[1]
 
     answers = compiled_whole(search)(queue, domain)
-    return answers.length[:-1], answers.plan[:-1]
+    length, plan = answers.length[:-1], answers.plan[:-1]
+    detour = have_detours(tables.keeps, tables.needs, tables.deletes, start, goal, plan, lanes=lanes)
+    return length, plan, detour & (length > 0)
 
 
 regress = jitted_wide(_regress, static_argnames=_OPTIONS)

@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from sign_model.batch import pack_batch
 from sign_model.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.kernel import regress
 from sign_model.packed import MAX_WEIGHT
+from sign_model.packed_batch import pack_batch
 from sign_model.rating import kind_of
 from sign_model.task import PlanningTask
 

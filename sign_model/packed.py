@@ -33,6 +33,7 @@ class Tables(NamedTuple):
     breaks: Array  # uint32 [F, A / 32], bit a of row f: a situation with f cannot follow action a
     keeps: Array  # uint32 [W, A], what of a situation the action leaves to be explained
     needs: Array  # uint32 [W, A]
+    deletes: Array  # uint32 [W, A], what a plan's replay takes away
     need_lists: Array  # int32 [A, P]
     achievers: tuple[Array, ...]  # int32 [n, 4] each: fours of actions, then fours of those fours ...
     achieved_at: Array  # int32 [F + 1], the four that covers all achievers of a feature, numbered through all levels
@@ -101,6 +102,7 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
         breaks=by_feature(space.bad),
         keeps=np.ascontiguousarray(~padded(pack_words(space.adds, num_words)).T),
         needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
+        deletes=np.ascontiguousarray(padded(pack_words(space.deletes, num_words)).T),
         need_lists=need_lists,
         **_achievers(space.adds, none),
         column_features=column_features,
