@@ -70,6 +70,11 @@ def bucket(count: int) -> int:
     return max(1, -(-count // step) * step)
 
 
+def coarse_bucket(count: int, least: int) -> int:
+    """Returns the next power of two, at least `least`: for sizes that differ from task to task and cost little."""
+    return max(least, 1 << max(0, count - 1).bit_length())
+
+
 def words_for(count: int) -> int:
     """Returns how many words the bucket of `count` bits has, at least one."""
     return bucket(-(-count // WORD))
@@ -84,7 +89,7 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     def padded(rows: np.ndarray) -> np.ndarray:
         return np.concatenate([rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)])
 
-    need_lists = np.full((padded_actions, bucket(int(space.conditions.sum(axis=1).max(initial=1)))), none, np.int32)
+    need_lists = np.full((padded_actions, coarse_bucket(int(space.conditions.sum(axis=1).max(initial=1)), 4)), none, np.int32)
     for action, row in enumerate(space.conditions):
         held = np.flatnonzero(row)
         need_lists[action, : len(held)] = held
@@ -115,7 +120,7 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
     """The achievers of each feature as a tree of fours (the last one repeated): few steps, little padding."""
     open_ = {feature: np.flatnonzero(adds[:, feature]) for feature in np.flatnonzero(adds.any(axis=0)).tolist()}
     levels, found_at, before = [], {}, 0
-    while open_:
+    while open_ or len(levels) < 2:  # two at least: few shapes to compile
         fours, wider = [], {}
         for feature, members in open_.items():
             rows = np.pad(members, (0, -len(members) % 4), mode="edge").reshape(-1, 4)
@@ -124,7 +129,7 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
             else:
                 wider[feature] = np.arange(len(fours), len(fours) + len(rows))
             fours += list(rows)
-        level = np.zeros((bucket(len(fours)), 4), np.int32)
+        level = np.zeros((coarse_bucket(len(fours), 8 if levels else 32), 4), np.int32)
         level[: len(fours)] = fours
         levels.append(level)
         before += len(level)

@@ -1,12 +1,12 @@
 """Tasks of one domain packed for the batched search, and their answers as it finds them."""
 
-import hashlib
 import time
 from collections.abc import Sequence
 
 import jax
 import numpy as np
 
+from sign_model.grouping import share_matrices
 from sign_model.heuristics import HeuristicSign
 from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
 from sign_model.planner import plan
@@ -18,22 +18,9 @@ from sign_model.task import PlanningTask
 from sign_model.validate import replay_batch
 
 
-def identity(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
-    """A digest of what tasks must share to ride together; parts seen before (the same objects) are not read again."""
-    parts = (task.features, task.actions, task.conditions, task.adds, task.deletes)
-    key = tuple(map(id, parts))
-    if key not in known:
-        digest = hashlib.sha256(repr((task.features, task.actions)).encode())
-        for matrix in parts[2:]:
-            digest.update(np.packbits(matrix).tobytes())
-        known[key] = digest.digest()
-    return known[key]
-
-
 def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
     """Returns tasks of one domain packed for the kernel; ValueError where they don't share their features and actions."""
-    identities: dict[tuple[int, ...], bytes] = {}
-    if len({identity(task, identities) for task in tasks}) != 1:
+    if not share_matrices(tasks):
         raise ValueError("the tasks must share their features and actions: ground them with the same objects")
     return PackedBatch(tasks, signs)
 
