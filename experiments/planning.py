@@ -51,9 +51,12 @@ def known_optima(folder: pathlib.Path, seconds: float, sign: HeuristicSign | Non
                 wrong.append(f"{name}: {len(result.actions)} steps, shorter than the proven optimum {optimum}")
             if result.is_solved:
                 ratios.append(len(result.actions) / optimum)
-        told = f"{domain}, {'unlearned' if sign is None else 'learned'}: {len(ratios)} solved"
+        used = "unlearned" if sign is None else "learned"
         yield (
-            f"{told}, length / optimum {np.mean(ratios):.3f}, worst {max(ratios):.2f}, optimal {np.mean(np.array(ratios) == 1):.0%}, slowest {slowest:.2f} s",
+            (
+                f"{domain}, {used}: {len(ratios)} solved, length / optimum {np.mean(ratios):.3f}, worst {max(ratios):.2f}, "
+                f"optimal {np.mean(np.array(ratios) == 1):.0%}, slowest {slowest:.2f} s"
+            ),
             wrong,
         )
 

@@ -130,7 +130,7 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
                 wider[feature] = np.arange(len(fours), len(fours) + len(rows))
             fours += list(rows)
         level = np.zeros((coarse_bucket(len(fours), 8 if levels else 32), 4), np.int32)
-        level[: len(fours)] = fours
+        level[: len(fours)] = np.array(fours, np.int32).reshape(-1, 4)
         levels.append(level)
         before += len(level)
         open_ = wider
