@@ -3,8 +3,8 @@
     python -m experiments.planning [--data DIR] [--random 2000] [--others 200] [--seconds 30]
 
 Prints a row per part: known optima (blocks, hanoi, ferry, goldminer of the outside data; `--data` or SRT_SHARED_DATA/pddl),
-domains that are not in that folder against A* with h_max, random STRIPS tasks against breadth-first search, and what experience does to
-other tasks. Exit code 1 if an answer is wrong.
+domains that are not in that folder against A* with h_max, random STRIPS tasks against breadth-first search, and what experience
+does to other tasks. Exit code 1 if an answer is wrong.
 """
 
 import argparse
