@@ -18,7 +18,7 @@ import numpy as np
 
 from sign_model.grouping import groups_of
 from sign_model.heuristics import DEFAULTS, HeuristicSign
-from sign_model.kernel import regress, regress_domains
+from sign_model.kernel import MAX_BEAM, regress, regress_domains
 from sign_model.packed_batch import PackedBatch
 from sign_model.result import PlanResult
 from sign_model.task import PlanningTask
@@ -42,17 +42,24 @@ class Rung:
     steps: int
     lanes: int
 
+    def __post_init__(self) -> None:
+        for name, most in (("beam", MAX_BEAM), ("branch", MAX_BEAM), ("steps", 1 << 20), ("lanes", 1 << 20)):
+            if not 1 <= getattr(self, name) <= most:
+                raise ValueError(f"a rung's {name} must lie between 1 and {most}, got {getattr(self, name)}")
+        if self.lanes & (self.lanes - 1):
+            raise ValueError(f"a rung's lanes must be a power of two, as queues are cut into them, got {self.lanes}")
+
 
 def default_ladder(num_features: int) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then a wide one for longer plans.
+    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then each four times as wide.
 
     Measured on blocks of 8 to 15: twice the beam halves the speed and takes a third of what is left above the optimum.
     """
     side = math.isqrt(num_features)
-    branch = min(64, side + 2)
-    return (
-        Rung(beam=min(32, max(6, 5 * side // 8)), branch=branch, steps=4 * side, lanes=64),
-        Rung(beam=64, branch=branch, steps=6 * side, lanes=16),
+    narrow, branch = max(6, 5 * side // 8), min(64, side + 2)
+    return tuple(
+        Rung(beam=min(MAX_BEAM, narrow * width), branch=branch, steps=longest * side, lanes=lanes)
+        for width, longest, lanes in ((1, 4, 64), (4, 5, 32), (16, 6, 16))
     )
 
 

@@ -94,7 +94,9 @@ class _Trial:
         )
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
         numbers = np.arange(len(tasks))
-        self.parts = [self.batch.queue(numbers[i : i + lanes], lanes) for i in range(0, len(tasks), lanes)]
+        self.side_by_side = min(64, 1 << (lanes - 1).bit_length())
+        size = -(-lanes // self.side_by_side) * self.side_by_side
+        self.parts = [self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)]
 
     def sign(self, weights: np.ndarray) -> HeuristicSign:
         whole = np.clip(np.round(weights), 0, MAX_WEIGHT).astype(int)
@@ -106,7 +108,7 @@ class _Trial:
         start, goal, count = self.parts[part % len(self.parts)]
         packed = self.batch.weights_of(self.sign(weights))
         branch = min(64, int(len(self.batch.space.features) ** 0.5) + 2)
-        options = {"beam": self.beam, "branch": branch, "steps": self.steps, "lanes": min(64, len(start))}
+        options = {"beam": self.beam, "branch": branch, "steps": self.steps, "lanes": self.side_by_side}
         length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[:count]
         return float(np.where(length >= 0, length, 2 * self.steps).mean())
 

@@ -166,6 +166,12 @@ def test_a_goal_that_holds_takes_no_action():
     assert plan_batch([done], ladder=LADDER)[0].actions == ()
 
 
+@pytest.mark.parametrize("wrong", [{"beam": 0}, {"beam": 257}, {"branch": 300}, {"steps": 0}, {"lanes": 0}, {"lanes": 24}])
+def test_a_rung_that_cannot_be_climbed_is_told(wrong):
+    with pytest.raises(ValueError, match=f"a rung's {next(iter(wrong))} must"):
+        Rung(**{"beam": 4, "branch": 4, "steps": 4, "lanes": 8, **wrong})
+
+
 def test_words_hold_their_bits():
     bits = np.zeros((1, 40), bool)
     bits[0, [0, 33]] = True
