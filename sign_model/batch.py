@@ -60,7 +60,7 @@ def default_ladder(num_features: int) -> tuple[Rung, ...]:
     narrow, branch = 16 if num_features <= 64 else max(6, 5 * side // 8), min(64, side + 2)
     return tuple(
         Rung(beam=min(MAX_BEAM, narrow * width), branch=branch, steps=longest * side, lanes=lanes)
-        for width, longest, lanes in ((1, 4, 64), (4, 6, 32), (16, 12, 16))
+        for width, longest, lanes in ((1, 4, 128 if num_features <= 128 else 64), (4, 6, 32), (16, 12, 16))
     )
 
 
