@@ -2,15 +2,17 @@
 
 import json
 import pathlib
+import re
 import subprocess
 import sys
 
 import pytest
 
-from experiments import path_planning
+from experiments import _blocks_tasks, _planners, blocks_world, path_planning
+from sign_model import load
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-EXPERIMENTS = ("path_planning",)
+EXPERIMENTS = ("blocks_world", "path_planning")
 
 
 def result(folder, name):
@@ -52,3 +54,56 @@ def test_figure_3_is_drawn_and_its_record_says_how(figure3):
     assert (figure3 / "figure3.png").read_bytes().startswith(b"\x89PNG")
     drawn = (figure3 / "figure3.svg").read_text()
     assert all(word in drawn for word in ("runtime, ms", "JPS", "A*", "Bagel-100", "obstacle detection"))
+
+
+@pytest.fixture(scope="module")
+def figure2(tmp_path_factory, monkeypatch_module):
+    folder = tmp_path_factory.mktemp("figure2")
+    monkeypatch_module.setattr(_blocks_tasks, "SHARED", folder / "absent")
+    assert blocks_world.main(["--quick", "--no-peers", "--most-blocks", "5", "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def monkeypatch_module():
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
+
+
+def test_figure_2_has_the_papers_lengths_on_its_two_tasks(figure2):
+    paper = result(figure2, "blocks_world")["data"]["paper"]
+    for task, length in (("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10)):
+        assert {paper[task][name]["length"] for name in ("MAP", "A*", "W*", "authors' rule")} == {length}
+    assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(blocks_world.STAGES)
+    assert paper["BLOCKS-4-0"]["MAP"]["parts"]["network"] > 0
+    assert (figure2 / "figure2.svg").is_file() and (figure2 / "figure2-series.png").is_file()
+
+
+def test_the_series_is_solved_at_its_optimum_by_astar(figure2):
+    rows = result(figure2, "blocks_world")["data"]["series"]
+    assert [row["blocks"] for row in rows] == [4, 4, 4, 5, 5, 5]
+    for row in rows:
+        lengths = {name: answer["length"] for name, answer in row["answers"].items()}
+        assert lengths["A*"] == row["optimum"] <= min(length for length in lengths.values() if length is not None)
+        assert None not in (lengths["MAP"], lengths["W*"])  # the authors' rule cuts, and may end without a plan
+
+
+def test_the_papers_tasks_in_our_words_are_those_of_the_competition(shared_data):
+    for task in _blocks_tasks.paper_tasks():
+        path = shared_data / "pddl" / "blocks" / f"prob{task.name}.pddl"
+        theirs, ours = (
+            load(path.parent / "domain.pddl", path),
+            load(task.domain, re.sub(r"\bb(\d)\b", lambda found: "abcd"[int(found[1])], task.problem)),
+        )
+        assert theirs.problem.start == ours.problem.start and set(theirs.problem.goal) == set(ours.problem.goal)
+    names = [(task.name, task.optimum) for task in _blocks_tasks.series(5, seed=0, folder=shared_data / "pddl" / "blocks")]
+    assert names[:4] == [("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10), ("BLOCKS-4-2", 6), ("BLOCKS-5-0", 12)] and len(names) == 6
+
+
+def test_a_peers_plan_counts_only_when_it_is_one():
+    task = _blocks_tasks.paper_tasks()[0]
+    write = "import pathlib; pathlib.Path('problem.pddl.soln').write_text('(pick-up b1)\\n{}')"
+    right = "(stack b1 b0)\\n(pick-up b2)\\n(stack b2 b1)\\n(pick-up b3)\\n(stack b3 b2)\\n; cost 6"
+    for rest, length in ((right, 6), ("(stack b1 b0)", None)):
+        assert _planners._peer([sys.executable, "-c", write.format(rest)], 20.0)(task).length == length
+    assert _planners._peer([sys.executable, "-c", "import time; time.sleep(9)"], 0.1)(task).length is None
