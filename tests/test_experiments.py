@@ -6,13 +6,16 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from experiments import _blocks_tasks, _planners, blocks_world, path_planning
+from experiments import _blocks_tasks, _figure1, _planners, blocks_world, path_planning, smart_relocation
+from experiments._figures import style
 from sign_model import load
+from sign_model.polar import from_polar, sector_corners
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-EXPERIMENTS = ("blocks_world", "path_planning")
+EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")
 
 
 def result(folder, name):
@@ -107,3 +110,27 @@ def test_a_peers_plan_counts_only_when_it_is_one():
     for rest, length in ((right, 6), ("(stack b1 b0)", None)):
         assert _planners._peer([sys.executable, "-c", write.format(rest)], 20.0)(task).length == length
     assert _planners._peer([sys.executable, "-c", "import time; time.sleep(9)"], 0.1)(task).length is None
+
+
+def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the_plan():
+    story = _figure1.told_and_walked()
+    (x, y), side = story.square
+    corners = from_polar(sector_corners(story.sector), _figure1.AGENT, np.float64(_figure1.HEADING))
+    assert (np.abs(corners - (x, y)) <= side / 2).all() and side > 2 * _figure1.RADIUS
+    assert story.grid.side == side and story.first_plan == ("(relocate i here goal-area)",)
+    assert [step.split()[0] for step in story.plan] == ["(approach", "(destroy", "(pass"] and set(story.seen) == {"fence"}
+    assert [name for _, name, _, _ in story.legs] == ["moving midway in a straight line", "moving midway on a curve"]
+    assert all(strays <= deviation for _, _, deviation, strays in story.legs)
+    with style():
+        texts = {text.get_text() for text in _figure1.drawn(story).legends[0].get_texts()}
+    assert {"$L_1$", "$L_2$", "$H_1$ = 5 m", "$H_2$ = 12 m", "contour", "destroyed", "firm"} <= texts
+
+
+def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
+    assert smart_relocation.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
+    data = result(tmp_path, "smart_relocation")["data"]
+    rows = {(row["kind"], row["mode"]): row for row in data["modes"]}
+    assert data["problems"] == 0 and {"cities", "Helsinki", "rooms", "fences", "rings"} <= {kind for kind, _ in rows}
+    for (kind, mode), row in rows.items():
+        assert row["cost"] >= rows[kind, "least"]["cost"] >= row["bound"] > 0
+        assert row["solved"] == row["solvable"] or mode == "literal"
