@@ -94,25 +94,36 @@ class Outcome:
 
 
 def as_text(table: Table) -> str:
-    """Returns the table for a terminal: columns wide enough, the first to the left and the others to the right."""
+    """Returns the table for a terminal: columns wide enough, numbers to the right."""
     lines = [list(table.columns), *table.rows]
     widths = [max(len(line[place]) for line in lines) for place in range(len(table.columns))]
-    rows = [
-        "  ".join([line[0].ljust(widths[0]), *(entry.rjust(width) for entry, width in zip(line[1:], widths[1:]))]).rstrip()
-        for line in lines
-    ]
+    to_right = [_is_of_numbers(table, place) for place in range(len(table.columns))]
+
+    def line_of(entries: Sequence[str]) -> str:
+        cells = zip(entries, widths, to_right)
+        return "  ".join(entry.rjust(width) if right else entry.ljust(width) for entry, width, right in cells).rstrip()
+
     rule = "  ".join("-" * width for width in widths)
-    return "\n".join([table.title, "", rows[0], rule, *rows[1:], *([table.note] if table.note else [])])
+    return "\n".join(
+        [table.title, "", line_of(lines[0]), rule, *map(line_of, lines[1:]), *([table.note] if table.note else [])]
+    )
 
 
 def as_markdown(table: Table) -> str:
     """Returns the table in Markdown."""
 
-    def line(entries: Sequence[str]) -> str:
+    def line_of(entries: Sequence[str]) -> str:
         return "| " + " | ".join(entry.replace("|", "\\|") for entry in entries) + " |"
 
-    ruler = "|---|" + "---:|" * (len(table.columns) - 1)
-    return "\n".join([f"**{table.title}**", "", line(table.columns), ruler, *map(line, table.rows), "", table.note]).rstrip()
+    ruler = "|" + "|".join("---:" if _is_of_numbers(table, place) else "---" for place in range(len(table.columns))) + "|"
+    lines = [f"**{table.title}**", "", line_of(table.columns), ruler, *map(line_of, table.rows), "", table.note]
+    return "\n".join(lines).rstrip()
+
+
+def _is_of_numbers(table: Table, place: int) -> bool:
+    """Whether most entries of a column begin as numbers do."""
+    entries = [row[place] for row in table.rows if row[place]]
+    return place > 0 and 2 * sum(entry[0].isdigit() or entry[0] in "+-" for entry in entries) > len(entries)
 
 
 def timed(spread: dict[str, float], *, unit: float = 1e3) -> str:

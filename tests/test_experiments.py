@@ -3,14 +3,16 @@
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from experiments import _blocks_tasks, _figure1, _planners, blocks_world, path_planning, smart_relocation
+from experiments import _blocks_tasks, _figure1, _planners, blocks_world, path_planning, results, smart_relocation
 from experiments._figures import style
+from experiments._outcome import Table, as_markdown, as_text
 from sign_model import load
 from sign_model.polar import from_polar, sector_corners
 
@@ -134,3 +136,44 @@ def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
     for (kind, mode), row in rows.items():
         assert row["cost"] >= rows[kind, "least"]["cost"] >= row["bound"] > 0
         assert row["solved"] == row["solvable"] or mode == "literal"
+
+
+def test_the_page_of_results_holds_every_table_with_its_command_and_figure(figure2, tmp_path):
+    place = tmp_path / "results" / "blocks_world"
+    shutil.copytree(figure2, place)
+    (tmp_path / "results" / "bench").mkdir()
+    record = result(place, "blocks_world")
+    bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}
+    (tmp_path / "results" / "bench" / "solve.json").write_text(json.dumps(bench))
+    page = tmp_path / "page.md"
+    assert results.main(["--no-run", "--results", str(tmp_path / "results"), "--page", str(page)]) == 0
+    told = page.read_text()
+    assert "`python -m experiments.blocks_world --quick --no-peers --most-blocks 5`" in told and str(tmp_path) not in told
+    assert "![figure2.png](page/figure2.png)" in told and (tmp_path / "page" / "figure2.png").is_file()
+    assert "`srt-jax bench solve`" in told and "ours 1.00 ms" in told
+    assert all(f"**{table['title']}**" in told for table in record["tables"])
+
+
+def test_without_results_the_page_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="run without --no-run first"):
+        results.main(["--no-run", "--results", str(tmp_path), "--page", str(tmp_path / "page.md")])
+
+
+def test_a_table_is_told_to_terminals_and_in_markdown_with_numbers_to_the_right():
+    table = Table("A table", ("name", "ms", "what"), [["a|b", "1.50", "slow"], ["c", "20.0", "fast"]], "a note")
+    assert as_text(table).splitlines() == [
+        "A table",
+        "",
+        "name    ms  what",
+        "----  ----  ----",
+        "a|b   1.50  slow",
+        "c     20.0  fast",
+        "a note",
+    ]
+    assert "| a\\|b | 1.50 | slow |" in as_markdown(table) and "|---|---:|---|" in as_markdown(table)
+
+
+def test_bad_input_becomes_one_line(tmp_path):
+    command = [sys.executable, "-m", "experiments.path_planning", "--windows", "0", "--no-street", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 2 and done.stderr.splitlines()[-1].startswith("error: no fragment has room")

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from srt_jax.bench.machine import machine
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
@@ -31,8 +32,9 @@ def bench(
         if not as_json:
             print(told, flush=True)
         make_folder(out)
+        record = {"command": f"srt-jax bench {one}{' --quick' if quick else ''}", "made_on": machine(), "told": told, **result}
         with written(out / f"{one}.json") as file:
-            json.dump({"command": f"srt-jax bench {one}{' --quick' if quick else ''}", "told": told, **result}, file, indent=1)
+            json.dump(record, file, indent=1)
     if as_json:
         print(json.dumps(results))
     else:
