@@ -88,7 +88,7 @@ def test_the_symbolic_level_never_imports_the_grid_level():
 
 def test_only_the_solver_joins_both_levels():
     users = {part_of(path) for path in modules("srt_jax") for name, _ in imports_of(path) if name.startswith("sign_model")}
-    assert users <= {"solver", "commands", "bench"}
+    assert users <= {"solver", "commands", "bench", "draw"}
 
 
 @pytest.mark.parametrize("package", ["srt_jax", "sign_model"])
