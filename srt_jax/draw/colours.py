@@ -30,7 +30,7 @@ class Kind(enum.IntEnum):
         return member
 
 
-LEGS = ("#0072b2", "#000000", "#009e73", "#7b2d8b")
+LEGS = ("#0072b2", "#000000", "#009e73", "#7a4a00")
 """Colours of the legs of a route, in turn; neighbours differ in lightness."""
 
 START, GOAL, SEED, BADGE = "#009e73", "#d55e00", "#000000", "#5b1a4a"
