@@ -23,6 +23,7 @@ LAYERS = (
     ("many",),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
     ("inputs", "results", "console"),
+    ("webpage",),
     ("demo", "scenario", "bench"),
     ("commands",),
     ("cli",),

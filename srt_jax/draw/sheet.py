@@ -29,7 +29,7 @@ def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.Pa
     rows = math.ceil(len(named) / columns)
     width = _WIDTH if columns > 2 else 3.4 * columns
     cell = width / columns
-    tallest = min(1.6, max(scene.kinds.shape[0] / scene.kinds.shape[1] for scene in scenes))
+    tallest = min(1.2, max(scene.kinds.shape[0] / scene.kinds.shape[1] for scene in scenes))
     with page(path, size=(width, rows * (cell * max(0.4, tallest) + 0.42) + 1.0)) as figure:
         for place, ((name, _, _), scene) in enumerate(zip(named, scenes)):
             axes = figure.add_subplot(rows, columns, place + 1)
