@@ -21,6 +21,9 @@ from rich.table import Table
 _PATIENCE = 2.0
 """Seconds after which work shows its progress."""
 
+_SHORTENED = 10
+"""Signs to which a column that may be shortened is, at most."""
+
 
 def printer() -> Console:
     """Returns the console for results; as wide as the terminal, and never narrower than a table needs when there is none."""
@@ -95,17 +98,20 @@ def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], wi
     """Returns a table no wider than `width`: columns that find no room are left out, the dispensable first.
 
     Args:
-      columns: (name, rank); rank 0 always stays, the highest goes first.
+      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column may be shortened to stay.
       rows: a text per column; long ones end in "...", none is broken.
     """
     wide = [max([len(name), *(len(row[i]) for row in rows)]) for i, (name, _) in enumerate(columns)]
+    least = [min(w, _SHORTENED if rank >= 2 else 24) for w, (_, rank) in zip(wide, columns)]
     kept = list(range(len(columns)))
-    room = [min(w, 10 if rank > 1 else 24) + 2 for w, (_, rank) in zip(wide, columns)]
-    while sum(room[i] for i in kept) - 2 > width and any(columns[i][1] for i in kept):
+    while sum(least[i] + 2 for i in kept) - 2 > width and any(columns[i][1] for i in kept):
         kept.remove(max(kept, key=lambda i: columns[i][1]))
+    spare = width + 2 - sum(least[i] + 2 for i in kept)
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for i in kept:
-        table.add_column(columns[i][0], no_wrap=True, overflow="ellipsis", min_width=min(wide[i], 6))
+        given = min(wide[i], least[i] + spare)  # what is to spare goes to the first that can use it
+        spare -= given - least[i]
+        table.add_column(columns[i][0], no_wrap=True, overflow="ellipsis", max_width=max(given, 1))
     for row in rows:
         table.add_row(*(row[i] for i in kept))
     return table

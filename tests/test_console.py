@@ -27,6 +27,7 @@ def test_a_table_is_never_wider_than_the_terminal_nor_breaks_a_line(width):
     assert len(lines) == 4 and max(map(len, lines)) <= width
     assert "task" in lines[0] and "status" in lines[0]
     assert ("contour" in lines[0]) == (width >= 100)
+    assert ("1234.56" in lines[1]) == (width >= 60)
     if width >= 60:
         assert "START_BLOCKED" in lines[1]
 
