@@ -103,6 +103,8 @@ def run(arguments: list[str] | None = None) -> int:
         told = getattr(error, "format_message", None)  # what all of the parser's errors have, and only they
         if told is None:
             raise
+        if not told():  # no command at all: the help has been printed
+            return 2
         context = getattr(error, "ctx", None)
         hint = f"; see '{context.command_path} --help'" if context else ""
         return error_line(told().rstrip(".") + hint)

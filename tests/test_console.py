@@ -82,6 +82,12 @@ def test_help_fits_eighty_columns_and_gives_examples_that_are_commands(command, 
     assert examples and all(example[1] == command for example in examples if command)
 
 
+def test_no_command_at_all_prints_the_help_and_no_error(capsys):
+    assert run([]) == 2
+    out, err = capsys.readouterr()
+    assert "Commands" in out and err == ""
+
+
 def test_the_version_is_told(capsys):
     assert run(["--version"]) == 0
     assert capsys.readouterr().out.startswith("srt-jax 0.")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.draw.colours import Kind
-from srt_jax.reach import reach
+from srt_jax.maps import regions
 from srt_jax.types import FREE, Solution, Status, Task
 
 Cell = tuple[int, int]
@@ -85,7 +85,10 @@ def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = 
     labels, destroyable = own_labels(task), np.asarray(task.destroyable)
     free = free_without(task, gone)
     kinds = np.full(free.shape, Kind.UNREACHED, np.uint8)
-    kinds[np.asarray(reach(free, np.array(task.start if start is None else start, np.int32)))] = Kind.REACHED
+    row, col = _cell(task.start if start is None else start)
+    if free[row, col]:
+        pieces = regions(free)  # on the host: a kernel would be compiled anew for every size of map
+        kinds[pieces == pieces[row, col]] = Kind.REACHED
     can_go = np.asarray(np.where(labels >= 0, destroyable[labels.clip(0)], labels == FREE).all(axis=0))
     kinds[~free] = np.where(can_go[~free], Kind.DESTROYABLE, Kind.FIRM)
     return kinds
