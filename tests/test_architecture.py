@@ -23,6 +23,7 @@ LAYERS = (
     ("many",),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
     ("inputs", "results", "console"),
+    ("webpage",),
     ("demo", "scenario", "bench"),
     ("commands",),
     ("cli",),
@@ -88,7 +89,7 @@ def test_the_symbolic_level_never_imports_the_grid_level():
 
 def test_only_the_solver_joins_both_levels():
     users = {part_of(path) for path in modules("srt_jax") for name, _ in imports_of(path) if name.startswith("sign_model")}
-    assert users <= {"solver", "commands", "bench"}
+    assert users <= {"solver", "commands", "bench", "draw"}
 
 
 @pytest.mark.parametrize("package", ["srt_jax", "sign_model"])
