@@ -3,6 +3,7 @@
 import typer
 
 from srt_jax.commands.bench import bench
+from srt_jax.commands.convert import convert
 from srt_jax.commands.demo import demo
 from srt_jax.commands.generate import generate
 from srt_jax.commands.plan import plan
@@ -22,7 +23,12 @@ app = typer.Typer(
 app.command(epilog="Example:  srt-jax demo --out demo")(demo)
 app.command(
     epilog="Examples:  srt-jax solve city.map --start 3,5 --goal 200,310   |   srt-jax solve tasks.npz world.json --out answers"
+    "   |   srt-jax solve city.osm.pbf --size 500 --block half   |   srt-jax solve map.yaml --start 20,30 --goal 90,40"
 )(solve)
+app.command(
+    epilog="Examples:  srt-jax convert city.osm.pbf city.map --size 500   |   srt-jax convert scene.svg scene.json   |   "
+    "srt-jax convert map.yaml map.xml --start 20,30 --goal 90,40"
+)(convert)
 app.command(epilog="Example:  srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map")(scen)
 app.command(epilog="Example:  srt-jax plan domain.pddl problem.pddl > problem.plan")(plan)
 app.command(

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from srt_jax.blockage import block
 from srt_jax.notes import Notes
 from srt_jax.sources import Cell as Cell
 from srt_jax.sources import NamedTask as NamedTask
@@ -33,11 +34,28 @@ def read_tasks(
     """
     how = reading or Reading(start=start, goal=goal, repair=repair)
     source = read_source(path, how, Notes() if notes is None else notes)
-    return [named._replace(task=with_flags(path, named.task, destroyable)) for named in source.tasks]
+    return [named._replace(task=prepared(path, named.task, destroyable, how.block)) for named in source.tasks]
 
 
-def with_flags(path: str, task: Task, destroyable: str | None) -> Task:
-    """Returns the task whose obstacles can be destroyed as `read_tasks` has it."""
+def prepared(path: str, task: Task, destroyable: str | None, kind: str | None) -> Task:
+    """Returns the task with obstacles destroyable as `read_tasks` has it, and the goal cut off as `Reading.block` has it."""
+    task = _with_flags(path, task, destroyable)
+    return task if kind is None else _with_blocker(path, task, kind)
+
+
+def _with_blocker(path: str, task: Task, kind: str) -> Task:
+    num_obstacles = len(task.destroyable)
+    start, goal = ((int(row), int(col)) for row, col in (task.start, task.goal))
+    try:
+        labels, blocker = block(task.labels, start, goal, kind)
+    except ValueError as error:
+        raise ValueError(f"{path}: --block {error}") from error
+    labels[labels == blocker] = num_obstacles  # ids in between belong to obstacles that cover no cell
+    flags, costs = np.append(task.destroyable, True), np.append(task.removal_cost, np.float32(1))
+    return task.replace(labels=labels, destroyable=flags, removal_cost=costs)
+
+
+def _with_flags(path: str, task: Task, destroyable: str | None) -> Task:
     if destroyable is None:
         return task
     num_obstacles = len(task.destroyable)

@@ -47,7 +47,9 @@ class Reading:
     rule: of covering, "touch" or "centre" (`raster.cover`).
     tags: a file of tag rules for places (`tag_rules.read_rules`).
     units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells of ROS maps count as.
+    block: a way to cut the goal off (`blockage.block`), added to every task as one more obstacle, which can be destroyed.
     repair: whether polygons of a .json world that cross themselves are made valid (by shapely) instead of refused.
+    chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps and places do so anyway.
     """
 
     start: Cell | None = None
@@ -60,16 +62,23 @@ class Reading:
     free_pixels: str = "light"
     threshold: float = 128.0
     unknown: str = "blocked"
+    block: str | None = None
     repair: bool = False
+    chooses: bool = False
 
 
 class Source(NamedTuple):
-    """What a file holds. place: its polygons, where it has some. grid: where the cells of its one map lie, in metres."""
+    """What a file holds.
+
+    place: its polygons, where it has some. world: the same with agent and goal. grid: where the cells of its one map lie, in
+    metres. map: those cells, where they are what the file holds.
+    """
 
     tasks: list[NamedTask]
     place: Place | None = None
     grid: Grid | None = None
     map: GridMap | None = None
+    world: World | None = None
 
 
 def read_source(path: str, how: Reading, notes: Notes) -> Source:
@@ -112,7 +121,7 @@ def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
 
 
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
-    if how.start is None or how.goal is None:
+    if not how.chooses and (how.start is None or how.goal is None):
         raise ValueError(f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12 (row, column)")
     return _on_cells(path, free_map(read_map(path)), how, notes)
 
@@ -219,7 +228,7 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
 def _of_world(path: str, world: World, how: Reading) -> Source:
     task = _with_free_start(path, rasterize(world, rule=how.rule))
     grid = grid_over(world.bounds, world.goal_side)
-    return Source([NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid)
+    return Source([NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world)
 
 
 def _ends(path: str, free: np.ndarray, how: Reading, notes: Notes) -> tuple[Cell, Cell]:

@@ -22,7 +22,7 @@ LAYERS = (
     ("solver",),
     ("many",),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw", "ends"),
-    ("sources", "inputs", "results", "console"),
+    ("sources", "targets", "inputs", "results", "console"),
     ("demo", "scenario", "bench"),
     ("commands",),
     ("cli",),

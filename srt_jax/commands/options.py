@@ -24,6 +24,12 @@ DestroyableOption = Annotated[
         metavar="all|none|IDS", help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all."
     ),
 ]
+BlockOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="half|quarter|bagel-K", help="Cut the goal off by one more obstacle, which can be destroyed (PY16, 4)."
+    ),
+]
 RepairOption = Annotated[bool, typer.Option("--repair", help="Make valid the polygons of a .json world that cross themselves.")]
 SizeOption = Annotated[
     int | None,

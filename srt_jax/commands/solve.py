@@ -30,6 +30,7 @@ def solve(
     start: options.StartOption = None,
     goal: options.GoalOption = None,
     destroyable: options.DestroyableOption = None,
+    block: options.BlockOption = None,
     size: options.SizeOption = None,
     cell_side: options.CellSideOption = None,
     rule: options.RuleOption = "touch",
@@ -54,6 +55,7 @@ def solve(
     how = options.reading(
         start=start,
         goal=goal,
+        block=block,
         size=size,
         cell_side=cell_side,
         rule=rule,

@@ -12,7 +12,7 @@ import numpy as np
 
 from srt_jax.formats.files import PathLike
 from srt_jax.formats.geometry import count_outside, obstacle_of
-from srt_jax.formats.svg_path import outlines, transform_of
+from srt_jax.formats.svg_path import filled, outlines, transform_of
 from srt_jax.formats.xml_text import plain, read_xml
 from srt_jax.notes import Notes
 from srt_jax.place import Place
@@ -105,7 +105,10 @@ def _obstacles(drawn: dict[str, Any], ends: tuple[str, str], bottom: float, note
             notes.add("drawings passed over: neither wall nor movable", int(name not in ends), example=name)
             continue
         rings = _rings(name, element, matrix, bottom)
-        obstacle = obstacle_of([[ring] for ring in rings], called=name, notes=notes, name=name, destroyable=_KINDS[kind])
+        is_even_odd = "fill-rule:evenodd" in element.get("style", "").replace(" ", "") or element.get("fill-rule") == "evenodd"
+        obstacle = obstacle_of(
+            filled(rings, is_even_odd=is_even_odd), called=name, notes=notes, name=name, destroyable=_KINDS[kind]
+        )
         if obstacle is not None:
             yield obstacle
 

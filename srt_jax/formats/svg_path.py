@@ -65,6 +65,34 @@ def transform_of(text: str) -> np.ndarray:
     return result
 
 
+def filled(rings: list[np.ndarray], *, is_even_odd: bool) -> list[list[np.ndarray]]:
+    """Returns the polygons that outlines fill, which do not cross: each an outer ring and its holes.
+
+    By SVG's rules of filling: inside is what outlines wind round an odd number of times, or else any number but 0.
+    """
+    areas = [float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1))) for ring in rings]
+    parts: list[list[np.ndarray]] = []
+    placed: list[tuple[np.ndarray, int]] = []
+    for index in sorted(range(len(rings)), key=lambda index: -abs(areas[index])):
+        ring, turn = rings[index], 1 if areas[index] > 0 else -1
+        outside = sum(around_turn for around, around_turn in placed if _is_in(ring[0], around))
+        was_full, is_full = (turns % 2 == 1 if is_even_odd else turns != 0 for turns in (outside, outside + turn))
+        placed.append((ring, turn))
+        if is_full and not was_full:
+            parts.append([ring])
+        elif was_full and not is_full:
+            next(part for part in reversed(parts) if _is_in(ring[0], part[0])).append(ring)
+    return parts
+
+
+def _is_in(point: np.ndarray, ring: np.ndarray) -> bool:
+    """Whether a ray to the right of the point crosses the ring an odd number of times."""
+    (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
+    rises = (y0 > point[1]) != (y1 > point[1])
+    slope = np.divide(x1 - x0, y1 - y0, out=np.zeros_like(x0), where=rises)
+    return bool((rises & (x0 + slope * (point[1] - y0) > point[0])).sum() % 2)
+
+
 _CURVES = {"S": ("C", "S"), "T": ("Q", "T")}
 """After which commands a smooth curve goes on from their last control point."""
 
