@@ -92,7 +92,8 @@ def _found(osmium: Any, path: str, rules: Sequence[TagRule], notes: Notes) -> _F
         if item.is_area() and is_area:
             name = ("way" if item.from_way() else "relation", item.orig_id())
             parts = [[_places(ring) for ring in (outer, *item.inner_rings(outer))] for outer in item.outer_rings()]
-            things[name] = _Thing(parts, rule, item.tags.get("name", ""))
+            if parts:  # osmium makes an empty area of what it cannot assemble
+                things[name] = _Thing(parts, rule, item.tags.get("name", ""))
         elif item.is_way() and is_area:
             tagged["way", item.id] = rule
         elif item.is_way():
