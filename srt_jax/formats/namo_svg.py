@@ -50,6 +50,8 @@ def _world(root: Element, cell_side: float | None, notes: Notes) -> World:
     drawn = {name: (element, matrix) for element, matrix in _paths(root, np.eye(3)) if (name := element.get("id"))}
     robot, goal = _chosen(root, drawn, notes)
     middle, radius = _disc(_rings(robot, *drawn[robot], top + height))
+    if radius == 0:
+        raise ValueError(f"the robot {robot!r} has no size: draw its outline")
     place = Place(
         bounds=(left / _CM, 0.0, (left + width) / _CM, height / _CM),
         obstacles=tuple(_obstacles(drawn, (robot, goal), top + height, notes)),
