@@ -168,7 +168,7 @@ def _arc(here: complex, numbers: list[float], end: complex) -> list[complex]:
     first = math.atan2((a - centre).imag, (a - centre).real)
     sweep = (math.atan2((b - centre).imag, (b - centre).real) - first) % (2 * math.pi)
     sweep = sweep if is_sweep else sweep - 2 * math.pi
-    steps = max(1, math.ceil(abs(sweep) / (math.pi / 2) * _PIECES))
+    steps = max(1, math.ceil(abs(sweep) / (math.pi / 2) * _PIECES - 1e-6))
     points = [centre + grown * complex(math.cos(t), math.sin(t)) for t in first + sweep * np.arange(1, steps) / steps]
     return [*(complex(p.real * rx, p.imag * ry) * axis for p in points), end]
 
