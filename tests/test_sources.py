@@ -1,4 +1,4 @@
-"""Files by their endings: what each holds as tasks, what is chosen where nobody says, what is written anew in another format."""
+"""Files by their endings: what each holds as tasks, what is chosen where nobody says, what is written in another format."""
 
 import dataclasses
 import json
