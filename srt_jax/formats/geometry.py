@@ -1,14 +1,14 @@
 """Rings, lines and shapely geometries of the outside world made obstacles; what is odd is mended, counted and told."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from srt_jax.formats.files import needed
 from srt_jax.notes import Notes
 from srt_jax.place import Place
-from srt_jax.rings import as_metres, as_ring, conflict, repaired
+from srt_jax.rings import Parts, Ring, as_metres, as_ring, conflicts, repaired
 from srt_jax.world import Obstacle
 
 CROSSING = "polygons whose rings cross, made valid"
@@ -18,43 +18,39 @@ UNCLOSED = "rings not closed by their first point, closed"
 POINTLESS = "geometries passed over: points are no obstacles"
 
 
-def obstacle_of(parts: Sequence[Sequence[Any]], *, called: str, notes: Notes, **options: Any) -> Obstacle | None:
-    """Returns the obstacle that polygons make; None where nothing is left of them.
+class Shape(NamedTuple):
+    """One thing to be made an obstacle.
+
+    parts: polygons, each a sequence of rings [K, 2], metres, the outer one first. called: its name in the notes, such as
+    "way 17". options: as in `Obstacle`.
+    """
+
+    parts: Sequence[Sequence[Any]]
+    called: str
+    options: dict[str, Any]
+
+
+def obstacles_of_shapes(shapes: Sequence[Shape], notes: Notes) -> list[Obstacle | None]:
+    """Returns the obstacle of each shape; None where nothing is left of it.
 
     Rings with fewer than three different points are left out, with their holes where they are outer ones; rings that cross are
     made valid (`rings.repaired`). Both are counted.
 
-    Args:
-      parts: polygons, each a sequence of rings [K, 2], metres, the outer one first.
-      called: the thing's name in the notes, such as "way 17".
-      options: as in `Obstacle`.
-
     Raises:
-      ValueError: a coordinate is NaN or too large, or an option is wrong.
+      ValueError: a coordinate is NaN or too large, or an option is wrong; the message begins with what the shape is called.
     """
-    try:
-        return Obstacle(tuple(parts), **options)  # type: ignore[arg-type]
-    except ValueError:
-        kept = _with_area(parts, called, notes)
-    rings = tuple(tuple(as_ring(f"a ring of {called}", ring) for ring in part) for part in kept)
-    if rings and conflict(rings):
-        notes.add(CROSSING, example=called)
-        rings = repaired(rings)
-    if not rings:
-        notes.add(EMPTY, example=called)
-        return None
-    return Obstacle(rings, **options)
+    rings = [_rings(shape, notes) for shape in shapes]
+    return [_obstacle(*each, notes) for each in zip(shapes, rings, conflicts(rings))]
 
 
-def wall_of(line: Any, width: float, *, called: str, notes: Notes, **options: Any) -> Obstacle | None:
-    """Returns the obstacle a line makes, `width` metres wide, half of that beyond its ends; None where it has no length."""
+def wall_parts(line: Any, width: float, *, called: str, notes: Notes) -> list[list[np.ndarray]]:
+    """Returns the polygons a line makes, `width` metres wide, half of that beyond its ends; [] where it has no length."""
     shapely = needed("shapely", extra="world", what="making a line, such as a fence, an obstacle")
     points = as_metres(f"a point of {called}", line, (-1, 2))
     if len(np.unique(points, axis=0)) < 2:
         notes.add("lines left out: fewer than two different points", example=called)
-        return None
-    shape = shapely.LineString(points).buffer(width / 2, cap_style="square", join_style="mitre")
-    return obstacle_of(list(_polygons(shape)), called=called, notes=notes, **options)
+        return []
+    return list(_polygons(shapely.LineString(points).buffer(width / 2, cap_style="square", join_style="mitre")))
 
 
 def obstacles_of(shape: Any, *, called: str, notes: Notes, width: float = 0.2, **options: Any) -> list[Obstacle]:
@@ -63,16 +59,17 @@ def obstacles_of(shape: Any, *, called: str, notes: Notes, width: float = 0.2, *
     Points are passed over and counted.
     """
     shapely = needed("shapely", extra="world", what="reading shapely geometries")
-    parts, made = [], []
+    polygons: list[list[np.ndarray]] = []
+    shapes = [Shape(polygons, called, options)]
     for one in _leaves(shapely, shape):
         if isinstance(one, shapely.Polygon):
-            parts += list(_polygons(one))
+            polygons += _polygons(one)
         elif isinstance(one, shapely.LineString):
-            made.append(wall_of(shapely.get_coordinates(one), width, called=called, notes=notes, **options))
+            parts = wall_parts(shapely.get_coordinates(one), width, called=called, notes=notes)
+            shapes.append(Shape(parts, called, options))
         else:
             notes.add(POINTLESS, example=called)
-    if parts:
-        made.insert(0, obstacle_of(parts, called=called, notes=notes, **options))
+    made = obstacles_of_shapes([shape for shape in shapes if shape.parts], notes)
     return [obstacle for obstacle in made if obstacle is not None]
 
 
@@ -115,14 +112,38 @@ def count_outside(place: Place, notes: Notes) -> None:
             notes.add("obstacles wholly outside the bounds, kept; they cover no cell", example=obstacle.name)
 
 
-def _with_area(parts: Sequence[Sequence[Any]], called: str, notes: Notes) -> list[list[Any]]:
+def _rings(shape: Shape, notes: Notes) -> Parts:
+    """Returns the rings of a shape that have at least three different points."""
     kept = []
-    for part in parts:
-        sound = [len(np.unique(as_metres(f"a ring of {called}", ring, (-1, 2)), axis=0)) >= 3 for ring in part]
-        notes.add(FLAT, sound.count(False), example=called)
-        if sound and sound[0]:
-            kept.append([ring for ring, is_sound in zip(part, sound) if is_sound])
-    return kept
+    for part in shape.parts:
+        rings = [_ring(ring, shape.called, notes) for ring in part]
+        if rings and rings[0]:
+            kept.append(tuple(ring for ring in rings if ring))
+    return tuple(kept)
+
+
+def _ring(points: Any, called: str, notes: Notes) -> Ring:
+    try:
+        return as_ring(f"a ring of {called}", points)
+    except ValueError:
+        num_different = len(np.unique(as_metres(f"a ring of {called}", points, (-1, 2)), axis=0))
+        if num_different >= 3:
+            raise
+    notes.add(FLAT, example=called)
+    return ()
+
+
+def _obstacle(shape: Shape, rings: Parts, reason: str, notes: Notes) -> Obstacle | None:
+    if reason:
+        notes.add(CROSSING, example=shape.called)
+        rings = repaired(rings)
+    if not rings:
+        notes.add(EMPTY, int(bool(shape.parts)), example=shape.called)
+        return None
+    try:
+        return Obstacle(rings, **shape.options, checked=not reason)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{shape.called}: {error}") from error
 
 
 def _leaves(shapely: Any, shape: Any) -> Iterable[Any]:

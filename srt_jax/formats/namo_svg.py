@@ -11,12 +11,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from srt_jax.formats.files import PathLike
-from srt_jax.formats.geometry import count_outside, obstacle_of
+from srt_jax.formats.geometry import Shape, count_outside, obstacles_of_shapes
 from srt_jax.formats.svg_path import filled, outlines, transform_of
 from srt_jax.formats.xml_text import plain, read_xml
 from srt_jax.notes import Notes
 from srt_jax.place import Place
-from srt_jax.world import Obstacle, World
+from srt_jax.world import World
 
 _CM = 100.0
 _ROOM = 1.001
@@ -52,9 +52,10 @@ def _world(root: Element, cell_side: float | None, notes: Notes) -> World:
     middle, radius = _disc(_rings(robot, *drawn[robot], top + height))
     if radius == 0:
         raise ValueError(f"the robot {robot!r} has no size: draw its outline")
+    made = obstacles_of_shapes(list(_shapes(drawn, (robot, goal), top + height, notes)), notes)
     place = Place(
         bounds=(left / _CM, 0.0, (left + width) / _CM, height / _CM),
-        obstacles=tuple(_obstacles(drawn, (robot, goal), top + height, notes)),
+        obstacles=tuple(obstacle for obstacle in made if obstacle is not None),
     )
     count_outside(place, notes)
     side = round(2 * radius * _ROOM, 6) if cell_side is None else cell_side
@@ -100,19 +101,15 @@ def _chosen(root: Element, drawn: dict[str, Any], notes: Notes) -> tuple[str, st
     return names
 
 
-def _obstacles(drawn: dict[str, Any], ends: tuple[str, str], bottom: float, notes: Notes) -> Iterator[Obstacle]:
+def _shapes(drawn: dict[str, Any], ends: tuple[str, str], bottom: float, notes: Notes) -> Iterator[Shape]:
     for name, (element, matrix) in drawn.items():
         kind = element.get("type", "")
         if name in ends or kind not in _KINDS:
             notes.add("drawings passed over: neither wall nor movable", int(name not in ends), example=name)
             continue
-        rings = _rings(name, element, matrix, bottom)
         is_even_odd = "fill-rule:evenodd" in element.get("style", "").replace(" ", "") or element.get("fill-rule") == "evenodd"
-        obstacle = obstacle_of(
-            filled(rings, is_even_odd=is_even_odd), called=name, notes=notes, name=name, destroyable=_KINDS[kind]
-        )
-        if obstacle is not None:
-            yield obstacle
+        parts = filled(_rings(name, element, matrix, bottom), is_even_odd=is_even_odd)
+        yield Shape(parts, name, {"name": name, "destroyable": _KINDS[kind]})
 
 
 def _rings(name: str, element: Element, matrix: np.ndarray, bottom: float) -> list[np.ndarray]:

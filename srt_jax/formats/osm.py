@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, needed
-from srt_jax.formats.geometry import count_outside, obstacle_of, wall_of
+from srt_jax.formats.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
 from srt_jax.formats.projection import Projection, projection_over
 from srt_jax.formats.tag_rules import TagRule, default_rules, matching
 from srt_jax.notes import Notes
@@ -71,8 +71,10 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
         _explain_losses(osmium, str(path), found, rules, notes)
     box = _box(osmium, str(path), found, notes)
     projection = projection_over(*box)
-    made = {name: _obstacle(name, found.things[name], projection, notes) for name in sorted(found.things, key=_in_order)}
-    kept = {name: obstacle for name, obstacle in made.items() if obstacle is not None}
+    names = sorted(found.things, key=_in_order)
+    shapes = {name: _shape(name, found.things[name], projection, notes) for name in names}
+    made = obstacles_of_shapes(list(shapes.values()), notes)
+    kept = {name: obstacle for name, obstacle in zip(shapes, made) if obstacle is not None}
     x_min, y_min, x_max, y_max = projection.to_metres(box).ravel().tolist()
     place = Place((x_min, y_min, x_max, y_max), tuple(kept.values()), ATTRIBUTION)
     count_outside(place, notes)
@@ -130,7 +132,7 @@ def _explain_losses(osmium: Any, path: str, found: _Found, rules: Sequence[TagRu
         notes.add(BROKEN_RELATIONS if whole.issuperset(refs) else LOST_MEMBERS, example=f"relation {number}")
 
 
-def _obstacle(name: _Name, thing: _Thing, projection: Projection, notes: Notes) -> Obstacle | None:
+def _shape(name: _Name, thing: _Thing, projection: Projection, notes: Notes) -> Shape:
     called = f"{name[0]} {name[1]}"
     options = {
         "destroyable": thing.rule.destroyable,
@@ -139,8 +141,8 @@ def _obstacle(name: _Name, thing: _Thing, projection: Projection, notes: Notes) 
     }
     parts = [[projection.to_metres(ring) for ring in part] for part in thing.parts]
     if thing.is_line and thing.rule.width is not None:
-        return wall_of(parts[0][0].reshape(-1, 2), thing.rule.width, called=called, notes=notes, **options)
-    return obstacle_of(parts, called=called, notes=notes, **options)
+        parts = wall_parts(parts[0][0].reshape(-1, 2), thing.rule.width, called=called, notes=notes)
+    return Shape(parts, called, options)
 
 
 def _places(nodes: Any) -> list[tuple[float, float]]:
