@@ -123,7 +123,7 @@ def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
     if not how.chooses and (how.start is None or how.goal is None):
         raise ValueError(f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12 (row, column)")
-    return _on_cells(path, free_map(read_map(path)), how, notes)
+    return _on_cells(path, free_map(read_map(path, notes=notes)), how, notes)
 
 
 def _read_scen(path: str, how: Reading, notes: Notes) -> Source:

@@ -285,6 +285,13 @@ def test_damaged_xml_maps_are_refused_in_one_line(here):
 # --- all of them
 
 
+def test_signs_of_a_benchmark_map_that_others_see_otherwise_are_told(here):
+    (here / "m.map").write_text("type octile\nheight 1\nwidth 4\nmap\n.SW@\n")
+    notes = Notes()
+    assert read_map("m.map", notes=notes).tolist() == [[True, True, False, False]]
+    assert [str(note) for note in notes] == ["swamp cells, taken as free: 1", "water cells, taken as blocked: 1"]
+
+
 def test_free_is_a_mask_of_bools():
     assert free_map(np.ones((2, 3), bool)).unknown.sum() == 0
     with pytest.raises(TypeError, match="astype"):
