@@ -75,6 +75,13 @@ def read_results(path: PathLike) -> list[dict[str, Any]]:
         raise ValueError(f"{path}: no whole Parquet file of results: {' '.join(str(error).split())}") from error
 
 
+def require_name(path: PathLike) -> None:
+    """Raises ValueError, before anything is solved, where results could not be written to `path`."""
+    _is_parquet(path)
+    if not pathlib.Path(path).parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that exists")
+
+
 def _is_parquet(path: PathLike) -> bool:
     ending = pathlib.Path(path).suffix.lower()
     if ending not in (".json", ".parquet"):

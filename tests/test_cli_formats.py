@@ -101,6 +101,12 @@ def test_bad_files_are_one_line_with_exit_code_two(here, capsys, command, name):
     assert not (here / "out.npz").exists()
 
 
+@pytest.mark.parametrize(("name", "told"), [("x.csv", "'.csv'"), ("nowhere/x.json", "no folder nowhere")])
+def test_answers_that_could_not_be_kept_are_refused_before_solving(here, capsys, name, told):
+    code, out, err = printed(capsys, "solve", "nofile.map", "--results", name)
+    assert (code, out) == (2, "") and told in err
+
+
 def test_help_of_convert_has_an_example(capsys):
     code, out, _ = printed(capsys, "convert", "--help")
     assert code == 0 and "Example" in out and "--size" in out

@@ -13,7 +13,7 @@ from srt_jax.console import counted
 from srt_jax.inputs import read_tasks
 from srt_jax.many import solve_many
 from srt_jax.notes import Notes
-from srt_jax.results import write_results
+from srt_jax.results import require_name, write_results
 from srt_jax.types import Status
 
 
@@ -52,6 +52,8 @@ def solve(
     as_json: JsonOption = False,
 ) -> int:
     """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input."""
+    if results:
+        require_name(results)
     how = options.reading(
         start=start,
         goal=goal,

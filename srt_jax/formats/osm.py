@@ -70,7 +70,10 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
         found = _found(osmium, str(path), rules, notes)
         _explain_losses(osmium, str(path), found, rules, notes)
     box = _box(osmium, str(path), found, notes)
-    projection = projection_over(*box)
+    try:
+        projection = projection_over(*box)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     names = sorted(found.things, key=_in_order)
     shapes = {name: _shape(name, found.things[name], projection, notes) for name in names}
     made = obstacles_of_shapes(list(shapes.values()), notes)
