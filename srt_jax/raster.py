@@ -137,7 +137,7 @@ def rasterize(world: World, *, rule: str = "touch") -> Task:
         cell_of(grid, world.position),
         cell_of(grid, world.goal_centre),
         destroyable=np.array([obstacle.destroyable for obstacle in world.obstacles], bool),
-        removal_cost=np.array([obstacle.removal_cost for obstacle in world.obstacles], np.float32),
+        removal_cost=np.array([obstacle.removal_cost for obstacle in world.obstacles], np.float64),
     )
 
 
@@ -197,4 +197,4 @@ def _reach_the_grid(steps: np.ndarray, sizes: np.ndarray, extent: np.ndarray) ->
     """Returns bool [rings], whether the box around a ring meets the grid; the others change nothing, not even as holes."""
     starts = np.cumsum(sizes) - sizes
     low, high = (extreme.reduceat(steps, starts, axis=0) if len(sizes) else steps for extreme in (np.minimum, np.maximum))
-    return ((high > 0) & (low < extent)).all(axis=1)
+    return np.all((high > 0) & (low < extent), axis=1)

@@ -204,7 +204,11 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
     _require_free(f"{path}: start", grid_map.free, start)
     _require_free(f"{path}: goal", grid_map.free, goal)
     task = make_task(grid_map.free, start, goal)
-    return Source([NamedTask(_stem(path), task)], grid=grid_map.grid, map=dataclasses.replace(grid_map, start=start, goal=goal))
+    try:
+        grid = grid_map.grid
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return Source([NamedTask(_stem(path), task)], grid=grid, map=dataclasses.replace(grid_map, start=start, goal=goal))
 
 
 def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
@@ -220,7 +224,7 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
         start,
         goal,
         destroyable=np.array([obstacle.destroyable for obstacle in place.obstacles], bool),
-        removal_cost=np.array([obstacle.removal_cost for obstacle in place.obstacles], np.float32),
+        removal_cost=np.array([obstacle.removal_cost for obstacle in place.obstacles], np.float64),
     )
     return Source([NamedTask(_stem(path), _with_free_start(path, task))], place, grid)
 

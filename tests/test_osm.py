@@ -210,6 +210,10 @@ def test_broken_extracts_are_refused_in_one_line(tmp_path):
     assert refusals(read_osm, tmp_path / "town.osm", text) > 10
     assert refusals(read_osm, tmp_path / "town.osm.gz", gzip.compress(text)) > 20
     assert refusals(read_osm, tmp_path / "town.osm.bz2", bz2.compress(text)) > 20
+    for number in ("", "x"):
+        (tmp_path / "town.osm").write_bytes(text.replace(b'lon="25.0002000"', b'lon="%s"' % number.encode()))
+        with pytest.raises(ValueError, match="no whole OpenStreetMap extract"):
+            read_osm(tmp_path / "town.osm")
     (tmp_path / "town.osm.pbf").write_bytes(gzip.compress(text))
     with pytest.raises(ValueError, match="of another kind than its ending says"):
         read_osm(tmp_path / "town.osm.pbf")

@@ -127,6 +127,13 @@ def test_what_cannot_be_read_so_is_refused(here, case):
         read_tasks(name, reading=Reading(**options))
 
 
+def test_a_map_too_far_out_is_refused_by_name(here):
+    text = (here / "m.yaml").read_text()
+    (here / "m.yaml").write_text(text.replace("origin: [0.0,", "origin: [1.0e+20,"))
+    with pytest.raises(ValueError, match=r"m\.yaml: origin holds 1e\+20"):
+        read_tasks("m.yaml", start=PLACES["S"], goal=PLACES["G"])
+
+
 def test_a_map_without_a_free_cell_has_no_ends(here):
     write_image("black.png", np.zeros((3, 3), bool))
     with pytest.raises(ValueError, match=r"black\.png: no cell is free"):

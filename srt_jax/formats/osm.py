@@ -66,7 +66,7 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
     notes = Notes() if notes is None else notes
     if not pathlib.Path(path).is_file():
         raise ValueError(f"{path}: no such file; an OpenStreetMap extract was to be read from it")
-    with _told(path):
+    with _told(osmium, path):
         found = _found(osmium, str(path), rules, notes)
         _explain_losses(osmium, str(path), found, rules, notes)
     box = _box(osmium, str(path), found, notes)
@@ -183,11 +183,11 @@ def _summarise(kept: dict[_Name, Obstacle], found: _Found, projection: Projectio
 
 
 @contextlib.contextmanager
-def _told(path: PathLike) -> Iterator[None]:
+def _told(osmium: Any, path: PathLike) -> Iterator[None]:
     """Makes whatever osmium finds wrong with a file one ValueError."""
     try:
         yield
-    except (RuntimeError, OSError, ValueError) as error:
+    except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
         raise ValueError(
             f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind than its ending says ({error})"
         ) from error
