@@ -6,6 +6,7 @@ import typer
 
 from srt_jax import __version__
 from srt_jax.commands.bench import bench
+from srt_jax.commands.convert import convert
 from srt_jax.commands.demo import demo
 from srt_jax.commands.draw import draw
 from srt_jax.commands.generate import generate
@@ -57,10 +58,19 @@ app.command(
     epilog=examples(
         "srt-jax solve city.map --start 3,5 --goal 200,310",
         "srt-jax solve tasks.npz world.json --out answers",
+        "srt-jax solve city.osm.pbf --size 500 --block half",
+        "srt-jax solve map.yaml --start 20,30 --goal 90,40",
         "srt-jax solve tasks.npz --report run.html",
         "srt-jax solve tasks.npz --json > answers.json",
     )
 )(solve)
+app.command(
+    epilog=examples(
+        "srt-jax convert city.osm.pbf city.map --size 500",
+        "srt-jax convert scene.svg scene.json",
+        "srt-jax convert map.yaml map.xml --start 20,30 --goal 90,40",
+    )
+)(convert)
 app.command(
     epilog=examples(
         "srt-jax draw tasks.npz --out pictures",

@@ -11,18 +11,18 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 # From the ground up; a module may import from lower layers and from its own.
 LAYERS = (
-    ("types",),
+    ("types", "notes"),
     ("moves", "shapes", "fixed_point"),
     ("kernel", "packing", "bucketed", "components"),
     ("cones", "frontier", "wavefront", "wordqueue"),
     ("reach", "distance", "path", "seed", "contour"),
-    ("objects", "task", "rings", "scanlines", "world", "raster"),
+    ("objects", "task", "rings", "scanlines", "world", "place", "raster"),
     ("planner", "route"),
     ("removal", "greedy"),
     ("solver",),
     ("many",),
-    ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
-    ("inputs", "results", "console"),
+    ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw", "ends"),
+    ("sources", "targets", "inputs", "results", "console"),
     ("webpage",),
     ("demo", "scenario", "bench"),
     ("commands",),

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.options import JsonOption, cell
+from srt_jax.commands import options
+from srt_jax.commands.options import JsonOption
 from srt_jax.console import counted, note, waiting
 from srt_jax.draw.gallery import SHOWS, Named, gallery
 from srt_jax.draw.picture import FORMATS
@@ -43,11 +44,19 @@ def draw(
         float | None,
         typer.Option(metavar="DEGREES", help="With --polar: where the agent looks, leftwards from east. Default: the goal."),
     ] = None,
-    start: Annotated[str | None, typer.Option(metavar="R,C", help="Start cell on a .map.")] = None,
-    goal: Annotated[str | None, typer.Option(metavar="R,C", help="Goal cell on a .map.")] = None,
-    destroyable: Annotated[
-        str | None, typer.Option(metavar="all|none|IDS", help="Which obstacles can be destroyed, as in 'srt-jax solve'.")
-    ] = None,
+    start: options.StartOption = None,
+    goal: options.GoalOption = None,
+    destroyable: options.DestroyableOption = None,
+    block: options.BlockOption = None,
+    size: options.SizeOption = None,
+    cell_side: options.CellSideOption = None,
+    rule: options.RuleOption = "touch",
+    tags: options.TagsOption = None,
+    units: options.UnitsOption = "auto",
+    free_pixels: options.FreePixelsOption = "light",
+    threshold: options.ThresholdOption = 128.0,
+    unknown: options.UnknownOption = "blocked",
+    repair: options.RepairOption = False,
     mode: Annotated[
         str, typer.Option(metavar="least|paper", help="As in 'srt-jax solve'.", autocompletion=lambda: ["least", "paper"])
     ] = "least",
@@ -56,9 +65,22 @@ def draw(
     """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of the whole loop."""
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
-    begin, end = cell("--start", start), cell("--goal", goal)
+    how = options.reading(
+        start=start,
+        goal=goal,
+        block=block,
+        size=size,
+        cell_side=cell_side,
+        rule=rule,
+        tags=tags,
+        units=units,
+        free_pixels=free_pixels,
+        threshold=threshold,
+        unknown=unknown,
+        repair=repair,
+    )
     with waiting("reading", quiet=as_json):
-        tasks = [task for path in inputs for task in read_tasks(path, start=begin, goal=end, destroyable=destroyable)]
+        tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=how)]
     tasks = _chosen(tasks, only)[:limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")

@@ -3,6 +3,7 @@
 import json
 import pathlib
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 from srt_jax.check import check
@@ -25,8 +26,9 @@ def report(
     pictures: int,
     as_json: bool,
     html: pathlib.Path | None = None,
+    notes: Sequence[dict[str, Any]] = (),
 ) -> list[dict[str, Any]]:
-    """Replays every solution, then prints and writes them; returns the records."""
+    """Replays every solution, then prints and writes them; returns the records. `notes` on the files go into the JSON."""
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
             problems = check(task, solution)
@@ -39,7 +41,7 @@ def report(
     if html:
         _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
     if as_json:
-        print(json.dumps({"tasks": records}))
+        print(json.dumps({"tasks": records} | ({"notes": list(notes)} if notes else {})))
     else:
         _print_table(records, seconds)
     return records
