@@ -3,6 +3,7 @@
 import typer
 
 from srt_jax.commands.bench import bench
+from srt_jax.commands.dataset import dataset
 from srt_jax.commands.demo import demo
 from srt_jax.commands.generate import generate
 from srt_jax.commands.plan import plan
@@ -29,6 +30,7 @@ app.command(
     epilog="Examples:  srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz   |   "
     "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz"
 )(generate)
+app.command(epilog="Example:  srt-jax dataset rooms --count 100000 --size 64 --out rooms")(dataset)
 app.command(epilog="Example:  srt-jax bench kernels --quick")(bench)
 
 

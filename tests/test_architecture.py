@@ -22,6 +22,7 @@ LAYERS = (
     ("solver",),
     ("many",),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
+    ("envs", "dataset_labels", "dataset_shards", "dataset"),
     ("inputs", "results", "console"),
     ("demo", "scenario", "bench"),
     ("commands",),

@@ -10,7 +10,7 @@ import typer
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
-NAMES = ("kernels", "plan")
+NAMES = ("kernels", "plan", "envs")
 
 
 def bench(
@@ -45,6 +45,11 @@ def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
 
         result = kernels.run(quick)
         return result, kernels.table(result)
+    if name == "envs":
+        from srt_jax.bench import envs
+
+        result = envs.run(quick)
+        return result, envs.table(result)
     from sign_model import bench as planning
 
     result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))
