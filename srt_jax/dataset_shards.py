@@ -1,5 +1,6 @@
 """Shards on disk: one `.npz` each with a fixed time stamp, so equal arrays are equal bytes; or ArrayRecord, a record a task."""
 
+import importlib
 import io
 import pathlib
 import zipfile
@@ -102,10 +103,9 @@ def require(format: str) -> None:
 
 def _array_record() -> Any:
     try:
-        from array_record.python import array_record_module
+        return importlib.import_module("array_record.python.array_record_module")
     except ImportError as error:
         raise ImportError("ArrayRecord is not installed: pip install 'srt-jax[arrayrecord]', or use --format npz") from error
-    return array_record_module
 
 
 def widened(name: str, array: np.ndarray, widths: dict[str, int]) -> np.ndarray:

@@ -43,8 +43,10 @@ def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int, f
     Raises:
       ValueError: an unknown kind, or a number out of range.
     """
-    if count < 1 or seed < 0 or first < 0:
-        raise ValueError(f"count must be at least 1, seed and first at least 0, got count {count}, seed {seed}, first {first}")
+    if count < 1 or seed < 0:
+        raise ValueError(f"count must be at least 1 and seed at least 0, got count {count}, seed {seed}")
+    if first < 0:
+        raise ValueError(f"first must be at least 0, got {first}: instances are numbered from 0")
     least, greatest = (size, size) if isinstance(size, int | np.integer) else size
     if not MIN_SIZE <= least <= greatest:
         raise ValueError(f"size must be {MIN_SIZE} or more, the least before the greatest, got {size}")

@@ -5,6 +5,7 @@ summed so that nothing is dropped as unused; "seen" rows sum the observations as
 """
 
 import argparse
+import importlib
 import json
 import subprocess
 import sys
@@ -69,7 +70,7 @@ def _ours(seen: str) -> tuple[Callable, Callable]:
 
 
 def _jumanji(seen: str) -> tuple[Callable, Callable]:
-    from jumanji.environments import Maze
+    from jumanji.environments.routing.maze.env import Maze
     from jumanji.environments.routing.maze.generator import RandomGenerator
     from jumanji.wrappers import VmapAutoResetWrapper
 
@@ -87,9 +88,7 @@ def _jumanji(seen: str) -> tuple[Callable, Callable]:
 
 
 def _navix(seen: str) -> tuple[Callable, Callable]:
-    import navix
-
-    env = navix.make(f"Navix-Empty-{_SIZE}x{_SIZE}-v0")
+    env = importlib.import_module("navix").make(f"Navix-Empty-{_SIZE}x{_SIZE}-v0")
 
     def begin(key):
         return env.reset(key)

@@ -94,8 +94,9 @@ class SmartRelocation:
         params = self._filled(params)
         stepped, reward, terminated, info = self._moved(state, action, params)
         truncated = self.is_truncated(stepped, params)
+        is_over = jnp.asarray(terminated | truncated)
         fresh = self._fresh(key, params)
-        following = jax.tree.map(lambda new, old: jnp.where(terminated | truncated, new, old), fresh, stepped)
+        following = jax.tree.map(lambda new, old: jnp.where(is_over, new, old), fresh, stepped)
         info |= {"terminated": terminated, "truncated": truncated, "final_observation": self.get_obs(stepped, params)}
         return self.get_obs(following, params), following, reward, terminated, truncated, info
 
@@ -162,7 +163,7 @@ class SmartRelocation:
             {
                 "level": kinds.Discrete(N),
                 "cell": kinds.Box(0, max(H, W) - 1, (2,), jnp.int32),
-                "gone": kinds.Box(0, 2**32 - 1, words, jnp.uint32),
+                "gone": kinds.Box(np.uint32(0), np.uint32(2**32 - 1), words, jnp.uint32),
                 "time": kinds.Box(0, 2**31 - 1, (), jnp.int32),
                 "length": kinds.Box(0, endless, (), jnp.float32),
                 "removal": kinds.Box(0, endless, (), jnp.float32),
