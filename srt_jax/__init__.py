@@ -43,3 +43,12 @@ __all__ = [
     "trace_path",
     "unstack",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Loads `srt_jax.envs` and `srt_jax.dataset` when they are first asked for."""
+    if name in ("envs", "dataset"):
+        import importlib
+
+        return importlib.import_module(f"srt_jax.{name}")
+    raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")

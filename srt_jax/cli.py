@@ -7,6 +7,7 @@ import typer
 from srt_jax import __version__
 from srt_jax.commands.bench import bench
 from srt_jax.commands.convert import convert
+from srt_jax.commands.dataset import dataset
 from srt_jax.commands.demo import demo
 from srt_jax.commands.draw import draw
 from srt_jax.commands.generate import generate
@@ -95,6 +96,12 @@ app.command(
         "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz",
     )
 )(generate)
+app.command(
+    epilog=examples(
+        "srt-jax dataset rooms --count 100000 --size 64 --out rooms",
+        "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
+    )
+)(dataset)
 app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(bench)
 
 

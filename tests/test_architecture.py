@@ -22,6 +22,7 @@ LAYERS = (
     ("solver",),
     ("many",),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw", "ends"),
+    ("envs", "dataset_labels", "dataset_shards", "dataset"),
     ("sources", "targets", "inputs", "results", "console"),
     ("webpage",),
     ("demo", "scenario", "bench"),

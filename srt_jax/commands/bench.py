@@ -11,7 +11,7 @@ from srt_jax.bench.machine import machine
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
-NAMES = ("kernels", "solve", "plan", "learning")
+NAMES = ("kernels", "solve", "plan", "learning", "envs")
 
 
 def bench(
@@ -59,6 +59,11 @@ def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
 
         result = learning.run(quick)
         return result, learning.table(result)
+    if name == "envs":
+        from srt_jax.bench import envs
+
+        result = envs.run(quick)
+        return result, envs.table(result)
     from sign_model import bench as planning
 
     result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))
