@@ -50,9 +50,15 @@ def placed(act: Array, slot: Array, num_cells: Array, destroyed: Array, destroye
       act, slot: int32 [B, P], -1 where there is no step.
       num_cells: int32 [B]. destroyed, destroyed_at, left_at: int32 [B, K].
     """
-    of_slot = lambda values: jnp.take_along_axis(values, slot.clip(0, values.shape[1] - 1), axis=1)  # noqa: E731
-    is_last = (act >= 0) & (jnp.pad(act, ((0, 0), (0, 1)), constant_values=-1)[:, 1:] < 0)
-    ends = jnp.where(act == Act.PASS, of_slot(left_at), of_slot(destroyed_at))
-    ends = jnp.where(is_last | (act == Act.RELOCATE), num_cells[:, None] - 1, ends)
-    plan = jnp.stack([act, jnp.where(slot >= 0, of_slot(destroyed), -1)], axis=-1)
-    return plan, jnp.where(act >= 0, ends, -1)
+
+    def run(act: Array, slot: Array, num_cells: Array, destroyed: Array, destroyed_at: Array, left_at: Array) -> tuple:
+        def of_slot(values: Array) -> Array:
+            return jnp.take_along_axis(values, slot.clip(0, values.shape[1] - 1), axis=1)
+
+        is_last = (act >= 0) & (jnp.pad(act, ((0, 0), (0, 1)), constant_values=-1)[:, 1:] < 0)
+        ends = jnp.where(act == Act.PASS, of_slot(left_at), of_slot(destroyed_at))
+        ends = jnp.where(is_last | (act == Act.RELOCATE), num_cells[:, None] - 1, ends)
+        plan = jnp.stack([act, jnp.where(slot >= 0, of_slot(destroyed), -1)], axis=-1)
+        return plan, jnp.where(act >= 0, ends, -1)
+
+    return compiled_whole(run)(act, slot, num_cells, destroyed, destroyed_at, left_at)

@@ -14,8 +14,7 @@ from srt_jax.greedy import Symbolic, greedy_walk
 from srt_jax.kernel import batch_kernel
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import free_cells, open_cells, value_at
-from srt_jax.planner import find_blockage
-from srt_jax.proof import separating
+from srt_jax.proof import blockages, covering
 from srt_jax.removal import Prices, open_passage, price_levels
 from srt_jax.route import in_order
 from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
@@ -114,18 +113,16 @@ def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Arr
 
 def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
-    free = free_cells(task.labels)
+    starts = value_at(free_cells(task.labels), task.start)
     prices = price_levels(task)
-    starts = value_at(free, task.start)
     is_open, is_solvable = prices.goal == 0, jnp.isfinite(prices.goal)
     can_end = value_at(open_cells(task.labels, task.destroyable), task.goal)
-    first = find_blockage(
-        task.labels, free, prices.reached, task.goal, num_obstacles=task.destroyable.shape[1], among=starts & ~is_open
-    )
+    is_cut_off = starts & ~is_open
+    is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
+    first, firm = blockages(task, prices.reached, is_cut_off=is_cut_off, is_apart=is_apart)
     walk = _least if mode == "least" else functools.partial(_paper, is_literal=mode == "literal")
     way = walk(task, prices, room, max_destroyed=max_destroyed, capacity=capacity)
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
-    is_inside, is_apart = starts & ~is_open & ~can_end, starts & ~is_open & can_end & ~is_solvable
     status = jnp.select(
         [~starts, is_inside, is_apart, way.is_stuck, ~has_route, is_open],
         [
@@ -154,7 +151,7 @@ def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capa
         blocking=_as_ids(first.on_contour),
         plan=jnp.where(has_route[:, None, None], way.plan, -1),
         plan_at=jnp.where(has_route[:, None], way.plan_at, -1),
-        separating=_as_ids(separating(task, is_apart, is_inside)),
+        separating=_as_ids(firm | covering(task, is_inside)),
     )
 
 

@@ -45,9 +45,13 @@ def plan_on_contour(is_filled: Array, is_breakable: Array) -> Acts:
       is_breakable: bool [B, S], the kind of each.
     """
     attention = contour_attention(is_filled.shape[1])
-    start = _start(attention, is_filled, is_breakable)
-    goal = jnp.asarray(attention.situation(("at", AGENT, area(1))))
-    return _planned(attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR)
+
+    def run(is_filled: Array, is_breakable: Array) -> Acts:
+        start = _start(attention, is_filled, is_breakable)
+        goal = jnp.asarray(attention.situation(("at", AGENT, area(1))))
+        return _planned(attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR)
+
+    return compiled_whole(run)(is_filled, is_breakable)
 
 
 def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) -> Acts:
@@ -58,17 +62,19 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
       is_here: bool [B], whether the agent is in the goal area already.
     """
     attention = chain_attention(num_slots)
-    is_filled = jnp.arange(num_slots, dtype=jnp.int32)[None] < num_obstacles[:, None]
-    is_open = jnp.asarray(attention.situation(("way", area(0), area(1))))
-    start = _start(attention, is_filled, is_filled) | (is_open[:, None] & (num_obstacles == 0)[None])
+    is_open = attention.situation(("way", area(0), area(1)))
     goals = np.stack([attention.situation(("at", AGENT, area(number))) for number in range(num_slots + 1)], axis=1)
-    last = jnp.where(is_here, 0, num_obstacles.clip(1))
-    goal = (jnp.asarray(goals)[:, :, None] & (jnp.arange(num_slots + 1, dtype=jnp.int32)[:, None] == last[None])[None]).any(
-        axis=1
-    )
-    plan = _planned(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
-    fits = (num_obstacles <= num_slots)[:, None]
-    return plan._replace(act=jnp.where(fits, plan.act, -1), slot=jnp.where(fits, plan.slot, -1))
+
+    def run(num_obstacles: Array, is_here: Array) -> Acts:
+        is_filled = jnp.arange(num_slots, dtype=jnp.int32)[None] < num_obstacles[:, None]
+        start = _start(attention, is_filled, is_filled) | (jnp.asarray(is_open)[:, None] & (num_obstacles == 0)[None])
+        last = jnp.where(is_here, 0, num_obstacles.clip(1))
+        is_last = jnp.arange(num_slots + 1, dtype=jnp.int32)[:, None] == last[None]
+        goal = (jnp.asarray(goals)[:, :, None] & is_last[None]).any(axis=1)
+        # One with too many obstacles has its goal beyond all areas: nothing is wanted, so nothing is planned.
+        return _planned(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
+
+    return compiled_whole(run)(num_obstacles, is_here)
 
 
 @functools.cache
@@ -96,7 +102,7 @@ def _start(attention: Attention, is_filled: Array, is_breakable: Array) -> Array
 
 
 def _planned(attention: Attention, start: Array, goal: Array, max_steps: int) -> Acts:
-    plans = compiled_whole(functools.partial(plan_situations, attention, max_steps=max_steps))(start, goal)
+    plans = plan_situations(attention, start, goal, max_steps=max_steps)
     act_of = np.array([*map(_act, attention.actions), -1], np.int32)  # the last for -1, no action
     slot_of = np.array([*(_slot(action) for action in attention.actions), -1], np.int32)
     return Acts(jnp.asarray(act_of)[plans.actions.T], jnp.asarray(slot_of)[plans.actions.T], plans.is_proof)
