@@ -3,7 +3,8 @@
     S := goal situation
     repeat  M-step  actions that explain a part of S, break nothing of it, and whose unchanging conditions hold
             P-step  the situation before each: (S & ~adds) | conditions
-            A-step  rate each by how much of it is not yet so; keep the best few that contain none expanded before
+            A-step  rate each by how far off its features are, were nothing ever deleted; keep the best few that contain none
+                    expanded before
     until S is included in the start: then the plan, replayed forward; or nothing is left
 
 The matrices are constants (`attention`), situations are words with the batch as the minor axis. It ends after `max_steps`.
@@ -21,7 +22,7 @@ from sign_model.matrix import Array
 
 _WORD = 32
 _NEVER = np.int32(2**31 - 1)
-_SPARE = 3  # picks a step beyond the beam, for those that contain a situation expanded before
+_SPARE = 5  # picks a step beyond the beam, for those that contain a situation expanded before
 
 
 class MapPlans(NamedTuple):
@@ -65,7 +66,7 @@ def plan_situations(attention: Attention, start: Array, goal: Array, *, max_step
     """
     rules = _Rules(attention)
     given = rules.given(start)
-    search = _first(rules.pack(goal), given.holds, max_steps, beam)
+    search = _first(rules.pack(goal), given, max_steps, beam)
     # Ends: after max_steps.
     end = lax.while_loop(
         lambda search: (search.step < max_steps) & search.is_alive.any(), lambda search: _iterate(search, rules, given), search
@@ -79,11 +80,17 @@ def plan_situations(attention: Attention, start: Array, goal: Array, *, max_step
 
 
 class _Given(NamedTuple):
-    """A start: what holds, of what actions change, and what could come to hold by some usable action, uint32 [W, B]; which
-    actions are usable, bool [A, B]: what they need and nothing changes holds."""
+    """A start.
+
+    holds: uint32 [W, B], what holds of what actions change.
+    possible: uint32 [W, B], what can come to hold if nothing is ever deleted.
+    levels: uint32 [D, W, B], after how many rounds of that it does, in binary digits.
+    usable: bool [A, B], the actions whose unchanging conditions hold.
+    """
 
     holds: Array
     possible: Array
+    levels: Array
     usable: Array
 
 
@@ -102,8 +109,21 @@ class _Rules:
     def given(self, start: Array) -> _Given:
         """bool [F, B]: a start."""
         usable = ((self.needs_static & ~_packed(start[self.static])[:, None]) == 0).all(axis=0)
-        holds, adds = self.pack(start), jnp.where(usable[None], self.adds, jnp.uint32(0))
-        return _Given(holds, holds | lax.reduce(adds, jnp.uint32(0), lax.bitwise_or, (1,)), usable)
+        holds = self.pack(start)
+        places = jnp.arange(len(self.changing).bit_length(), dtype=jnp.int32)
+
+        def spread(state: tuple) -> tuple:
+            level, reached, _, levels = state
+            can = usable & ((self.needs & ~reached[:, None]) == 0).all(axis=0)
+            gives = lax.reduce(jnp.where(can[None], self.adds, jnp.uint32(0)), jnp.uint32(0), lax.bitwise_or, (1,))
+            fresh, is_digit = gives & ~reached, (level >> places) & 1 == 1
+            levels |= jnp.where(is_digit[:, None, None], fresh[None], jnp.uint32(0))
+            return level + 1, reached | fresh, (fresh != 0).any(), levels
+
+        first = (jnp.int32(1), holds, jnp.bool_(True), jnp.zeros((len(places), *holds.shape), jnp.uint32))
+        # Ends: every round but the last brings a new feature, so there are no more rounds than features.
+        _, possible, _, levels = lax.while_loop(lambda state: state[2], spread, first)
+        return _Given(holds, possible, levels, usable)
 
     def pack(self, situation: Array) -> Array:
         """bool [F, B] -> uint32 [W, B]: the features that actions change."""
@@ -114,11 +134,12 @@ class _Rules:
         return jnp.asarray(matrix)[:, action.clip(0), 0]
 
 
-def _first(goal: Array, holds: Array, max_steps: int, beam: int) -> _Search:
+def _first(goal: Array, given: _Given, max_steps: int, beam: int) -> _Search:
     W, B = goal.shape
-    is_done = ((goal & ~holds) == 0).all(axis=0)
+    is_done = ((goal & ~given.holds) == 0).all(axis=0)
+    is_possible = ((goal & ~given.possible) == 0).all(axis=0)
     situations = jnp.broadcast_to(goal[:, None], (W, beam, B))
-    is_alive = (jnp.arange(beam, dtype=jnp.int32)[:, None] == 0) & ~is_done[None]
+    is_alive = (jnp.arange(beam, dtype=jnp.int32)[:, None] == 0) & (is_possible & ~is_done)[None]
     # Unused places of the memory have every bit: only a situation with every bit contains one.
     known = jnp.full((W, max_steps + 1, beam, B), 0xFFFFFFFF, jnp.uint32)
     known = known.at[:, 0].set(jnp.where(is_alive[None], situations, jnp.uint32(0xFFFFFFFF)))
@@ -129,16 +150,17 @@ def _first(goal: Array, holds: Array, max_steps: int, beam: int) -> _Search:
 
 def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
     A, (W, K, B) = rules.num_actions, search.situations.shape
-    holds, possible, usable = given
     now = search.situations[:, None]  # [W, 1, K, B]; rules [W, A, 1, 1]
     adds, bad, needs = (words[..., None] for words in (rules.adds, rules.bad, rules.needs))
     before = (now & ~adds) | needs
-    fits = ((now & adds) != 0).any(axis=0) & ((now & bad) == 0).all(axis=0) & usable[:, None] & search.is_alive[None]
-    fits &= ((before & ~possible[:, None, None]) == 0).all(axis=0)
+    fits = ((now & adds) != 0).any(axis=0) & ((now & bad) == 0).all(axis=0) & given.usable[:, None] & search.is_alive[None]
+    fits &= ((before & ~given.possible[:, None, None]) == 0).all(axis=0)
     before = before.reshape(W, A * K, B)
-    unmet = lax.population_count(before & ~holds[:, None]).astype(jnp.int32).sum(axis=0)
+    rating = jnp.zeros((A * K, B), jnp.int32)
+    for place, digit in enumerate(given.levels):
+        rating += lax.population_count(before & digit[:, None]).astype(jnp.int32).sum(axis=0) << place
     number = jnp.arange(A * K, dtype=jnp.int32)[:, None]
-    key = jnp.where(fits.reshape(A * K, B), unmet * (A * K) + number, _NEVER)
+    key = jnp.where(fits.reshape(A * K, B), rating * (A * K) + number, _NEVER)
     kept = (jnp.zeros((W, K, B), jnp.uint32), jnp.full((K, B), -1, jnp.int32), jnp.zeros(B, jnp.int32), key)
 
     def pick(_: Array, kept: tuple) -> tuple:
@@ -146,7 +168,7 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
 
     situations, places, _, key = lax.fori_loop(0, K + _SPARE, pick, kept)
     is_kept = places >= 0
-    is_done = is_kept[0] & ((situations[:, 0] & ~holds) == 0).all(axis=0)
+    is_done = is_kept[0] & ((situations[:, 0] & ~given.holds) == 0).all(axis=0)
     step = search.step
     return _Search(
         step=step + 1,
@@ -173,8 +195,7 @@ def _pick(kept: tuple, before: Array, known: Array) -> tuple:
     contains = ((one[:, None] & ~before) == 0).all(axis=0)
     situations = jnp.where(here[None], one[:, None], situations)
     places = jnp.where(here, jnp.where(is_it, jnp.arange(key.shape[0], dtype=jnp.int32)[:, None], 0).sum(axis=0)[None], places)
-    is_out = is_it | (contains & is_new[None])
-    is_out &= (goes | ~is_new)[None]  # what finds no room stays, so that it is seen to have been cut off
+    is_out = (is_it | contains) & (goes | ~is_new)[None]  # what finds no room stays, so that it is seen to have been cut off
     return situations, places, num_kept + goes.astype(jnp.int32), jnp.where(is_out, _NEVER, key)
 
 
