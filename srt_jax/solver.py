@@ -18,7 +18,7 @@ from srt_jax.proof import blockages, covering
 from srt_jax.removal import Prices, open_passage, price_levels
 from srt_jax.route import in_order
 from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
-from srt_jax.symbols import ATTENDED, first_act, plan_along_chain, plan_on_contour
+from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper", "literal")

@@ -8,7 +8,7 @@ from test_solver import task_from
 
 from srt_jax import Status, check, make_task, solve, solve_many
 from srt_jax.acts import left_behind
-from srt_jax.symbols import first_act
+from srt_jax.symbols.planning import first_act
 from srt_jax.types import Act
 
 TWO_WALLS = """

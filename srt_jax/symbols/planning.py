@@ -1,7 +1,6 @@
-"""The gate between the levels: what the grid level reports becomes a situation of signs, and MAP's plans become acts on ids.
+"""What the grid level reports becomes a situation of signs, and MAP's plans become acts on obstacles (PY16 §3).
 
-The only file of this package that knows the sign model (PY16 §3: "the subsymbolic level reports, the symbolic level re-plans").
-Working memory has slots, obstacles have ids: slots are filled here, and read back.
+Working memory has slots, obstacles have ids: slots are filled here, and read back. Everything runs inside jit.
 """
 
 import functools
