@@ -14,8 +14,8 @@ from srt_jax.whatif import Outcome, if_flag, if_gone
 def explain(task: Task, solution: Solution, *, what_if: bool = False, heading: float = NORTH, cell_side: float = 1.0) -> str:
     """Returns why the way was blocked and what was done about it; one line per task of a batch.
 
-    Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as in `explanation`, which gives
-    the same as data and has the same options. Lengths are in cell sides; in metres where `cell_side` is given.
+    Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as in `explanation`, which has
+    the same as data, and the same options. Lengths are in cell sides; in metres where `cell_side` is given.
 
     Raises:
       ValueError: task and solution have different batch dimensions.
