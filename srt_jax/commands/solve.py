@@ -28,7 +28,10 @@ def solve(
     ] = None,
     repair: Annotated[bool, typer.Option("--repair", help="Make valid the polygons that cross themselves.")] = False,
     mode: Annotated[
-        str, typer.Option(metavar="least|paper", help="least: the least removal. paper: the paper's greedy loop.")
+        str,
+        typer.Option(
+            metavar="least|paper|literal", help="least: the least removal. paper: the paper's loop. literal: to the letter."
+        ),
     ] = "least",
     max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
     out: Annotated[pathlib.Path | None, typer.Option(metavar="DIR", help="Write results.json and pictures here.")] = None,
