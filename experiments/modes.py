@@ -24,17 +24,17 @@ CORNERS = np.ones((3, 3), int)
 
 def are_apart(free: np.ndarray, start: tuple[int, ...], goal: tuple[int, ...]) -> bool:
     """Returns whether no path joins two cells; moves along rows and columns reach all, for no corner is cut."""
-    regions = ndimage.label(free)[0]
+    regions, _ = ndimage.label(free)  # type: ignore[misc]
     return not (free[start] and free[goal] and regions[start] == regions[goal])
 
 
 def seed_is_beside_what_parts(task: Task, solution: Solution) -> bool:
     """Returns whether a piece of blocked cells that touches the seed parts start and goal by itself."""
     ends = [tuple(np.asarray(end).tolist()) for end in (task.start, task.goal)]
-    pieces = ndimage.label((task.labels != -1).any(axis=0), structure=CORNERS)[0]
+    pieces, _ = ndimage.label((task.labels != -1).any(axis=0), structure=CORNERS)  # type: ignore[misc]
     row, col = np.asarray(solution.seed).tolist()
     beside = pieces[max(0, row - 1) : row + 2, max(0, col - 1) : col + 2]
-    return any(are_apart(pieces != piece, ends[0], ends[1]) for piece in set(beside.flat) - {0})
+    return any(are_apart(np.asarray(pieces != piece), ends[0], ends[1]) for piece in set(beside.ravel().tolist()) - {0})
 
 
 def proof_parts(task: Task, solution: Solution) -> bool:
@@ -54,7 +54,7 @@ def row_of(kind: str, tasks: Sequence[Task], answers: dict[str, list[Solution]])
     cut_off = [number for number, solution in enumerate(answers["least"]) if solution.seed[0] >= 0]
     beside = [seed_is_beside_what_parts(tasks[number], answers["paper"][number]) for number in cut_off]
     proven = np.flatnonzero(np.isin(of["least"], (Status.UNSOLVABLE, Status.GOAL_BLOCKED)))
-    parted = [proof_parts(tasks[number], answers["least"][number]) for number in proven]
+    parted = [proof_parts(tasks[number], answers["least"][number]) for number in proven.tolist()]
     wrong += [f"{kind}: a seed lies beside nothing that parts"] * beside.count(False)
     wrong += [f"{kind}: a proof does not part"] * parted.count(False)
     solvable = np.flatnonzero(of["least"] == Status.SOLVED)
@@ -70,7 +70,7 @@ def row_of(kind: str, tasks: Sequence[Task], answers: dict[str, list[Solution]])
 def _more(least: list[Solution], other: list[Solution], which: np.ndarray) -> tuple[str, str]:
     """Returns how much more the other mode destroys, in number and in cost, on tasks that both solve."""
     sums = [
-        [float(sum(np.float64(getattr(answers[number], field)) for number in which)) for answers in (least, other)]
+        [float(sum(np.float64(getattr(answers[number], field)) for number in which.tolist())) for answers in (least, other)]
         for field in ("num_destroyed", "removal_cost")
     ]
     number, cost = (f"{100 * (there / here - 1):+.1f} %" if here else "-" for here, there in sums)
