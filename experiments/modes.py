@@ -41,7 +41,8 @@ def proof_parts(task: Task, solution: Solution) -> bool:
     """Returns whether the firm obstacles of the proof part start and goal by themselves."""
     ends = [tuple(np.asarray(end).tolist()) for end in (task.start, task.goal)]
     ids = solution.separating[solution.separating >= 0]
-    return not task.destroyable[ids].any() and are_apart(~np.isin(task.labels, ids).any(axis=0), ends[0], ends[1])
+    alone = np.asarray(~np.isin(task.labels, ids).any(axis=0))
+    return not task.destroyable[ids].any() and are_apart(alone, ends[0], ends[1])
 
 
 def row_of(kind: str, tasks: Sequence[Task], answers: dict[str, list[Solution]]) -> tuple[list[str], list[str]]:
