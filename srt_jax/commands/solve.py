@@ -41,7 +41,10 @@ def solve(
     unknown: options.UnknownOption = "blocked",
     repair: options.RepairOption = False,
     mode: Annotated[
-        str, typer.Option(metavar="least|paper", help="least: the least removal. paper: the paper's greedy loop.")
+        str,
+        typer.Option(
+            metavar="least|paper|literal", help="least: the least removal. paper: the paper's loop. literal: to the letter."
+        ),
     ] = "least",
     max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
     out: Annotated[pathlib.Path | None, typer.Option(metavar="DIR", help="Write results.json and pictures here.")] = None,
