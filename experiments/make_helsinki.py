@@ -9,7 +9,6 @@ courtyards. Those of which the extract lacks a node or a member, at its border, 
 
 import collections
 import importlib.util
-import math
 import pathlib
 from typing import Any
 
@@ -18,12 +17,11 @@ import osmium  # pyright: ignore[reportMissingImports]
 from numpy.typing import ArrayLike
 
 from srt_jax.formats.files import written
+from srt_jax.formats.projection import Projection
 from srt_jax.world import Obstacle
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
 TARGET = pathlib.Path(__file__).parents[1] / "srt_jax" / "data" / "helsinki.npz"
-EQUATOR_RADIUS, ECCENTRICITY_SQUARED = 6378137.0, 0.00669437999014
-"""Of the WGS 84 ellipsoid, metres."""
 
 
 def main() -> None:
@@ -65,11 +63,7 @@ def centimetres_per_degree(latitude: float) -> np.ndarray:
 
     Both are taken as constant over the extract; at its northern and southern ends the first is off by 1 part in 4,400.
     """
-    sine, cosine = math.sin(math.radians(latitude)), math.cos(math.radians(latitude))
-    bend = 1 - ECCENTRICITY_SQUARED * sine**2
-    across = EQUATOR_RADIUS / math.sqrt(bend)
-    along = across * (1 - ECCENTRICITY_SQUARED) / bend
-    return np.array([across * cosine, along]) * math.radians(1) * 100
+    return Projection(0, latitude).metres_per_degree * 100
 
 
 def read_buildings(source: str) -> tuple[list[tuple[list, str]], collections.Counter]:

@@ -1,11 +1,10 @@
 """Many tasks in one jitted search: tasks that share matrices ride together, a ladder of beams takes what is left unsolved.
 
-The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, the next ones try only what it left. What
+The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, the next one tries only what it left. What
 the whole ladder leaves goes to the exact search, which alone can prove that there is no plan.
 """
 
 import functools
-import hashlib
 import math
 import os
 import time
@@ -17,21 +16,21 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from sign_model.grouping import groups_of
 from sign_model.heuristics import DEFAULTS, HeuristicSign
-from sign_model.kernel import regress, regress_domains
-from sign_model.packed import WORD, SignWeights, landmark_columns, make_tables, make_weights
-from sign_model.planner import plan
-from sign_model.rating import kind_of
-from sign_model.regression import RegressionSpace, regression_space
-from sign_model.result import PlanResult, PlanStatus
+from sign_model.kernel import MAX_BEAM, regress, regress_domains
+from sign_model.packed_batch import PackedBatch
+from sign_model.result import PlanResult
 from sign_model.task import PlanningTask
-from sign_model.validate import replay_batch
 
-MIN_LANES = 8
-"""A batch of one is pathological on a CPU: it is padded to 8, which takes no longer."""
+QUEUES = (16, 256, 2048)
+"""How many tasks one call takes: few sizes, so that few programs are compiled. The rest of a queue is padding."""
 
-MAX_DOMAINS = 32
+DOMAINS = (8, 32)
 """How many domains of one bucket ride in one call."""
+
+_MAX_TABLE_BYTES = 1 << 25
+"""The most that the tables of one queue may take."""
 
 
 @dataclass(frozen=True)
@@ -43,15 +42,25 @@ class Rung:
     steps: int
     lanes: int
 
+    def __post_init__(self) -> None:
+        for name, most in (("beam", MAX_BEAM), ("branch", MAX_BEAM), ("steps", 1 << 20), ("lanes", 1 << 20)):
+            if not 1 <= getattr(self, name) <= most:
+                raise ValueError(f"a rung's {name} must lie between 1 and {most}, got {getattr(self, name)}")
+        if self.lanes & (self.lanes - 1):
+            raise ValueError(f"a rung's lanes must be a power of two, as queues are cut into them, got {self.lanes}")
+
 
 def default_ladder(num_features: int) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then wider ones for longer plans."""
+    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then each four times as wide.
+
+    Measured on blocks of 8 to 15: twice the beam halves the speed and takes a third of what is left above the optimum. Small
+    domains of other kinds (tiles, sokoban) got plans half as long from 16 situations as from 6, and there they cost little.
+    """
     side = math.isqrt(num_features)
-    branch = min(64, side + 2)
-    return (
-        Rung(beam=6, branch=branch, steps=3 * side, lanes=128),
-        Rung(beam=24, branch=branch, steps=4 * side, lanes=32),
-        Rung(beam=96, branch=branch, steps=5 * side, lanes=32),
+    narrow, branch = 16 if num_features <= 64 else max(6, 5 * side // 8), min(64, side + 2)
+    return tuple(
+        Rung(beam=min(MAX_BEAM, narrow * width), branch=branch, steps=longest * side, lanes=lanes)
+        for width, longest, lanes in ((1, 4, 128 if num_features <= 128 else 64), (4, 6, 32), (16, 12, 16))
     )
 
 
@@ -75,138 +84,87 @@ def plan_batch(
     signs = DEFAULTS if heuristic is None else (heuristic,) if isinstance(heuristic, HeuristicSign) else tuple(heuristic)
     if not signs:
         raise ValueError("plan_batch needs at least one heuristic sign: give None for the unlearned ones")
-    members: dict[bytes, list[int]] = defaultdict(list)
-    identities: dict[int, bytes] = {}
-    for number, task in enumerate(tasks):
-        members[_identity(task, identities)].append(number)
-    groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members.values()]
+    members = groups_of(tasks)
+    groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members]
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
         buckets[group.shapes].append(group)
-    with ThreadPoolExecutor(num_threads or _num_cores()) as pool:
-        for alike in buckets.values():
-            _climb(pool, alike, signs, ladder if ladder is not None else default_ladder(len(alike[0].space.features)))
+    num_threads = num_threads or _num_cores()
+    with ThreadPoolExecutor(num_threads) as outer, ThreadPoolExecutor(num_threads) as inner:
+
+        def climb(alike: list[PackedBatch]) -> None:
+            rungs = ladder if ladder is not None else default_ladder(alike[0].tables.explains.shape[0])
+            _climb(inner, num_threads, alike, signs, rungs)
+
+        for _ in outer.map(climb, buckets.values()):
+            pass
     results: dict[int, PlanResult] = {}
-    for group, numbers in zip(groups, members.values()):
+    for group, numbers in zip(groups, members):
         results.update(zip(numbers, group.results(max_expansions)))
     return [results[i] for i in range(len(tasks))]
 
 
-def _identity(task: PlanningTask, known: dict[int, bytes]) -> bytes:
-    """A digest of what tasks must share to ride together; arrays seen before (the same object) are not read again."""
-    if id(task.conditions) not in known:
-        digest = hashlib.sha256(repr((task.features, task.actions)).encode())
-        for matrix in (task.conditions, task.adds, task.deletes):
-            digest.update(np.packbits(matrix).tobytes())
-        known[id(task.conditions)] = digest.digest()
-    return known[id(task.conditions)]
-
-
-def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
-    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their features and actions."""
-    identities: dict[int, bytes] = {}
-    if len({_identity(task, identities) for task in tasks}) != 1:
-        raise ValueError("the tasks must share their features and actions: ground them with the same objects")
-    return PackedBatch(tasks, signs)
-
-
-class PackedBatch:
-    """Tasks of one domain, packed; `plans` fills while the ladder is climbed."""
-
-    def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
-        began = time.perf_counter()
-        self.tasks, base = tasks, tasks[0]
-        self.starts, self.goals = np.array([task.start for task in tasks]), np.array([task.goal for task in tasks])
-        self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
-        self.possible = self.space.is_consistent(self.space.situations(self.goals))
-        self.plans: list[np.ndarray | None] = [None] * len(tasks)
-        self.goal_kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
-        self.columns = landmark_columns(self.space, signs, self.goal_kinds)
-        self.tables = make_tables(self.space, self.columns)
-        self.weights = [self.weights_of(sign) for sign in signs]
-        self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
-        self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
-
-    def weights_of(self, sign: HeuristicSign) -> SignWeights:
-        """The weights of a sign as the kernel reads them; it must count no landmarks but those of the batch's own signs."""
-        schemas = [self.tasks[0].actions[a][0] for a in self.space.kept_actions]
-        return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
-
-    def open_tasks(self) -> np.ndarray:
-        """The tasks that may have a plan and have none yet; alike ones lie together, as all lanes wait for the last."""
-        still = np.array([i for i, found in enumerate(self.plans) if found is None and self.possible[i]], np.int64)
-        unmet = (self.goals[still] & ~self.starts[still]).sum(axis=1)
-        return still[np.argsort(unmet, kind="stable")]
-
-    def lanes(self, situations: np.ndarray) -> np.ndarray:
-        """bool [N, F of the task] -> [F of the tables, N]."""
-        out = np.zeros((self.tables.needs.shape[0] * WORD, len(situations)), bool)
-        out[: len(self.space.features)] = self.space.situations(situations).T
-        return out
-
-    def results(self, max_expansions: int) -> list[PlanResult]:
-        """Replays all plans; what has none goes to the exact search."""
-        began = time.perf_counter()
-        solved = [i for i, found in enumerate(self.plans) if found is not None]
-        replay_batch(self.tasks[0], self.starts[solved], self.goals[solved], [p for p in self.plans if p is not None])
-        self.seconds["validate"] = time.perf_counter() - began
-        share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
-        names, out = np.array(self.tasks[0].action_names, object), []
-        for task, found, is_possible in zip(self.tasks, self.plans, self.possible):
-            if found is not None:
-                out.append(PlanResult(PlanStatus.SOLVED, tuple(names[found].tolist()), len(found), share))
-            elif not is_possible:
-                out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
-            else:
-                out.append(plan(task, max_expansions=max_expansions))
-        return out
-
-
 def _climb(
-    pool: ThreadPoolExecutor, groups: list[PackedBatch], signs: tuple[HeuristicSign, ...], rungs: Sequence[Rung]
+    pool: ThreadPoolExecutor,
+    num_threads: int,
+    groups: list[PackedBatch],
+    signs: tuple[HeuristicSign, ...],
+    rungs: Sequence[Rung],
 ) -> None:
     """Climbs the ladder with all groups of one bucket; notes the plans found."""
     for rung in rungs:
         for number, sign in enumerate(signs):
-            open_ = [group.open_tasks() for group in groups]
-            most = max(len(tasks) for tasks in open_)
-            if not most:
-                return
-            size = min(rung.lanes, max(MIN_LANES, 1 << (most - 1).bit_length()))
-            jobs = [(g, tasks[i : i + size]) for g, tasks in zip(groups, open_) for i in range(0, len(tasks), size)]
-            at_once = 1 if len(groups) == 1 else min(MAX_DOMAINS, 1 << (len(jobs) - 1).bit_length())
-            slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
             began = time.perf_counter()
-            for _ in pool.map(
-                functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once), slices
-            ):
-                pass
+            open_ = [group.open_tasks() for group in groups]
+            if not any(map(len, open_)):
+                return
+            size = _queue_size(max(map(len, open_)), num_threads if len(groups) == 1 else 1, groups[0].task_bytes(sign))
+            jobs = [(group, part) for group, tasks in zip(groups, open_) for part in _parts(tasks, size, num_threads)]
+            at_once = 1 if len(groups) == 1 else DOMAINS[len(jobs) > DOMAINS[0]]
+            slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
+            search = functools.partial(_search, rung=rung, sign=sign, number=number, size=size, domains=at_once)
+            for found in pool.map(search, slices):
+                for group, *plans in found:
+                    group.note(*plans)
             for group in groups:
                 group.seconds["search"] += (time.perf_counter() - began) / len(groups)
 
 
+def _queue_size(num_tasks: int, num_threads: int, task_bytes: int) -> int:
+    """The least size that takes a thread's share of the tasks, bounded by what their tables take."""
+    share = -(-num_tasks // num_threads)
+    size = next((size for size in QUEUES if size >= share), QUEUES[-1])
+    while size > QUEUES[0] and size * task_bytes > _MAX_TABLE_BYTES:
+        size = QUEUES[QUEUES.index(size) - 1]
+    return size
+
+
+def _parts(tasks: np.ndarray, size: int, num_threads: int) -> list[np.ndarray]:
+    """The tasks in parts of at most `size`, as many for each thread."""
+    if not len(tasks):
+        return []
+    rounds = -(-len(tasks) // (size * num_threads))
+    return [part for part in np.array_split(tasks, rounds * num_threads) if len(part)]
+
+
 def _search(
     jobs: list[tuple[PackedBatch, np.ndarray]], *, rung: Rung, sign: HeuristicSign, number: int, size: int, domains: int
-) -> None:
-    """One jitted search over the jobs, each the tasks of one domain; short ones are filled up by repetition."""
-    options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps}
+) -> list[tuple]:
+    """One jitted search over the jobs, each the tasks of one domain; where there are fewer, the first stands in unread.
+
+    -> (group, its tasks, lengths, plans, whether they have detours) of each job.
+    """
+    options = {"beam": rung.beam, "branch": rung.branch, "steps": rung.steps, "lanes": min(rung.lanes, size)}
     options |= {"uses_landmarks": any(sign.landmarks.values()), "uses_plan": any(sign.plan.values())}
-    padded = [jobs[i % len(jobs)] for i in range(domains)]
-    inputs = []
-    for group, tasks in padded:
-        lanes = np.resize(tasks, size)
-        inputs.append((group.tables, group.weights[number], group.lanes(group.starts[lanes]), group.lanes(group.goals[lanes])))
+    inputs = [(group.tables, group.weights[number], *group.queue(tasks, size)) for group, tasks in jobs]
     if domains == 1:
         found = [np.asarray(part)[None] for part in regress(*inputs[0], **options)]
     else:
-        found = [
-            np.asarray(part) for part in regress_domains(*jax.tree.map(lambda *leaves: np.stack(leaves), *inputs), **options)
-        ]
-    for (group, tasks), solved, length, actions in zip(jobs, *found):
-        plans = np.append(group.space.kept_actions, -1)[actions.T]  # -1, no action, stays -1
-        for task, is_solved, steps, found_plan in zip(tasks.tolist(), solved.tolist(), length.tolist(), plans):
-            if is_solved:
-                group.plans[task] = found_plan[:steps]
+        nothing = (*inputs[0][:-1], np.int32(0))
+        inputs += [nothing] * (domains - len(inputs))
+        stacked = jax.tree.map(lambda *leaves: np.stack(leaves), *inputs)
+        found = [np.asarray(part) for part in regress_domains(*stacked, **options)]
+    return [(group, tasks, *(part[i, : len(tasks)] for part in found)) for i, (group, tasks) in enumerate(jobs)]
 
 
 def _num_cores() -> int:

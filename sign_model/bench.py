@@ -28,6 +28,8 @@ from sign_model.validate import validate
 BARS = {8: 30_000, 10: 10_000, 15: 4_000}
 """Random blocks tasks a second, one process on 2 idle cores, compilation apart."""
 
+_SECONDS_A_ROW = 15.0
+
 
 def run(
     quick: bool = False, *, data: str | os.PathLike | None = None, log: Callable[[str], None] = lambda told: None
@@ -35,7 +37,7 @@ def run(
     """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start", "peers" [...]}.
 
     Args:
-      quick: fewer and smaller tasks, under a minute.
+      quick: fewer and smaller tasks, under a minute on idle cores; else about three.
       data: a folder with blocks/, hanoi/, ferry/ and goldminer/ and `fd_optimal.csv`; the environment's SRT_SHARED_DATA/pddl
         where None. Without it the known optima are those of random blocks tasks alone.
       log: told of progress.
@@ -44,7 +46,7 @@ def run(
     training = random_blocks_tasks(6, 256 if quick else 1024, seed=100)
     sign = learn(training, generations=10 if quick else 30, log=log)
     learning = {"seconds": time.perf_counter() - began, "tasks": len(training), "blocks": 6, "sign": _as_dict(sign)}
-    sizes = (8,) if quick else (8, 10, 15)
+    sizes = {8: 1024} if quick else {8: 4096, 10: 4096, 15: 2048}
     folder = pathlib.Path(data) if data is not None else pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl"
     return {
         "machine": {
@@ -54,10 +56,10 @@ def run(
             "cores": os.cpu_count(),
         },
         "learning": learning,
-        "random_blocks": [_throughput(n, chosen, quick, log) for n in sizes for chosen in (sign, None)],
+        "random_blocks": [_throughput(n, count, chosen, log) for n, count in sizes.items() for chosen in (sign, None)],
         "known_optima": list(_known_optima(folder, sign, quick, log)) if (folder / "fd_optimal.csv").is_file() else [],
         "cold_start": _cold_start(),
-        "peers": list(_peers(quick, log)),
+        "peers": list(_peers(3 if quick else 10, log)),
     }
 
 
@@ -69,6 +71,7 @@ def table(result: dict[str, Any]) -> str:
         bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
         lines.append(
             f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s{bar}, "
+            f"{row['tasks_a_cpu_second']:,.0f} a second of CPU, "
             f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, "
             f"compile {row['compile_seconds']:.1f} s"
         )
@@ -78,10 +81,15 @@ def table(result: dict[str, Any]) -> str:
             f"length / optimum {row['ratio']:.3f} (worst {row['worst']:.2f}), optimal {row['optimal']:.0%}, "
             f"slowest {row['slowest_seconds']:.2f} s"
         )
-    lines.append(f"cold start (import, parse, plan, replay; 6 blocks): {result['cold_start']['seconds']:.2f} s")
+    cold = result["cold_start"]
+    lines.append(
+        f"cold start (import, parse, plan, replay; 6 blocks): {cold['seconds']:.2f} s, {cold['cpu_seconds']:.2f} s of CPU"
+    )
     for row in result["peers"]:
-        solved = f"{row['name']:28s} solved {row['solved']} of {row['tasks']}"
-        lines.append(f"{solved}, mean length {row['mean_length']:.1f}, {row['seconds']:.2f} s each")
+        lines.append(
+            f"{row['blocks']} blocks, {row['name']:28s} solved {row['solved']} of {row['tasks']}, "
+            f"length / optimum {row['ratio']:.2f}, {row['seconds']:.3f} s each"
+        )
     return "\n".join(lines)
 
 
@@ -99,23 +107,24 @@ def _optima(tasks: list[PlanningTask], num_blocks: int) -> np.ndarray:
     return np.array([optimal_length(state_of(p.start, num_blocks), state_of(p.goal, num_blocks)) for p in problems])
 
 
-def _throughput(num_blocks: int, sign: HeuristicSign | None, quick: bool, log: Callable[[str], None]) -> dict[str, Any]:
+def _throughput(num_blocks: int, count: int, sign: HeuristicSign | None, log: Callable[[str], None]) -> dict[str, Any]:
     """Random tasks through `plan_batch`: packing, search, replay and results counted, compilation apart; the median run."""
-    count = 1024 if quick else 4096
-    tasks, seconds = random_blocks_tasks(num_blocks, count, seed=1), []
-    for _ in range(3 if quick else 6):
-        began = time.perf_counter()
+    tasks, seconds, cpu_seconds = random_blocks_tasks(num_blocks, count, seed=1), [], []
+    while len(seconds) < 3 or (len(seconds) < 7 and sum(seconds) < _SECONDS_A_ROW):
+        began, cpu_began = time.perf_counter(), time.process_time()
         results = plan_batch(tasks, heuristic=sign)
         seconds.append(time.perf_counter() - began)
-    sample = list(range(0, count, count // 512))
-    lengths, optima = np.array([len(results[i].actions) for i in sample]), _optima([tasks[i] for i in sample], num_blocks)
-    if any(validate(tasks[i], results[i].actions) for i in sample):
+        cpu_seconds.append(time.process_time() - cpu_began)
+    if any(validate(task, result.actions) for task, result in zip(tasks, results) if result.is_solved):
         raise AssertionError("a plan failed its independent replay")
+    sample = list(range(0, count, max(1, count // 512)))
+    lengths, optima = np.array([len(results[i].actions) for i in sample]), _optima([tasks[i] for i in sample], num_blocks)
     row = {
         "blocks": num_blocks,
         "sign": "unlearned" if sign is None else "learned",
         "tasks_a_second": count / float(np.median(seconds[1:])),
         "best_tasks_a_second": count / min(seconds[1:]),
+        "tasks_a_cpu_second": count / float(np.median(cpu_seconds[1:])),
         "compile_seconds": seconds[0] - min(seconds[1:]),
         "solved": float(np.mean([result.is_solved for result in results])),
         "ratio": float(lengths.sum() / optima.sum()),
@@ -147,6 +156,8 @@ def _known_optima(
                 task = load(folder / domain / "domain.pddl", folder / name)
                 began = time.perf_counter()
                 results.append((plan(task, heuristic=used, max_seconds=30.0), time.perf_counter() - began))
+                if len(results) % 10 == 0:
+                    log(f"{domain}: {len(results)} of {len(chosen)} tasks")
             ratios = [len(r.actions) / optimum for (r, _), optimum in zip(results, chosen.values()) if r.is_solved]
             row = {
                 "domain": domain,
@@ -163,16 +174,19 @@ def _known_optima(
 
 
 def _cold_start() -> dict[str, float]:
-    """A fresh process that loads one task of 6 blocks and plans it: the best of three."""
+    """A fresh process that loads one task of 6 blocks and plans it: the best of three, on the clock and of CPU."""
     with tempfile.TemporaryDirectory() as place:
         domain, problem = _written(pathlib.Path(place), random_blocks_tasks(6, 1, seed=3)[0])
-        code = f"import sign_model as s; t = s.load({str(domain)!r}, {str(problem)!r}); assert s.plan(t).is_solved"
-        seconds = []
+        code = f"import sign_model as s, time; t = s.load({str(domain)!r}, {str(problem)!r}); assert s.plan(t).is_solved"
+        seconds, cpu_seconds = [], []
         for _ in range(3):
             began = time.perf_counter()
-            subprocess.run([sys.executable, "-c", code], check=True)
+            done = subprocess.run(
+                [sys.executable, "-c", code + "; print(time.process_time())"], check=True, capture_output=True, text=True
+            )
             seconds.append(time.perf_counter() - began)
-    return {"seconds": min(seconds)}
+            cpu_seconds.append(float(done.stdout))
+    return {"seconds": min(seconds), "cpu_seconds": min(cpu_seconds)}
 
 
 def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pathlib.Path]:
@@ -182,21 +196,19 @@ def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pat
     return domain, problem
 
 
-def _peers(quick: bool, log: Callable[[str], None]) -> Iterator[dict[str, Any]]:
+def _peers(count: int, log: Callable[[str], None]) -> Iterator[dict[str, Any]]:
     """Each peer that is installed, and MAP, one by one on the same random tasks; a peer's process start is in its time."""
-    num_blocks, tasks = 8, random_blocks_tasks(8, 3 if quick else 10, seed=7)
-    commands = _peer_commands()
-    for name, command in {"MAP, one by one": None, **commands}.items():
-        lengths, spent = [], 0.0
+    num_blocks, tasks = 8, random_blocks_tasks(8, count, seed=7)
+    optima = _optima(tasks, num_blocks)
+    for name, command in {"MAP, one by one": None, **_peer_commands()}.items():
+        began, lengths = time.perf_counter(), []
         for task in tasks:
-            began = time.perf_counter()
-            length = len(plan(task).actions) if command is None else _peer_length(command, task)
-            spent += time.perf_counter() - began
-            if length is not None:
-                lengths.append(length)
-        row = {"name": name, "blocks": num_blocks, "tasks": len(tasks), "solved": len(lengths), "seconds": spent / len(tasks)}
-        log(f"{name}: {row['seconds']:.2f} s each")
-        yield row | {"mean_length": float(np.mean(lengths)) if lengths else float("nan")}
+            lengths.append(len(plan(task).actions) if command is None else _peer_length(command, task))
+        spent = (time.perf_counter() - began) / count
+        solved = [(length, optimum) for length, optimum in zip(lengths, optima.tolist()) if length is not None]
+        ratio = float(np.mean([length / optimum for length, optimum in solved])) if solved else float("nan")
+        log(f"{name}: solved {len(solved)} of {count}, length / optimum {ratio:.2f}, {spent:.2f} s each")
+        yield {"name": name, "blocks": num_blocks, "tasks": count, "solved": len(solved), "ratio": ratio, "seconds": spent}
 
 
 def _peer_commands() -> dict[str, list[str]]:

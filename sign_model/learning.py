@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from sign_model.batch import pack_batch
 from sign_model.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.kernel import regress
 from sign_model.packed import MAX_WEIGHT
+from sign_model.packed_batch import pack_batch
 from sign_model.rating import kind_of
 from sign_model.task import PlanningTask
 
@@ -93,10 +93,10 @@ class _Trial:
             [[weight_of(getattr(LANDMARKS, c), kind, goals) for kind in self.kinds] for c in _COUNTS], float
         )
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
-        self.parts = []
-        for first in range(0, len(tasks), lanes):
-            of_part = np.resize(np.arange(first, min(first + lanes, len(tasks))), min(lanes, len(tasks)))
-            self.parts.append((self.batch.lanes(self.batch.starts[of_part]), self.batch.lanes(self.batch.goals[of_part])))
+        numbers = np.arange(len(tasks))
+        self.side_by_side = min(64, 1 << (lanes - 1).bit_length())
+        size = -(-lanes // self.side_by_side) * self.side_by_side
+        self.parts = [self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)]
 
     def sign(self, weights: np.ndarray) -> HeuristicSign:
         whole = np.clip(np.round(weights), 0, MAX_WEIGHT).astype(int)
@@ -105,11 +105,12 @@ class _Trial:
 
     def mean_length(self, weights: np.ndarray, part: int) -> float:
         """The mean length of the plans; a task left unsolved counts twice the longest plan."""
-        start, goal = self.parts[part % len(self.parts)]
+        start, goal, count = self.parts[part % len(self.parts)]
         packed = self.batch.weights_of(self.sign(weights))
         branch = min(64, int(len(self.batch.space.features) ** 0.5) + 2)
-        solved, length, _ = regress(self.batch.tables, packed, start, goal, beam=self.beam, branch=branch, steps=self.steps)
-        return float(np.where(np.asarray(solved), np.asarray(length), 2 * self.steps).mean())
+        options = {"beam": self.beam, "branch": branch, "steps": self.steps, "lanes": self.side_by_side}
+        length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[:count]
+        return float(np.where(length >= 0, length, 2 * self.steps).mean())
 
     def mean_length_of_all(self, weights: np.ndarray) -> float:
         return float(np.mean([self.mean_length(weights, part) for part in range(len(self.parts))]))

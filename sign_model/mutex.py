@@ -52,8 +52,8 @@ def _by_pairs(
     size = adds.shape[1]
     feature_of, achievers = np.nonzero(adds.T)
     keeps, gives = ~pack(deletes), pack(adds)
-    together = starts.T.astype(np.float32) @ starts.astype(np.float32)  # exact: counts stay far below 2^24
-    pairs = np.asarray(together > 0)
+    in_starts = pack(starts.T)
+    pairs = np.stack([(row & in_starts).any(axis=1) for row in in_starts])  # no product: BLAS threads fight over busy cores
     while True:
         clash = clashes(conditions, ~pairs)  # q cannot hold beside the conditions
         usable = ~np.any(clash & conditions, axis=1)

@@ -1,8 +1,8 @@
 """A regression space packed for the batched search: words of 32 bits, padded to a bucket of shapes, the batch last.
 
-    adds, bad           uint32 [A, W]     tested against every situation (M-step)
-    keeps, needs        uint32 [W, A]     gathered by action number (P-step)
-    landmarks           uint32 [F, S, B]  bit j of row f: column j is needed on every way from the start to f (A-step)
+    explains, breaks    uint32 [F, A / 32]  OR-ed over the features of a situation (M-step)
+    keeps, needs        uint32 [W, A]       gathered by action number (P-step)
+    landmarks           uint32 [F, S, B]    bit j of row f: column j is needed on every way from the start to f (A-step)
 
 The tables are arguments of the jitted search, not constants: one compilation serves every domain of the same bucket.
 """
@@ -29,10 +29,11 @@ class Tables(NamedTuple):
     Padding actions add nothing, hence are never relevant. P: the most conditions of an action.
     """
 
-    adds: Array  # uint32 [A, W]
-    bad: Array  # uint32 [A, W]
+    explains: Array  # uint32 [F, A / 32], bit a of row f: action a adds f
+    breaks: Array  # uint32 [F, A / 32], bit a of row f: a situation with f cannot follow action a
     keeps: Array  # uint32 [W, A], what of a situation the action leaves to be explained
     needs: Array  # uint32 [W, A]
+    deletes: Array  # uint32 [W, A], what a plan's replay takes away
     need_lists: Array  # int32 [A, P]
     achievers: tuple[Array, ...]  # int32 [n, 4] each: fours of actions, then fours of those fours ...
     achieved_at: Array  # int32 [F + 1], the four that covers all achievers of a feature, numbered through all levels
@@ -69,6 +70,11 @@ def bucket(count: int) -> int:
     return max(1, -(-count // step) * step)
 
 
+def coarse_bucket(count: int, least: int) -> int:
+    """Returns the next power of two, at least `least`: for sizes that differ from task to task and cost little."""
+    return max(least, 1 << max(0, count - 1).bit_length())
+
+
 def words_for(count: int) -> int:
     """Returns how many words the bucket of `count` bits has, at least one."""
     return bucket(-(-count // WORD))
@@ -83,7 +89,7 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     def padded(rows: np.ndarray) -> np.ndarray:
         return np.concatenate([rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)])
 
-    need_lists = np.full((padded_actions, bucket(int(space.conditions.sum(axis=1).max(initial=1)))), none, np.int32)
+    need_lists = np.full((padded_actions, coarse_bucket(int(space.conditions.sum(axis=1).max(initial=1)), 4)), none, np.int32)
     for action, row in enumerate(space.conditions):
         held = np.flatnonzero(row)
         need_lists[action, : len(held)] = held
@@ -91,12 +97,17 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     own[columns, np.arange(len(columns))] = True
     column_features = np.full(num_columns * WORD, none, np.int32)
     column_features[: len(columns)] = columns
-    adds = padded(pack_words(space.adds, num_words))
+
+    def by_feature(matrix: np.ndarray) -> np.ndarray:
+        rows = pack_words(np.ascontiguousarray(matrix.T), padded_actions // WORD)
+        return np.concatenate([rows, np.zeros((none - num_features, rows.shape[1]), np.uint32)])
+
     return Tables(
-        adds=adds,
-        bad=padded(pack_words(space.bad, num_words)),
-        keeps=np.ascontiguousarray(~adds.T),
+        explains=by_feature(space.adds),
+        breaks=by_feature(space.bad),
+        keeps=np.ascontiguousarray(~padded(pack_words(space.adds, num_words)).T),
         needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
+        deletes=np.ascontiguousarray(padded(pack_words(space.deletes, num_words)).T),
         need_lists=need_lists,
         **_achievers(space.adds, none),
         column_features=column_features,
@@ -109,7 +120,7 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
     """The achievers of each feature as a tree of fours (the last one repeated): few steps, little padding."""
     open_ = {feature: np.flatnonzero(adds[:, feature]) for feature in np.flatnonzero(adds.any(axis=0)).tolist()}
     levels, found_at, before = [], {}, 0
-    while open_:
+    while open_ or len(levels) < 2:  # two at least: few shapes to compile
         fours, wider = [], {}
         for feature, members in open_.items():
             rows = np.pad(members, (0, -len(members) % 4), mode="edge").reshape(-1, 4)
@@ -118,8 +129,8 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
             else:
                 wider[feature] = np.arange(len(fours), len(fours) + len(rows))
             fours += list(rows)
-        level = np.zeros((bucket(len(fours)), 4), np.int32)
-        level[: len(fours)] = fours
+        level = np.zeros((coarse_bucket(len(fours), 8 if levels else 32), 4), np.int32)
+        level[: len(fours)] = np.array(fours, np.int32).reshape(-1, 4)
         levels.append(level)
         before += len(level)
         open_ = wider

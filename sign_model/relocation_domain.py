@@ -13,9 +13,11 @@ from sign_model.matrix import Component
 from sign_model.sign import Sign, sequence
 from sign_model.task import PlanningTask
 from sign_model.translate import world_model_of
-from sign_model.world_model import WorldModel
+from sign_model.world_model import WorldModel, from_signs
 
 AGENT = "i"
+DESTROY = "action destroy"
+"""The sign of the schema `destroy`; with a kind of obstacle it makes an ability of "I"."""
 
 DOMAIN = """(define (domain smart-relocation)
   (:requirements :strips :typing)
@@ -119,20 +121,25 @@ def scene_signs(scene: Scene) -> WorldModel:
     The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I can destroy. The image of an
     area or obstacle is where it is seen, a set of spatial signs (`sign_model.spatial` grounds them).
     """
-    model = world_model_of(scene_task(scene))
+    model = with_self(world_model_of(scene_task(scene)), scene.abilities)
     places = {name for names in scene.seen_as.values() for name in names}
     model = model.with_signs(Sign(name) for name in sorted(places - set(model.names)))
-    for kind in scene.abilities:
-        model = model.grown(AGENT, Component.MEANING, sequence({"action destroy", kind}))
     for name, seen in scene.seen_as.items():
         model = model.grown(name, Component.IMAGE, sequence(set(seen)))
     return model
 
 
+def with_self(model: WorldModel, abilities: Collection[str]) -> WorldModel:
+    """Returns the model in which the personal meaning of the sign `i` has one matrix more for each kind "I" can destroy."""
+    able = tuple(sequence({DESTROY, kind}) for kind in abilities)
+    signs = (dataclasses.replace(sign, meaning=sign.meaning + able) if sign.name == AGENT else sign for sign in model.signs())
+    return from_signs(signs)
+
+
 def abilities_of(model: WorldModel) -> frozenset[str]:
     """Returns the kinds of obstacles that "I" can destroy, read from the personal meanings of the sign `i`."""
     meanings = (matrix.features for matrix in model.sign(AGENT).meaning)
-    return frozenset(kind for features in meanings if "action destroy" in features for kind in features - {"action destroy"})
+    return frozenset(kind for features in meanings if DESTROY in features for kind in features - {DESTROY})
 
 
 def _check(scene: Scene) -> None:

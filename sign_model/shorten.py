@@ -20,7 +20,7 @@ def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
       plan: action numbers in the order of execution.
     """
     while True:
-        shorter = _drop_detours(task, plan)
+        shorter = drop_detours(task, plan)
         if len(shorter) <= _MAX_TRIED:
             shorter = _drop_useless(task, shorter)
         if len(shorter) == len(plan):
@@ -44,7 +44,8 @@ def needs_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
     return np.array(needs[::-1])
 
 
-def _drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
+def drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
+    """Returns the plan without the steps between a state and the latest step whose needs it meets already."""
     states, needs = states_along(task, plan), needs_along(task, plan)
     needed, lacking = pack(needs), ~pack(states)
     meets = np.array([~(needed & missing).any(axis=1) for missing in lacking]).T  # [need, state]

@@ -67,7 +67,7 @@ def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
     size = start.shape[0]
     cost, action_cost = _relaxed_costs(tables, start)
     best = _best_achievers(tables, cost, action_cost)
-    words = tables.adds.shape[0] // WORD
+    words = tables.need_lists.shape[0] // WORD
     own_word = jnp.arange(words, dtype=jnp.int32)[None, :, None] == (best >> 5)[:, None]
     own = jnp.where(own_word & (best >= 0)[:, None], jnp.uint32(1) << (best & 31).astype(jnp.uint32)[:, None], jnp.uint32(0))
     needs = jnp.where((best >= 0)[:, None], tables.need_lists[jnp.maximum(best, 0)].swapaxes(1, 2), size)  # [F + 1, P, B]

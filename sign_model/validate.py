@@ -85,25 +85,24 @@ def _replay_arrays(task: PlanningTask, plan: list[Atom]) -> list[str]:
     return [f"the goal ({' '.join(task.features[f])}) is not reached" for f in (task.goal & ~state).nonzero()[0]]
 
 
-def replay_batch(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plans: Sequence[np.ndarray]) -> None:
+def replay_batch(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plans: np.ndarray) -> None:
     """Replays many plans of one domain side by side on its own unpruned matrices; AssertionError names the first that fails.
 
     Args:
       task: whose matrices all share.
       starts, goals: bool [N, F].
-      plans: N arrays of action numbers, in the order of execution.
+      plans: int [N, L], action numbers in the order of execution, -1 after the last.
     """
     conditions, adds, deletes = pack(task.conditions), pack(task.adds), pack(task.deletes)
-    states, lengths = pack(starts), np.array([len(plan) for plan in plans], np.int64)
-    steps = np.zeros((len(plans), int(lengths.max(initial=0))), np.int64)
-    for number, plan in enumerate(plans):
-        steps[number, : len(plan)] = plan
-    for i in range(steps.shape[1]):
-        going = np.flatnonzero(lengths > i)
-        actions, before = steps[going, i], states[going]
+    states = pack(starts)
+    for i, actions in enumerate(plans.T):
+        going = np.flatnonzero(actions >= 0)
+        if not len(going):
+            break
+        actions, before = actions[going], states[going]
         stuck = going[(conditions[actions] & ~before).any(axis=1)]
         if len(stuck):
-            raise AssertionError(f"plan {stuck[0]}: {task.action_names[steps[stuck[0], i]]} cannot go at step {i + 1}")
+            raise AssertionError(f"plan {stuck[0]}: {task.action_names[plans[stuck[0], i]]} cannot go at step {i + 1}")
         states[going] = (before & ~deletes[actions]) | adds[actions]
     missed = np.flatnonzero((pack(goals) & ~states).any(axis=1))
     if len(missed):

@@ -6,8 +6,10 @@ Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the a
 
 from srt_jax.check import check
 from srt_jax.contour import contour
+from srt_jax.corridor import path_within
 from srt_jax.distance import cost_to_come
-from srt_jax.explain import explain
+from srt_jax.explain import explain, why, why_not
+from srt_jax.explanation import explanation
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
 from srt_jax.path import trace_path
@@ -15,6 +17,7 @@ from srt_jax.raster import rasterize
 from srt_jax.reach import reach
 from srt_jax.seed import seed_cell
 from srt_jax.solver import solve
+from srt_jax.story import scene_pddl, story
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import Path, Solution, Status, Task
 from srt_jax.world import Obstacle, World
@@ -32,14 +35,29 @@ __all__ = [
     "contour",
     "cost_to_come",
     "explain",
+    "explanation",
     "make_task",
     "octile_distance",
+    "path_within",
     "rasterize",
     "reach",
+    "scene_pddl",
     "seed_cell",
     "solve",
     "solve_many",
     "stack",
+    "story",
     "trace_path",
     "unstack",
+    "why",
+    "why_not",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Loads `srt_jax.envs` and `srt_jax.dataset` when they are first asked for."""
+    if name in ("envs", "dataset"):
+        import importlib
+
+        return importlib.import_module(f"srt_jax.{name}")
+    raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")

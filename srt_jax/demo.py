@@ -91,18 +91,22 @@ def summary(place: City, tasks: list[NamedTask], solutions: list[Solution]) -> l
     return rows
 
 
+_FORMS = {"explored": "{:.1%}", "contour cells": "{:.0f}", "destroyed": "{:.2f}", "proven least": "{:.0%}"}
+"""How means are written; else with one digit after the point."""
+
+
+def heading(place: City) -> str:
+    """Returns what the summary is of."""
+    return f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over each row's tasks; lengths in cell sides."
+
+
+def as_text(row: dict[str, Any]) -> dict[str, str]:
+    """Returns a row of the summary as texts."""
+    return {key: _FORMS.get(key, "{:.1f}").format(v) if isinstance(v, float) else str(v) for key, v in row.items()}
+
+
 def as_markdown(rows: list[dict[str, Any]], place: City) -> str:
     """Returns the summary as a Markdown table with the attribution the data asks for."""
-    form = {
-        "explored": "{:.1%}",
-        "contour cells": "{:.0f}",
-        "objects on contour": "{:.1f}",
-        "destroyed": "{:.2f}",
-        "proven least": "{:.0%}",
-    }
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
-    for row in rows:
-        told = [form.get(k, "{:.1f}").format(v) if isinstance(v, float) else str(v) for k, v in row.items()]
-        lines.append("| " + " | ".join(told) + " |")
-    head = f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over each row's tasks; lengths in cell sides."
-    return "\n".join([head, "", *lines, "", f"Map data: {place.attribution}", ""])
+    lines += ["| " + " | ".join(as_text(row).values()) + " |" for row in rows]
+    return "\n".join([heading(place), "", *lines, "", f"Map data: {place.attribution}", ""])

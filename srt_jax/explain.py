@@ -1,83 +1,163 @@
 """What a solution says, in words: where the goal lies, what blocks, what was destroyed, and how good that is."""
 
+from typing import Any
+
 import jax
 import numpy as np
 
+from srt_jax.explanation import NORTH, explanation, obstacle_data
+from srt_jax.symbols import places
 from srt_jax.types import Array, Solution, Status, Task
+from srt_jax.whatif import Outcome, if_flag, if_gone
 
-_COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
-
-def explain(task: Task, solution: Solution) -> str:
+def explain(task: Task, solution: Solution, *, what_if: bool = False, heading: float = NORTH, cell_side: float = 1.0) -> str:
     """Returns why the way was blocked and what was done about it; one line per task of a batch.
 
-    Directions are those of the map: north is towards row 0. Lengths are in cell sides.
+    Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as in `explanation`, which has
+    the same as data, and the same options. Lengths are in cell sides; in metres where `cell_side` is given.
 
     Raises:
       ValueError: task and solution have different batch dimensions.
     """
+    told = explanation(task, solution, what_if=what_if, heading=heading, cell_side=cell_side)
+    if isinstance(told, dict):
+        return _in_words(task, told)
     batch = np.shape(solution.status)
-    if np.shape(task.start)[:-1] != batch:
-        raise ValueError(f"the task has batch dimensions {list(np.shape(task.start)[:-1])}, the solution {list(batch)}")
-    if not batch:
-        return _explain_one(task, solution)
     lines = []
-    for index in np.ndindex(batch):
-        one = _explain_one(*(jax.tree.map(lambda array, i=index: np.asarray(array)[i], record) for record in (task, solution)))
-        lines.append(f"task {', '.join(map(str, index))}: {one}")
+    for index, data in zip(np.ndindex(batch), told):
+        one = jax.tree.map(lambda array, i=index: np.asarray(array)[i], task)
+        lines.append(f"task {', '.join(map(str, index))}: {_in_words(one, data)}")
     return "\n".join(lines)
 
 
-def _explain_one(task: Task, solution: Solution) -> str:
-    status = Status(int(solution.status))
+def why(task: Task, solution: Solution, obstacle: int) -> str:
+    """Returns what part an obstacle has in the answer to one task: why it was destroyed, or why it stands in the report.
+
+    What would follow if it were otherwise is found by solving again.
+
+    Raises:
+      ValueError: no obstacle has that id.
+    """
+    named = _named(task, solution, obstacle)
+    destroyed = np.asarray(solution.destroyed).tolist()
+    if obstacle in destroyed:
+        place = destroyed.index(obstacle)
+        cell = np.asarray(solution.cells)[np.asarray(solution.destroyed_at)[place]]
+        before = ", ".join(map(str, destroyed[:place]))
+        met = f"behind {before}, which had to go first" if before else "the first in the way"
+        firm = if_flag(task, solution, obstacle, is_destroyable=False)
+        return f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} stood firm: {firm.told()}."
+    separating = [i for i in np.asarray(solution.separating).tolist() if i >= 0]
+    if obstacle in separating:
+        others = [i for i in separating if i != obstacle]
+        company = f" together with {', '.join(map(str, others))}" if others else ""
+        weak = if_flag(task, solution, obstacle, is_destroyable=True)
+        return f"{named} keeps start and goal apart{company}. If {obstacle} could be destroyed: {weak.told()}."
+    if obstacle in np.asarray(solution.blocking).tolist():
+        if not bool(np.asarray(task.destroyable)[obstacle]):
+            weak = if_flag(task, solution, obstacle, is_destroyable=True)
+            return f"{named} is part of what blocks first and stands firm. If it could be destroyed: {weak.told()}."
+        return f"{named} is part of what blocks first, but need not go: {_why_it_may_stand(task, solution, obstacle)}."
+    return f"{named} has no part in it."
+
+
+def why_not(task: Task, solution: Solution, obstacle: int) -> str:
+    """Returns why an obstacle was not destroyed in the answer to one task, and what would follow if it were.
+
+    Raises:
+      ValueError: no obstacle has that id.
+    """
+    named, status = _named(task, solution, obstacle), Status(int(solution.status))
+    if obstacle in np.asarray(solution.destroyed).tolist():
+        return f"{named} was destroyed."
     if status is Status.START_BLOCKED:
-        return f"The start {_cell(task.start)} {_what_covers(task, task.start)}, so the agent cannot move."
-    told = [_where_goal_is(task)]
+        return f"{named} was not destroyed: the agent cannot move."
     if status is Status.PATH_EXISTS:
-        told.append(f"A path exists, {float(solution.cost):.1f} long; nothing has to be destroyed.")
+        return f"{named} was not destroyed: a path exists, nothing has to go."
+    if not bool(np.asarray(task.destroyable)[obstacle]):
+        weak = if_flag(task, solution, obstacle, is_destroyable=True)
+        return f"{named} was not destroyed: it cannot be. If it could: {weak.told()}."
+    return f"{named} was not destroyed: {_why_it_may_stand(task, solution, obstacle)}."
+
+
+def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
+    gone: Outcome = if_gone(task, solution, obstacle)
+    if not gone.status.is_solved:
+        return f"that would not open a way ({gone.told()})"
+    cost = float(solution.removal_cost)
+    if not np.isfinite(cost):
+        return f"with it gone {gone.told()}"
+    compared = "no less than" if gone.removal_cost > cost * (1 + 1e-6) else "the same as"
+    return f"with it gone {gone.told()}, {compared} the {cost:g} of what was chosen"
+
+
+def _named(task: Task, solution: Solution, obstacle: int) -> str:
+    known = np.shape(task.destroyable)[-1]
+    if np.ndim(task.destroyable) != 1:
+        raise ValueError("why and why_not take one task and its solution: take them from the batch first")
+    if not 0 <= obstacle < known:
+        raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
+    view = places.view_from(task.start, heading=NORTH, cell_side=1.0, table=places.DEFAULT_TABLE)
+    return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0))}"
+
+
+def _in_words(task: Task, told: dict[str, Any]) -> str:
+    status = Status[told["status"]]
+    if status is Status.START_BLOCKED:
+        return f"The start {_cell(told['start'])} {_what_covers(task, task.start)}, so the agent cannot move."
+    lines = [_where_goal_is(told)]
+    if status is Status.PATH_EXISTS:
+        lines.append(f"A path exists, {told['route']['length']:.1f} long; nothing has to be destroyed.")
     else:
-        told.append(_what_blocks(task, solution))
-        told.append(_what_was_done(task, solution, status))
-    return " ".join(told)
+        lines += [_what_blocks(told["blockage"]), _what_was_done(task, told, status)]
+    for other in told.get("alternatives", ()):
+        lines.append(f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost {other['removal_cost']:g}.")
+    for firm in told.get("if_firm", ()):
+        if firm["removal_cost"] is None:
+            lines.append(f"If {firm['id']} stood firm: {firm['status'].lower().replace('_', ' ')}.")
+    return " ".join(lines)
 
 
-def _where_goal_is(task: Task) -> str:
-    down, right = (np.asarray(task.goal, int) - np.asarray(task.start, int)).tolist()
-    if not (down or right):
-        return f"The goal {_cell(task.goal)} is the start."
-    octant = round(np.arctan2(-down, right) / (np.pi / 4)) % 8
+def _where_goal_is(told: dict[str, Any]) -> str:
+    goal = told["goal"]
+    if goal["direction"] is None:
+        return f"The goal {_cell(goal['cell'])} is the start."
+    lies = f"lies {goal['distance']:.0f} away to the {goal['direction']} of {_cell(told['start'])}"
+    return f"The goal {_cell(goal['cell'])} {lies}: {', '.join(goal['seen_as'])}."
+
+
+def _what_blocks(blockage: dict[str, Any]) -> str:
+    obstacles = blockage["obstacles"]
+    named = ", ".join(map(_obstacle, obstacles[:6]))
+    more = f" and {len(obstacles) - 6} more" if len(obstacles) > 6 else ""
     return (
-        f"The goal {_cell(task.goal)} lies {np.hypot(down, right):.0f} away to the {_COMPASS[octant]} of {_cell(task.start)}."
+        f"No path leads there: the agent gets as near as {_cell(blockage['seed'])}, where it is cut off along "
+        f"{_count(blockage['contour_cells'], 'cell')} by {_count(len(obstacles), 'obstacle')}: {named}{more}."
     )
 
 
-def _what_blocks(task: Task, solution: Solution) -> str:
-    num_cells = int(np.sum(solution.contour))
-    ids = np.asarray(solution.blocking)
-    named = ", ".join(_obstacle(task, i) for i in ids[ids >= 0][:6].tolist())
-    more = f" and {(ids >= 0).sum() - 6} more" if (ids >= 0).sum() > 6 else ""
-    return (
-        f"No path leads there: the agent gets as near as {_cell(solution.seed)}, where it is cut off along "
-        f"{_count(num_cells, 'cell')} by {_count((ids >= 0).sum(), 'obstacle')}: {named}{more}."
-    )
-
-
-def _what_was_done(task: Task, solution: Solution, status: Status) -> str:
-    bound, num_destroyable = float(solution.removal_bound), int(np.sum(task.destroyable))
+def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
+    bound = told["removal_bound"]
     if status is Status.UNSOLVABLE:
-        return f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is no path."
+        num_destroyable = int(np.sum(task.destroyable))
+        firm = ", ".join(map(str, told["separating"][:6])) + (" and more" if len(told["separating"]) > 6 else "")
+        proof = f": {firm} alone keep{'' if len(told['separating']) > 1 else 's'} start and goal apart" if firm else ""
+        return f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is no path{proof}."
     if status is Status.GOAL_BLOCKED:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
     if status is Status.BUDGET_SPENT:
         return f"Not answered: the way needs more than max_destroyed or max_cells allow (removal cost at least {bound:g})."
-    cells = np.asarray(solution.cells)
-    steps = [
-        f"obstacle {solution.destroyed[i]} from {_cell(cells[solution.destroyed_at[i]])}"
-        for i in range(int(solution.num_destroyed))
-    ]
-    cost = float(solution.removal_cost)
-    proven = "proven least" if cost <= bound * (1 + 1e-6) else f"the least is at least {bound:g}"
-    return f"Destroyed {', then '.join(steps)}; removal cost {cost:g}, {proven}. Route {float(solution.cost):.1f} long."
+    if status is Status.STOPPED_SHORT:
+        return f"Stopped short: what lies ahead is firm, though a way can be opened (removal cost at least {bound:g})."
+    steps = [f"obstacle {one['id']} from {_cell(one['from'])}" for one in told["destroyed"]]
+    proven = "proven least" if told["is_proven_least"] else f"the least is at least {bound:g}"
+    route = told["route"]
+    moved = f", {route['relocation']['name']}" if route["relocation"]["name"] else ""
+    return (
+        f"Destroyed {', then '.join(steps)}; removal cost {told['removal_cost']:g}, {proven}. "
+        f"Route {route['length']:.1f} long{moved}."
+    )
 
 
 def _what_covers(task: Task, cell: Array) -> str:
@@ -85,18 +165,24 @@ def _what_covers(task: Task, cell: Array) -> str:
     height, width = np.asarray(task.size).tolist()
     if not (0 <= row < height and 0 <= col < width):
         return f"lies outside the map of {height} x {width} cells"
-    owners = np.asarray(task.labels)[:, row, col]
-    return "lies in " + ", ".join(_obstacle(task, i) for i in sorted(owners[owners >= 0].tolist()))
+    owners, flags = np.asarray(task.labels)[:, row, col], np.asarray(task.destroyable)
+    return "lies in " + ", ".join(f"{i} ({_kind(bool(flags[i]))})" for i in sorted(owners[owners >= 0].tolist()))
 
 
-def _obstacle(task: Task, index: int) -> str:
-    return f"{index} ({'destroyable' if bool(np.asarray(task.destroyable)[index]) else 'firm'})"
+def _obstacle(known: dict[str, Any]) -> str:
+    """Returns an obstacle in words: `7 (destroyable, 12 cells of contour, close, ahead)`."""
+    seen = [f"{_count(known['contour_cells'], 'cell')} of contour", *known["seen_as"]] if known["contour_cells"] else []
+    return f"{known['id']} ({', '.join([_kind(known['is_destroyable']), *seen])})"
+
+
+def _kind(is_destroyable: bool) -> str:
+    return "destroyable" if is_destroyable else "firm"
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _cell(cell: Array) -> str:
+def _cell(cell: Any) -> str:
     row, col = np.asarray(cell).tolist()
     return f"({row}, {col})"

@@ -28,7 +28,7 @@ Maker = Callable[[int, int, Random], tuple[Task, float]]
 """Makes a task of a height and width, and tells its optimum."""
 
 
-def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int) -> list[Instance]:
+def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int, first: int = 0) -> list[Instance]:
     """Returns `count` tasks as (name, task, optimum): the least total removal cost, inf where unsolvable, NaN where unknown.
 
     Instance i depends on kind, size, seed and i alone, not on `count`; the same on every machine.
@@ -38,17 +38,20 @@ def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int) -
       count: 1 or more.
       size: the side of square maps, or (least, greatest): height and width are drawn between them, both included. At least 16.
       seed: 0 or more.
+      first: number of the first instance, 0 or more; so that many can be made in parts.
 
     Raises:
       ValueError: an unknown kind, or a number out of range.
     """
     if count < 1 or seed < 0:
         raise ValueError(f"count must be at least 1 and seed at least 0, got count {count}, seed {seed}")
+    if first < 0:
+        raise ValueError(f"first must be at least 0, got {first}: instances are numbered from 0")
     least, greatest = (size, size) if isinstance(size, int | np.integer) else size
     if not MIN_SIZE <= least <= greatest:
         raise ValueError(f"size must be {MIN_SIZE} or more, the least before the greatest, got {size}")
     makers, instances = _makers(kind, int(least)), []
-    for index in range(count):
+    for index in range(first, first + count):
         rng = np.random.default_rng([seed, index])
         height, width = rng.integers(least, greatest + 1, 2).tolist()
         name, make = makers[index % len(makers)]

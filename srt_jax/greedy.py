@@ -1,29 +1,54 @@
-"""The paper's loop: walk until blocked, destroy something on the contour of what blocks, walk on (PY16 §3.2).
+"""The paper's loop: plan, walk until blocked, tell the symbolic level what blocks, destroy as it plans, walk on (PY16 §3.2).
 
-Read kindly: the paper destroys "the" blocking obstacle, yet on real maps a separating piece is often many objects grown
-together, some of which stand firm. So of the objects on the contour a destroyable one is taken: the one whose cells beside
-the contour come nearest the goal. The loop is complete, for each pass destroys an obstacle, and a contour without
-destroyable objects is a proof that the goal cannot be reached; it is not optimal.
+The symbolic level takes the way to the goal to be open until the path planner fails. Then what it reports becomes the next
+situation: the obstacles on the contour, a few at a time, and which of them can be destroyed. The plan for that situation is
+carried out until something is destroyed; whether that opened the way only a path planner can tell, so the loop goes on.
+
+Two readings. The paper destroys "the" blocking obstacle, yet on real maps a separating piece is often many objects grown
+together, some of which stand firm. Read kindly, all objects on the contour are attended to, those that can be destroyed first,
+and of those the ones whose cells beside the contour come nearest the goal. Then the loop is complete, for each pass destroys an
+obstacle, and a contour without destroyable objects is a proof that the goal cannot be reached; it is not optimal. Read
+literally, only what lies ahead of the seed is attended to, and the loop stops short where that stands firm.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
 from jax import lax
 
+from srt_jax.contour import obstacle_ahead
 from srt_jax.distance import cost_field, field_length
 from srt_jax.moves import octile_distance
-from srt_jax.objects import around, cells_of, open_cells, value_at
+from srt_jax.objects import around, cells_of, open_cells, owners_at, value_at
 from srt_jax.packing import pack
 from srt_jax.path import trace_field
-from srt_jax.planner import find_blockage
-from srt_jax.types import Array, Path, Task
+from srt_jax.planner import Blockage, find_blockage
+from srt_jax.types import Act, Array, Path, Task
+
+
+class Symbolic(NamedTuple):
+    """The symbolic level, as the loop sees it.
+
+    first_act: planned while nothing is known to block.
+    plan: (is_filled, is_breakable: bool [B, S], the obstacles attended to) -> (act, slot: int32 [B, T], the plan, -1 after its
+      end; is_proof: bool [B], there is none).
+    num_slots: S.
+    is_literal: whether only what lies ahead of the seed is attended to.
+    """
+
+    first_act: Act
+    plan: Callable
+    num_slots: int
+    is_literal: bool
 
 
 class Walk(NamedTuple):
     """How far the loop has come; the arrays as in `Solution`.
 
-    is_active: bool [B], whether the task goes on; is_there: bool [B], whether the goal is reached.
+    pending: int32 [B, 2], the step planned that is not yet carried out: it leads to the goal.
+    gone: bool [B, M]. is_active: bool [B], whether the task goes on. is_there: bool [B], whether the goal is reached.
+    is_stuck: bool [B], whether the symbolic level found no plan.
     """
 
     cells: Array
@@ -31,32 +56,47 @@ class Walk(NamedTuple):
     destroyed: Array
     num_destroyed: Array
     destroyed_at: Array
+    plan: Array
+    plan_at: Array
+    pending: Array
     cost: Array
     gone: Array
     is_active: Array
     is_there: Array
+    is_stuck: Array
 
 
-def greedy_walk(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> Walk:
+def greedy_walk(task: Task, among: Array, room: Array, symbolic: Symbolic, *, max_destroyed: int, capacity: int) -> Walk:
     """Returns the walk of every task in `among` (bool [B]): to the goal, or as far as it got.
 
     `room` (int32 [B]) is how many of the `capacity` cells the walk may use; one that needs more ends with their number.
     """
-    walk = _standing_still(task, among, max_destroyed, capacity)
+    walk = _standing_still(task, among, symbolic, max_destroyed, capacity)
     # Ends: every pass reaches the goal, destroys one more obstacle (at most max_destroyed), or gives up.
-    return lax.while_loop(lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, room), walk)
+    return lax.while_loop(lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, room, symbolic), walk)
 
 
-def _standing_still(task: Task, among: Array, max_destroyed: int, capacity: int) -> Walk:
+def _standing_still(task: Task, among: Array, symbolic: Symbolic, max_destroyed: int, capacity: int) -> Walk:
     B, M = task.destroyable.shape
-    cells = jnp.full((B, capacity, 2), -1, jnp.int32).at[:, 0].set(task.start)
-    nothing = jnp.full((B, max_destroyed), -1, jnp.int32)
-    none = jnp.zeros(B, jnp.int32)
-    cost = jnp.zeros(B, jnp.float32)
-    return Walk(cells, none + 1, nothing, none, nothing, cost, jnp.zeros((B, M), bool), among, jnp.zeros(B, bool))
+    none, no = jnp.zeros(B, jnp.int32), jnp.zeros(B, bool)
+    return Walk(
+        cells=jnp.full((B, capacity, 2), -1, jnp.int32).at[:, 0].set(task.start),
+        num_cells=none + 1,
+        destroyed=jnp.full((B, max_destroyed), -1, jnp.int32),
+        num_destroyed=none,
+        destroyed_at=jnp.full((B, max_destroyed), -1, jnp.int32),
+        plan=jnp.full((B, 3 * max_destroyed + 1, 2), -1, jnp.int32),
+        plan_at=jnp.full((B, 3 * max_destroyed + 1), -1, jnp.int32),
+        pending=jnp.broadcast_to(jnp.array([[symbolic.first_act, -1]], jnp.int32), (B, 2)),
+        cost=jnp.zeros(B, jnp.float32),
+        gone=jnp.zeros((B, M), bool),
+        is_active=among,
+        is_there=no,
+        is_stuck=no,
+    )
 
 
-def _one_pass(task: Task, walk: Walk, room: Array) -> Walk:
+def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     num_obstacles, K = task.destroyable.shape[1], walk.destroyed.shape[1]
     here = _last_cell(walk)
     free = open_cells(task.labels, walk.gone)
@@ -68,32 +108,56 @@ def _one_pass(task: Task, walk: Walk, room: Array) -> Walk:
     found = find_blockage(
         task.labels, pack(free), pack(reached), task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off
     )
-    choice = found.on_contour & task.destroyable & ~walk.gone  # where obstacles overlap, what is gone still has its labels
-    goes_on = is_cut_off & choice.any(axis=1) & (walk.num_destroyed < K)
-    chosen = _nearest_goal(task, found.contour, choice) & goes_on[:, None]
+    ids = _attended(task, walk, free, found, symbolic)
+    act, slot, is_proof = symbolic.plan(ids >= 0, jnp.take_along_axis(task.destroyable, ids.clip(0), axis=1))
+    is_act = jnp.where(is_cut_off[:, None], act, -1) >= 0
+    steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)  # [2, B, T]
+    goes_on = is_act.any(axis=1) & (walk.num_destroyed < K)
+    target = jnp.where(steps[0] == Act.DESTROY, steps[1], -1).max(axis=1)
+    chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[:, None]
     beside_it = found.contour & around(cells_of(task.labels, chosen))
     stop = jnp.where(is_there[:, None], task.goal, _least(jnp.where(beside_it, length, jnp.inf)))
     leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
     moved = _append(walk, leg, is_there | goes_on)
-    return _destroy(moved, chosen, goes_on)._replace(
+    arrived = _note(moved, moved.pending, is_there & (moved.num_cells > 1))
+    return _carry_out(arrived, steps, chosen, goes_on)._replace(
         is_active=goes_on & (moved.num_cells <= room),
         is_there=walk.is_there | is_there,
+        is_stuck=walk.is_stuck | (is_cut_off & is_proof),
     )
 
 
-def _nearest_goal(task: Task, contour: Array, choice: Array) -> Array:
-    """Returns the one of the obstacles `choice` whose cells beside the contour come nearest the goal; ties: the lowest id."""
+def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Symbolic) -> Array:
+    """Returns the obstacles attended to, int32 [B, S], -1 after the last: those that can be destroyed first, by nearness."""
+    blocking = found.on_contour
+    if symbolic.is_literal:
+        blocking = owners_at(task.labels, obstacle_ahead(free, found.seed, task.goal), blocking.shape[1])
+    blocking &= ~walk.gone  # where obstacles overlap, what is gone still has its labels
+    h = jnp.where(task.destroyable, 0.0, _BEYOND) + _distance_to_goal(task, found.contour)
+    ids = jnp.arange(blocking.shape[1], dtype=jnp.int32)[None]
+
+    def take(left: Array, _: None) -> tuple[Array, Array]:
+        best = jnp.where(left, h, jnp.inf).argmin(axis=1).astype(jnp.int32)
+        return left & (ids != best[:, None]), jnp.where(left.any(axis=1), best, -1)
+
+    return lax.scan(take, blocking, None, length=symbolic.num_slots)[1].T
+
+
+_BEYOND = 1e6
+"""More than any distance on a map, in cell sides."""
+
+
+def _distance_to_goal(task: Task, contour: Array) -> Array:
+    """Returns how near the goal each obstacle comes with its cells beside the contour: float32 [B, M], at most `_BEYOND`."""
     B, L, H, W = task.labels.shape
     cells = jnp.stack(jnp.meshgrid(jnp.arange(H, dtype=jnp.int32), jnp.arange(W, dtype=jnp.int32), indexing="ij"), axis=-1)
     h = octile_distance(cells[None], task.goal[:, None, None])
     near = jnp.where(around(contour), h, jnp.inf)[:, None]
-    num_obstacles = choice.shape[1]
+    num_obstacles = task.destroyable.shape[1]
     ids = jnp.where(task.labels < 0, num_obstacles, task.labels).reshape(B, -1)
     near = jnp.broadcast_to(near, (B, L, H, W)).reshape(B, -1)
     batch = jnp.arange(B, dtype=jnp.int32)[:, None]
-    least = jnp.full((B, num_obstacles), jnp.inf, jnp.float32).at[batch, ids].min(near, mode="drop")
-    best = jnp.where(choice, least, jnp.inf).argmin(axis=1).astype(jnp.int32)
-    return choice & (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == best[:, None])
+    return jnp.full((B, num_obstacles), _BEYOND, jnp.float32).at[batch, ids].min(near, mode="drop")
 
 
 def _least(length: Array) -> Array:
@@ -118,8 +182,28 @@ def _append(walk: Walk, leg: Path, goes: Array) -> Walk:
     return walk._replace(cells=cells, num_cells=num_cells, cost=jnp.where(goes, walk.cost + leg.cost, walk.cost))
 
 
-def _destroy(walk: Walk, chosen: Array, goes: Array) -> Walk:
-    """Returns the walk with the obstacle `chosen` (bool [B, M], at most one) destroyed from its last cell."""
+def _note(walk: Walk, step: Array, goes: Array) -> Walk:
+    """Returns the walk with `step` (int32 [B, 2]) carried out at its last cell, where `goes` is True."""
+    num_steps = (walk.plan_at >= 0).sum(axis=1, dtype=jnp.int32)
+    is_slot = (jnp.arange(walk.plan_at.shape[1], dtype=jnp.int32)[None] == num_steps[:, None]) & goes[:, None]
+    return walk._replace(
+        plan=jnp.where(is_slot[..., None], step[:, None], walk.plan),
+        plan_at=jnp.where(is_slot, walk.num_cells[:, None] - 1, walk.plan_at),
+    )
+
+
+def _carry_out(walk: Walk, steps: Array, chosen: Array, goes: Array) -> Walk:
+    """Returns the walk with the steps of a plan (int32 [2, B, T]) up to the destroying carried out at its last cell.
+
+    What follows the destroying is pending. chosen: bool [B, M], what is destroyed, at most one.
+    """
+    is_over = jnp.zeros_like(goes)
+    for act, obstacle in zip(steps[0].T, steps[1].T):
+        step = jnp.stack([act, obstacle], axis=1)
+        is_step = goes & (act >= 0)
+        walk = _note(walk, step, is_step & ~is_over)
+        walk = walk._replace(pending=jnp.where((is_step & is_over)[:, None], step, walk.pending))
+        is_over = is_over | (act == Act.DESTROY)
     K = walk.destroyed.shape[1]
     is_slot = (jnp.arange(K, dtype=jnp.int32)[None] == walk.num_destroyed[:, None]) & goes[:, None]
     ids = chosen.argmax(axis=1).astype(jnp.int32)[:, None]

@@ -81,5 +81,6 @@ def _with_room(batch: Task, max_cells: int | None, *, mode: str, max_destroyed: 
 def _cut_to(answer: Solution, place: int, task: Task) -> Solution:
     """Returns the solution at `place` of a padded batch, cut to its own task."""
     one = jax.tree.map(lambda array: array[place].copy(), answer)
-    H, W = np.shape(task.labels)[-2:]
-    return one.replace(contour=one.contour[:H, :W].copy(), blocking=one.blocking[: len(task.destroyable)].copy())
+    (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
+    ids = {name: getattr(one, name)[:M].copy() for name in ("blocking", "separating")}
+    return one.replace(contour=one.contour[:H, :W].copy(), **ids)

@@ -6,18 +6,7 @@ All functions take one leading batch axis B; H x W cells, L layers of labels, M 
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.kernel import compiled_whole, each
-from srt_jax.types import FREE, OUTSIDE, Array
-
-
-def free_cells(labels: Array) -> Array:
-    """Returns the cells no obstacle covers: int32 [B, L, H, W] -> bool [B, H, W]."""
-    return (labels == FREE).all(axis=1)
-
-
-def inside_cells(labels: Array) -> Array:
-    """Returns the cells that belong to the map, not to its padding: int32 [B, L, H, W] -> bool [B, H, W]."""
-    return (labels != OUTSIDE).all(axis=1)
+from srt_jax.types import FREE, Array
 
 
 def open_cells(labels: Array, gone: Array) -> Array:
@@ -31,44 +20,6 @@ def open_cells(labels: Array, gone: Array) -> Array:
 def cells_of(labels: Array, which: Array) -> Array:
     """Returns the cells that at least one of the obstacles `which` (bool [B, M]) covers: bool [B, H, W]."""
     return _of_obstacle(labels, which).any(axis=1)
-
-
-def met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
-    """Returns the obstacles that cover at least one of `cells` (bool [B, H, W]): bool [B, M]."""
-    if num_obstacles > _MOST_IN_WORDS:
-        ids = jnp.where(cells[:, None] & (labels >= 0), labels, num_obstacles)  # past the end: dropped
-        batch = jnp.arange(len(labels), dtype=jnp.int32)[:, None]
-        return jnp.zeros((len(labels), num_obstacles), bool).at[batch, ids.reshape(len(labels), -1)].set(True, mode="drop")
-    words = _met_words(labels, cells, -(-num_obstacles // _WORD))
-    ids = jnp.arange(num_obstacles, dtype=jnp.uint32)
-    return (words[:, ids // _WORD] >> (ids % _WORD)[None]) & jnp.uint32(1) != 0
-
-
-_WORD = 32
-_MOST_IN_WORDS = 512
-"""Obstacles up to which sets of them as bits of words, per column of the map, are faster than a scatter (25 times for 32)."""
-
-
-def _met_words(labels: Array, cells: Array, num_words: int) -> Array:
-    """Returns the obstacles met as bits, uint32 [B, words]: row after row, words for every column, ORed at the end."""
-    B, L, H, W = labels.shape
-
-    def all_maps(labels: Array, cells: Array) -> Array:
-        def row_step(row: Array, met: tuple) -> tuple:
-            batch, *words = met
-            ids = lax.dynamic_slice(labels, (batch, row // H, row % H, 0), (1, 1, 1, W)).reshape(W)
-            asked = lax.dynamic_slice(cells, (batch, row % H, 0), (1, 1, W)).reshape(W)
-            bit = jnp.where(asked & (ids >= 0), jnp.uint32(1) << (ids % _WORD).astype(jnp.uint32), jnp.uint32(0))
-            return batch, *(word | jnp.where(ids // _WORD == k, bit, jnp.uint32(0)) for k, word in enumerate(words))
-
-        def one_map(batch: Array) -> Array:
-            none = [jnp.zeros(W, jnp.uint32)] * num_words
-            _, *words = lax.fori_loop(0, L * H, row_step, (batch, *none))
-            return jnp.stack([lax.reduce(word, jnp.uint32(0), lax.bitwise_or, (0,)) for word in words])
-
-        return each(one_map, jnp.arange(B, dtype=jnp.int32))
-
-    return compiled_whole(all_maps)(labels, cells)
 
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:
@@ -98,18 +49,6 @@ def value_at(mask: Array, cell: Array) -> Array:
     row, col = cell[:, 0], cell[:, 1]
     is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
     return mask[jnp.arange(mask.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)] & is_inside
-
-
-def only_cell(cell: Array, height: int, width: int) -> Array:
-    """Returns the mask of `cell` (int32 [B, 2]) alone: bool [B, H, W], empty where it lies outside."""
-    rows = jnp.arange(height, dtype=jnp.int32)[None, :, None] == cell[:, 0, None, None]
-    cols = jnp.arange(width, dtype=jnp.int32)[None, None, :] == cell[:, 1, None, None]
-    return rows & cols
-
-
-def beside(cells: Array) -> Array:
-    """Returns `cells` (bool [B, H, W]) and their neighbours by a side."""
-    return _spread(cells, 1) | _spread(cells, 2)
 
 
 def around(cells: Array) -> Array:

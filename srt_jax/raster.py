@@ -137,7 +137,7 @@ def rasterize(world: World, *, rule: str = "touch") -> Task:
         cell_of(grid, world.position),
         cell_of(grid, world.goal_centre),
         destroyable=np.array([obstacle.destroyable for obstacle in world.obstacles], bool),
-        removal_cost=np.array([obstacle.removal_cost for obstacle in world.obstacles], np.float32),
+        removal_cost=np.array([obstacle.removal_cost for obstacle in world.obstacles], np.float64),
     )
 
 
@@ -174,16 +174,27 @@ def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
     """Returns the edges of all rings in the largest steps in which everything is whole."""
     rings = [(owner, ring) for owner, obstacle in enumerate(obstacles) for part in obstacle.parts for ring in part]
     sizes = np.array([len(ring) for _, ring in rings], np.int64)
+    owner = np.array([owner for owner, _ in rings], np.int64)
     points = np.array([point for _, ring in rings for point in ring], np.float64).reshape(-1, 2)
     steps = 2 * (as_units(points) - as_units(grid.origin)) * np.array([1, -1])
     half_cell = int(as_units(grid.side))
+    is_near = _reach_the_grid(steps, sizes, 2 * half_cell * np.array([grid.width, grid.height]))
+    steps, sizes, owner = steps[np.repeat(is_near, sizes)], sizes[is_near], owner[is_near]
     unit = int(np.gcd.reduce(steps, axis=None, initial=half_cell))
     steps, cell = steps // unit, 2 * half_cell // unit
-    successor = np.arange(1, len(points) + 1)
+    successor = np.arange(1, len(steps) + 1)
     ends = np.cumsum(sizes)
     successor[ends - 1] = ends - sizes
     is_down = (steps[:, 1] <= steps[successor, 1])[:, None]
     tail, head = np.where(is_down, steps, steps[successor]), np.where(is_down, steps[successor], steps)
     largest = max((dy * (cell + abs(dx)) for dx, dy in (head - tail).tolist()), default=0)
-    owner = np.repeat(np.array([owner for owner, _ in rings], np.int64), sizes)
-    return Edges(for_products(tail, largest), for_products(head, largest), owner, cell, grid.height, grid.width)
+    return Edges(
+        for_products(tail, largest), for_products(head, largest), np.repeat(owner, sizes), cell, grid.height, grid.width
+    )
+
+
+def _reach_the_grid(steps: np.ndarray, sizes: np.ndarray, extent: np.ndarray) -> np.ndarray:
+    """Returns bool [rings], whether the box around a ring meets the grid; the others change nothing, not even as holes."""
+    starts = np.cumsum(sizes) - sizes
+    low, high = (extreme.reduceat(steps, starts, axis=0) if len(sizes) else steps for extreme in (np.minimum, np.maximum))
+    return np.all((high > 0) & (low < extent), axis=1)

@@ -24,7 +24,7 @@ from jax import Array, lax
 from srt_jax import openings, packing
 from srt_jax.kernel import compiled_whole, each
 from srt_jax.openings import Labels
-from srt_jax.prices import Terms, prices_of
+from srt_jax.prices import Prices, Terms, prices_of
 from srt_jax.route import NEVER, Route, route_through
 from srt_jax.types import Task
 
@@ -75,7 +75,10 @@ class _Best(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """Open nodes [n] in the order they were made. gone, stays: uint32 [n, words] of obstacles; bound: float32, inf where closed."""
+    """Open nodes in the order they were made.
+
+    gone, stays: uint32 [n, words], sets of obstacles. bound: float32 [n], inf where closed.
+    """
 
     gone: Array
     stays: Array
@@ -107,8 +110,8 @@ def _search(
         nodes = _branched(nodes, num, gone, stays, branch, jnp.where(branch >= 0, bound, jnp.inf))
         return num + 1, nodes, best, jnp.where(num == 0, prices.reached, reached), is_too_long
 
-    def tried(best: _Best, gone: Array, prices) -> tuple:
-        """The best answer with this node's, the obstacle to branch on (-1 none), and whether its route is too long to be told."""
+    def tried(best: _Best, gone: Array, prices: Prices) -> tuple:
+        """The best answer with this node's, the obstacle to branch on (-1 none), whether its route is too long to be told."""
 
         def walk(state: tuple) -> tuple:
             num_tried, _, _ = state
@@ -148,7 +151,7 @@ def _search(
 
 
 def _branched(nodes: _Nodes, num: Array, gone: Array, stays: Array, branch: Array, bound: Array) -> _Nodes:
-    """Adds the two children of the `num`-th node expanded, closed ones where `bound` is inf; the one with more gone is later."""
+    """Adds both children of the `num`-th node expanded, closed ones where `bound` is inf; the one with more gone is later."""
     one = jnp.arange(len(gone), dtype=jnp.int32) == branch
     for child, (more, less) in enumerate(((gone, stays | one), (gone | one, stays))):
         at = 2 * num + 1 + child

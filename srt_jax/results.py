@@ -1,14 +1,15 @@
-"""Solutions as plain data: what `--json` prints and results files hold."""
+"""Solutions as plain data: what `--json` prints and results files hold, JSON or Parquet."""
 
 import json
 import math
-import os
+import pathlib
 from typing import Any
 
 import numpy as np
 
 from srt_jax.explain import explain
-from srt_jax.formats.files import written
+from srt_jax.formats.files import PathLike, needed, read_bytes, written
+from srt_jax.formats.json_text import read_json
 from srt_jax.types import Solution, Status, Task
 
 
@@ -34,10 +35,67 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
     }
 
 
-def write_results(path: str | os.PathLike[str], records: list[dict[str, Any]]) -> None:
-    """Writes {"tasks": records} as JSON; the file appears whole or not at all."""
-    with written(path) as file:
-        json.dump({"tasks": records}, file)
+def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
+    """Writes records as `as_record` makes them: {"tasks": records} as JSON, or a row a task where the name ends in .parquet.
+
+    The file appears whole or not at all. Parquet needs pyarrow.
+
+    Raises:
+      ValueError: another ending, or no such folder.
+    """
+    if _is_parquet(path):
+        arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
+        table = arrow.Table.from_pylist(records, schema=_schema(arrow))
+        parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")
+        with written(path, "wb") as file:
+            parquet.write_table(table, file)
+    else:
+        with written(path) as file:
+            json.dump({"tasks": records}, file)
+
+
+def read_results(path: PathLike) -> list[dict[str, Any]]:
+    """Returns the records in a file of results, equal to those that were written.
+
+    Raises:
+      ValueError: the file is missing, cut off, or holds something else.
+    """
+    if not _is_parquet(path):
+        document = read_json(path, "file of results")
+        if not isinstance(document, dict) or not isinstance(document.get("tasks"), list):
+            raise ValueError(f"{path}: no results: a JSON object with a list 'tasks'")
+        return document["tasks"]
+    arrow = needed("pyarrow", extra="parquet", what="reading Parquet")
+    parquet = needed("pyarrow.parquet", extra="parquet", what="reading Parquet")
+    content = read_bytes(path, "file of results")
+    try:
+        table = parquet.read_table(arrow.BufferReader(content))
+        return table.select(_schema(arrow).names).to_pylist()
+    except (arrow.ArrowException, OSError, KeyError) as error:
+        raise ValueError(f"{path}: no whole Parquet file of results: {' '.join(str(error).split())}") from error
+
+
+def require_name(path: PathLike) -> None:
+    """Raises ValueError, before anything is solved, where results could not be written to `path`."""
+    _is_parquet(path)
+    if not pathlib.Path(path).parent.is_dir():
+        raise ValueError(f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that exists")
+
+
+def _is_parquet(path: PathLike) -> bool:
+    ending = pathlib.Path(path).suffix.lower()
+    if ending not in (".json", ".parquet"):
+        raise ValueError(f"{path}: results are written as .json or .parquet, not {ending!r}")
+    return ending == ".parquet"
+
+
+def _schema(arrow: Any) -> Any:
+    """Returns the columns of a table of results, named as in `as_record`."""
+    cell, ids, text, number = arrow.list_(arrow.int32(), 2), arrow.list_(arrow.int32()), arrow.string(), arrow.float64()
+    cells = arrow.list_(cell)
+    columns = {"name": text, "status": text, "cost": number, "cells": cells, "destroyed": ids, "destroyed_at": ids}
+    columns |= {"removal_cost": number, "removal_bound": number, "seed": cell, "contour": cells, "blocking": ids}
+    return arrow.schema(columns | {"explanation": text})
 
 
 def _finite(value: Any) -> float | None:

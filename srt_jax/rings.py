@@ -4,7 +4,7 @@ Points are in metres and are taken to the nearest nanometre; from there on all a
 answer hangs on rounding. Python's own integers step in where a product might not fit into 64 bits.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,12 +59,11 @@ def as_ring(name: str, points: ArrayLike) -> Ring:
     Raises:
       TypeError, ValueError: not numbers [K, 2], NaN, or fewer than three different points.
     """
-    array = as_metres(name, points, (-1, 2))
-    num_different = len(np.unique(array, axis=0))
+    given = [(x, y) for x, y in as_metres(name, points, (-1, 2)).tolist()]
+    num_different = len(set(given))
     if num_different < 3:
         raise ValueError(f"{name} has {num_different} different points: a polygon needs at least three")
-    kept = array[(array != np.roll(array, -1, axis=0)).any(axis=1)]
-    return tuple((x, y) for x, y in kept.tolist())
+    return tuple(point for point, after in zip(given, given[1:] + given[:1]) if point != after)
 
 
 def conflict(parts: Parts) -> str:
@@ -73,7 +72,13 @@ def conflict(parts: Parts) -> str:
     A ring must not meet itself; two rings may touch in points but neither cross nor run along one another; holes lie inside
     their outer ring and outside each other; polygons of one obstacle do not lie inside each other.
     """
-    return _crossing(parts) or _misplaced(parts)
+    return conflicts([parts])[0]
+
+
+def conflicts(many: Sequence[Parts]) -> list[str]:
+    """Returns `conflict` of each of many obstacles, all at once."""
+    crossings = _crossings(many)
+    return [crossings.get(index) or _misplaced(parts) for index, parts in enumerate(many)]
 
 
 def repaired(parts: Parts) -> Parts:
@@ -95,30 +100,41 @@ def repaired(parts: Parts) -> Parts:
     )
 
 
-def _crossing(parts: Parts) -> str:
-    rings = [as_units(ring) for part in parts for ring in part]
-    tails = np.concatenate(rings)
-    heads = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
-    origin = tails.min(axis=0)
-    extent = int((tails.max(axis=0) - origin).max())
-    tails, heads = (for_products(points - origin, 2 * extent * extent) for points in (tails, heads))
-    ring_of = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
-    next_edge = np.concatenate([np.roll(np.flatnonzero(ring_of == ring), -1) for ring in range(len(rings))])
-    for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads)):
-        wrong = _wrong_pairs(tails, heads, a, b, ring_of[a] == ring_of[b], (next_edge[a] == b) | (next_edge[b] == a))
-        if wrong.size:
-            first, second = a[wrong[0]], b[wrong[0]]
+def _crossings(many: Sequence[Parts]) -> dict[int, str]:
+    """Returns by obstacle the first meeting of its edges that must not be."""
+    rings = [(owner, ring) for owner, parts in enumerate(many) for part in parts for ring in part]
+    if not rings:
+        return {}
+    sizes = np.array([len(ring) for _, ring in rings])
+    tails = as_units([point for _, ring in rings for point in ring])
+    ring_of = np.repeat(np.arange(len(rings)), sizes)
+    owner = np.array([owner for owner, _ in rings])[ring_of]
+    ends = np.cumsum(sizes)
+    next_edge = np.arange(1, len(tails) + 1)
+    next_edge[ends - 1] = ends - sizes
+    origin = np.minimum.reduceat(tails, np.flatnonzero(np.diff(owner, prepend=-1)), axis=0)[
+        np.unique(owner, return_inverse=True)[1]
+    ]
+    extent = int((tails - origin).max())
+    tails = for_products(tails - origin, 2 * extent * extent)
+    heads = tails[next_edge]
+    found: dict[int, str] = {}
+    for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
+        is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)
+        for wrong in _wrong_pairs(tails, heads, a, b, ring_of[a] == ring_of[b], is_neighbour).tolist():
+            first, second = a[wrong], b[wrong]
             others = "itself" if ring_of[first] == ring_of[second] else "another ring of the same obstacle"
-            told = [_told(tails[edge] + origin, heads[edge] + origin) for edge in (first, second)]
-            return f"a ring meets {others} where edge {told[0]} meets edge {told[1]}"
-    return ""
+            told = [_told(tails[edge] + origin[edge], heads[edge] + origin[edge]) for edge in (first, second)]
+            found.setdefault(int(owner[first]), f"a ring meets {others} where edge {told[0]} meets edge {told[1]}")
+    return found
 
 
-def _close_pairs(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yields pairs of edges whose bounding boxes meet, in blocks: a sweep from left to right."""
-    order = np.argsort(low[:, 0], kind="stable")
-    left = low[order, 0]
-    num_after = np.searchsorted(left, high[order, 0], side="right") - np.arange(len(order)) - 1
+def _close_pairs(low: np.ndarray, high: np.ndarray, owner: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yields pairs of edges of one owner whose bounding boxes meet, in blocks: a sweep from left to right, owner by owner."""
+    _, rank = np.unique(np.concatenate([low[:, 0], high[:, 0]]), return_inverse=True)
+    left, right = (owner * len(rank) + ranks for ranks in np.split(rank.reshape(-1), 2))
+    order = np.argsort(left, kind="stable")
+    num_after = np.searchsorted(left[order], right[order], side="right") - np.arange(len(order)) - 1
     ends = np.cumsum(num_after)
     first = 0
     while first < len(order):
@@ -153,6 +169,8 @@ def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
 
 
 def _misplaced(parts: Parts) -> str:
+    if len(parts) == 1 and len(parts[0]) == 1:
+        return ""
     for index, (outer, *holes) in enumerate(parts):
         for place, hole in enumerate(holes):
             if (_where(hole, outer) < 0).any():

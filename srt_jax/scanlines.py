@@ -96,11 +96,14 @@ def _inside(edges: Edges) -> Spans:
 
 def _columns(edges: Edges, edge: np.ndarray, y: np.ndarray, *, shift: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Returns floor and ceil of (x - shift) / cell where each edge, not a level one, meets the line at y."""
-    tail, (dx, dy) = edges.tail[edge], (edges.head[edge] - edges.tail[edge]).T
-    # The whole cells go first, so that the products stay small.
-    whole, rest = (tail[:, 0] - shift) // edges.cell, (tail[:, 0] - shift) % edges.cell
-    above, below = rest * dy + dx * (y - tail[:, 1]), edges.cell * dy
-    return (whole + above // below).astype(np.int64), (whole - (-above) // below).astype(np.int64)
+    (dx, dy), low = (edges.head - edges.tail).T, edges.tail[:, 1]
+    # The whole cells go first, so that the products stay small; and what is an edge's own is reckoned once, not in every row.
+    start = edges.tail[:, 0] - shift
+    whole, rest = start // edges.cell, start % edges.cell
+    above, below = (rest * dy)[edge] + dx[edge] * (y - low[edge]), (edges.cell * dy)[edge]
+    more = above // below
+    floor = (whole[edge] + more).astype(np.int64, copy=False)
+    return floor, floor + (more * below != above)
 
 
 def _rows(edges: Edges, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,20 +9,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax.greedy import greedy_walk
+from srt_jax.acts import left_behind, placed
+from srt_jax.greedy import Symbolic, greedy_walk
 from srt_jax.kernel import batch_kernel
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
-from srt_jax.openings import all_open_cells
-from srt_jax.planner import find_blockage
 from srt_jax.prices import goal_prices
-from srt_jax.reach import reach_words
+from srt_jax.proof import blockages, covering
 from srt_jax.removal import least_removal
 from srt_jax.route import in_order
 from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
+from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
-MODES = ("least", "paper")
+MODES = ("least", "paper", "literal")
 _MAX_NODES = 64
 
 
@@ -30,12 +30,14 @@ def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells:
     """Returns the route to the goal and what must be destroyed for it; what went wrong is told by `status`, never raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
-    then takes the shortest route for them; mode "paper" is the paper's greedy loop, read kindly (`srt_jax.greedy`).
+    then takes the shortest route for them. Modes "paper" and "literal" are the paper's greedy loop, read kindly or literally
+    (`srt_jax.greedy`); read literally it may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans
+    what is carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
     One task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the batch around a task.
 
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
-      mode: "least" or "paper".
+      mode: "least", "paper" or "literal".
       max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
         of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
@@ -75,7 +77,8 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     if padded is task and capacity == room:
         return solution
     some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
-    cut = some.replace(contour=some.contour[:, :H, :W], blocking=some.blocking[:, :M], cells=some.cells[:, :room])
+    of_map = {"contour": some.contour[:, :H, :W], "blocking": some.blocking[:, :M], "separating": some.separating[:, :M]}
+    cut = some.replace(cells=some.cells[:, :room], **of_map)
     return jax.tree.map(jnp.asarray, cut)
 
 
@@ -112,22 +115,25 @@ def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Arr
 
 def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
-    H, W = task.labels.shape[-2:]
-    num_obstacles = task.destroyable.shape[1]
-    free = all_open_cells(task.labels, jnp.zeros_like(task.destroyable))
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
-    walk = _least if mode == "least" else _paper
+    walk = _least if mode == "least" else functools.partial(_paper, is_literal=mode == "literal")
     reached, bound, way = walk(task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity)
     is_open, is_solvable = bound == 0, jnp.isfinite(bound)
-    reached = jnp.where(can_end[:, None, None], reached, reach_words(free, task.start, width=W))
-    first = find_blockage(
-        task.labels, free, reached, task.goal, task.size, num_obstacles=num_obstacles, among=starts & ~is_open
-    )
+    is_cut_off = starts & ~is_open
+    is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
+    first, firm = blockages(task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart)
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.select(
-        [~starts, ~is_open & ~can_end, ~is_solvable, ~has_route, is_open],
-        [Status.START_BLOCKED, Status.GOAL_BLOCKED, Status.UNSOLVABLE, Status.BUDGET_SPENT, Status.PATH_EXISTS],
+        [~starts, is_inside, is_apart, way.is_stuck, ~has_route, is_open],
+        [
+            Status.START_BLOCKED,
+            Status.GOAL_BLOCKED,
+            Status.UNSOLVABLE,
+            Status.STOPPED_SHORT,
+            Status.BUDGET_SPENT,
+            Status.PATH_EXISTS,
+        ],
         Status.SOLVED,
     ).astype(jnp.int32)
     is_too_long = way.num_cells > room
@@ -144,13 +150,17 @@ def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capa
         seed=first.seed,
         contour=first.contour,
         blocking=_as_ids(first.on_contour),
+        plan=jnp.where(has_route[:, None, None], way.plan, -1),
+        plan_at=jnp.where(has_route[:, None], way.plan_at, -1),
+        separating=_as_ids(firm | covering(task, is_inside)),
     )
 
 
 class Way(NamedTuple):
-    """A route and what is destroyed on it, as in `Solution`; meaningful where `is_there`.
+    """A route, what is destroyed on it and the plan, as in `Solution`; meaningful where `is_there`.
 
-    `num_destroyed` and `num_cells` are the true numbers, which may exceed the room for them.
+    `num_destroyed` and `num_cells` are the true numbers, which may exceed the room for them. `is_stuck`: the symbolic level
+    found no plan, though there is one.
     """
 
     cells: Array
@@ -159,25 +169,34 @@ class Way(NamedTuple):
     destroyed: Array
     destroyed_at: Array
     num_destroyed: Array
+    plan: Array
+    plan_at: Array
     is_there: Array
+    is_stuck: Array
 
 
 def _least(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> tuple[Array, Array, Way]:
-    """The cells reached, the bound, and the way of least removal, the shortest route for it."""
+    """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's plan over what must go."""
     found = least_removal(task, room, among, capacity=capacity, max_nodes=_MAX_NODES)
-    destroyed, destroyed_at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
     path = found.route
-    is_there = path.num_cells > 0
-    way = Way(path.cells, path.num_cells, path.cost, destroyed, destroyed_at, num_destroyed, is_there)
+    destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
+    is_here = (task.start == task.goal).all(axis=1)
+    acts = plan_along_chain(num_destroyed, is_here, num_slots=max_destroyed)
+    left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
+    plan, plan_at = placed(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
+    is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
+    way = Way(path.cells, path.num_cells, path.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never)
     return found.reached, found.bound, way
 
 
-def _paper(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> tuple[Array, Array, Way]:
+def _paper(
+    task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, is_literal: bool
+) -> tuple[Array, Array, Way]:
     """The greedy loop, asked only where some way can be opened."""
     reached, bound = goal_prices(task, among)
-    walk = greedy_walk(task, jnp.isfinite(bound), room, max_destroyed=max_destroyed, capacity=capacity)
-    fields = (walk.cells, walk.num_cells, walk.cost, walk.destroyed, walk.destroyed_at, walk.num_destroyed)
-    return reached, bound, Way(*fields, is_there=walk.is_there)
+    symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
+    walk = greedy_walk(task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity)
+    return reached, bound, Way(**{field: getattr(walk, field) for field in Way._fields})
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

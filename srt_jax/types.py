@@ -1,8 +1,8 @@
 """The records that travel between the stages, each array with its shape and dtype.
 
 `...` stands for any number of batch dimensions, the same ones in every array of a record. H x W are the cells of a map, L the
-layers of labels, M the obstacles, K the obstacles that may be destroyed, N the cells a route may have. A cell is (row, col),
-row 0 on top.
+layers of labels, M the obstacles, K the obstacles that may be destroyed, N the cells a route may have, P the steps of a plan. A
+cell is (row, col), row 0 on top.
 """
 
 import enum
@@ -40,6 +40,7 @@ class Status(enum.IntEnum):
     START_BLOCKED = 3, "the start lies outside the map or inside an obstacle"
     GOAL_BLOCKED = 4, "the goal lies outside the map or inside an obstacle that cannot be destroyed"
     BUDGET_SPENT = 5, "a limit was met before an answer: raise max_destroyed or max_cells"
+    STOPPED_SHORT = 6, "the paper's loop, read literally, met something firm in its way; modes paper and least find a way"
 
     meaning: str
 
@@ -53,6 +54,15 @@ class Status(enum.IntEnum):
     def is_solved(self) -> bool:
         """Whether the solution holds a route to the goal."""
         return self in (Status.PATH_EXISTS, Status.SOLVED)
+
+
+class Act(enum.IntEnum):
+    """What the agent does in one step of a symbolic plan; the names are those of the planning domain's actions."""
+
+    RELOCATE = 0
+    PASS = 1
+    APPROACH = 2
+    DESTROY = 3
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,11 @@ class Solution(_Record):
     seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
     contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False where nothing blocks.
     blocking: int32 [..., M], ascending ids of the obstacles on the contour, -1 after the last.
+    plan: int32 [..., P, 2], the steps of the plan that the route carries out, in order: (`Act`, obstacle or -1); P is 3 K + 1,
+      and (-1, -1) stands after the last. No step where start and goal are one cell, or without a route.
+    plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
+    separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids of firm obstacles that keep
+      start and goal apart whatever else is gone, -1 after the last. Empty elsewhere, and where the goal lies outside the map.
     """
 
     status: Array
@@ -119,3 +134,6 @@ class Solution(_Record):
     seed: Array
     contour: Array
     blocking: Array
+    plan: Array
+    plan_at: Array
+    separating: Array

@@ -29,6 +29,7 @@ class Obstacle:
     removal_cost: what destroying it costs; positive and finite.
     name: for people; may be empty.
     repair: make valid polygons of rings that cross (`rings.repaired`, needs shapely) instead of raising ValueError.
+    checked: the parts are what `rings.as_ring` returns, and `rings.conflicts` found nothing: they are taken as they are.
     """
 
     parts: Parts
@@ -36,10 +37,12 @@ class Obstacle:
     removal_cost: float = 1.0
     name: str = ""
     repair: dataclasses.InitVar[bool] = False
+    checked: dataclasses.InitVar[bool] = False
 
-    def __post_init__(self, repair: bool) -> None:
+    def __post_init__(self, repair: bool, checked: bool) -> None:
         called = f"obstacle {self.name!r}" if self.name else "an obstacle"
-        _set(self, parts=_as_parts(called, self.parts, repair))
+        if not checked:
+            _set(self, parts=_as_parts(called, self.parts, repair))
         if not isinstance(self.destroyable, bool | np.bool_):
             raise TypeError(f"destroyable of {called} must be True or False, got {self.destroyable!r}")
         cost = _as_number(f"removal_cost of {called}", self.removal_cost)

@@ -203,7 +203,7 @@ def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
     assert (code, out) == (2, "") and err.count("\n") == 1 and "p.pddl:2" in err and "warm" in err
 
 
-@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"], ["bench"]])
+@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"], ["bench"], ["draw"]])
 def test_every_command_explains_itself_with_an_example(capsys, command):
     code, out, _ = printed(capsys, *command, "--help")
     assert code == 0 and "Usage" in out

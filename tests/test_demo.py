@@ -13,6 +13,7 @@ def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_eviden
     told = " ".join(capsys.readouterr().out.split())
     assert "OpenStreetMap contributors" in told and "5 SOLVED" in told
     pictures = {f"{kind}-0.png" for kind in demo.BLOCKAGES}
+    pictures |= {"contact-sheet.png"}
     assert {path.name for path in (tmp_path / "out").iterdir()} == pictures | {"results.json", "table.md", "tasks.npz"}
     records = json.loads((tmp_path / "out" / "results.json").read_text())["tasks"]
     assert all(record["removal_cost"] == record["removal_bound"] == 1 for record in records)

@@ -42,6 +42,12 @@ def test_the_same_seed_learns_the_same(learned):
     assert again == learned
 
 
+def test_any_number_of_lanes_will_do():
+    tasks = random_blocks_tasks(3, 10, seed=1)
+    signs = [learn(tasks, generations=1, population=2, lanes=lanes, beam=2, name="n") for lanes in (10, 16)]
+    assert signs[0] == signs[1]  # padding counts nothing
+
+
 def test_what_cannot_be_learned_from_is_told():
     with pytest.raises(ValueError, match="at least one task"):
         learn([])

@@ -10,11 +10,15 @@ from strips import random_task, shortest_length
 
 from sign_model.batch import Rung, plan_batch
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.detours import have_detours
 from sign_model.grounding import load
-from sign_model.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
+from sign_model.grouping import groups_of
+from sign_model.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
+from sign_model.kernel import _regress, regress
 from sign_model.landmarks import landmark_table as host_landmarks
 from sign_model.landmarks import relaxed_plan_table as host_plans
 from sign_model.packed import make_tables, pack_words
+from sign_model.packed_batch import pack_batch
 from sign_model.planner import plan
 from sign_model.regression import regression_space
 from sign_model.result import PlanStatus
@@ -33,11 +37,70 @@ def test_every_plan_of_a_batch_is_valid_and_near_the_optimum():
     assert (lengths >= optima).all() and lengths.sum() <= 1.1 * optima.sum()
 
 
-def test_a_plan_does_not_depend_on_its_neighbours():
-    tasks = random_blocks_tasks(5, 12, seed=7)
-    together = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER)
-    backwards = plan_batch(tasks[::-1], heuristic=LANDMARKS, ladder=LADDER)[::-1]
+def test_a_plan_does_not_depend_on_the_tasks_beside_it():
+    tasks = random_blocks_tasks(5, 40, seed=7)  # more than there are lanes: they are emptied and filled again
+    on_table = dataclasses.replace(tasks[0], goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]), problem=None)
+    together = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER[:1])
+    backwards = plan_batch([on_table, *tasks[::-1]], heuristic=LANDMARKS, ladder=LADDER[:1], num_threads=1)[:0:-1]
     assert [r.actions for r in together] == [r.actions for r in backwards]
+    for number in (0, 1, 17, 39):
+        assert plan_batch([tasks[number]], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions == together[number].actions
+    few = plan_batch([*tasks[5:8], on_table], heuristic=LANDMARKS, ladder=LADDER[:1])
+    assert [r.actions for r in few[:3]] == [r.actions for r in together[5:8]]
+    assert plan_batch([on_table], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions == few[3].actions
+
+
+def test_new_tasks_and_new_weights_compile_nothing():
+    compiled = []
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, seconds, **_: compiled.append(event) if "backend_compile" in event else None
+    )
+    signs = [HeuristicSign("one", landmarks={"clear": weight, "holding": 8}, unmet={"on": 4}) for weight in (5, 9)]
+    plan_batch(random_blocks_tasks(4, 10, seed=1), heuristic=signs[0], ladder=LADDER[:1])
+    compiled.clear()
+    plan_batch(random_blocks_tasks(4, 13, seed=2), heuristic=signs[1], ladder=LADDER[:1])
+    assert not compiled
+
+
+def test_the_marks_change_nothing_but_the_speed(monkeypatch):
+    tasks = random_blocks_tasks(3, 6, seed=1)
+    batch = pack_batch(tasks, (LANDMARKS,))
+    given = (batch.tables, batch.weights[0], *batch.queue(np.arange(6), 16))
+    options = {"beam": 2, "branch": 4, "steps": 12, "lanes": 4}
+    whole = regress(*given, **options)
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    plain = jax.jit(lambda *args: _regress(*args, **options))(*given)
+    for one, other in zip(whole, plain):
+        np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
+
+
+def test_a_detour_is_seen_and_left_out():
+    task = random_blocks_tasks(4, 1, seed=6)[0]
+    good = [task.action_names.index(name) for name in plan(task).actions]
+    first = next(i for i, name in enumerate(task.action_names) if name.startswith("(pick-up") and not _lacks(task, i))
+    back = task.action_names.index(task.action_names[first].replace("pick-up", "put-down"))
+    batch = pack_batch([task, task], (LANDMARKS,))
+    of_space = {action: i for i, action in enumerate(batch.space.kept_actions.tolist())}
+    plans = [[of_space[a] for a in steps] for steps in (good, [first, back, *good])]
+    padded = np.array([np.pad(steps, (0, 24 - len(steps)), constant_values=-1) for steps in plans], np.int32)
+    t, (start, goal, _) = batch.tables, batch.queue(np.arange(2), 2)
+    seen = jax.jit(lambda *args: have_detours(*args, lanes=2))(t.keeps, t.needs, t.deletes, start, goal, padded)
+    assert seen.tolist() == [False, True]
+    batch.note(np.arange(2), np.array([len(steps) for steps in plans]), padded, np.asarray(seen))
+    assert batch.lengths.tolist() == [len(good), len(good)]
+    assert all(result.is_solved for result in batch.results(1000))
+
+
+def _lacks(task, action):
+    return (task.conditions[action] & ~task.start).any()
+
+
+def test_tasks_ride_together_where_the_search_is_the_same_for_it():
+    tasks = random_blocks_tasks(4, 3, seed=1)
+    other_goal = dataclasses.replace(tasks[0], goal=tasks[0].situation([("ontable", "b1")]))
+    other_effects = dataclasses.replace(tasks[0], adds=tasks[0].adds & ~tasks[0].adds[0])
+    assert groups_of([tasks[0], other_goal, tasks[1], other_effects, tasks[2]]) == [[0, 2, 4], [1], [3]]
+    assert groups_of([]) == []
 
 
 def test_tasks_of_several_domains_are_answered_in_order(shared_data):
@@ -101,6 +164,12 @@ def test_a_goal_that_holds_takes_no_action():
     task = random_blocks_tasks(4, 1)[0]
     done = dataclasses.replace(task, goal=task.start & task.goal, domain=None, problem=None)
     assert plan_batch([done], ladder=LADDER)[0].actions == ()
+
+
+@pytest.mark.parametrize("wrong", [{"beam": 0}, {"beam": 257}, {"branch": 300}, {"steps": 0}, {"lanes": 0}, {"lanes": 24}])
+def test_a_rung_that_cannot_be_climbed_is_told(wrong):
+    with pytest.raises(ValueError, match=f"a rung's {next(iter(wrong))} must"):
+        Rung(**{"beam": 4, "branch": 4, "steps": 4, "lanes": 8, **wrong})
 
 
 def test_words_hold_their_bits():

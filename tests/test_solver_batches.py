@@ -9,7 +9,7 @@ from labelled import random_tasks
 from srt_jax import make_task, solve, solve_many, stack
 
 
-@pytest.mark.parametrize("mode", ["least", "paper"])
+@pytest.mark.parametrize("mode", ["least", "paper", "literal"])
 def test_an_answer_does_not_depend_on_the_batch_around_it(mode):
     tasks = random_tasks(5, 8, overlap=True, max_side=14)
     batch = solve(stack(tasks), mode=mode)
@@ -21,6 +21,7 @@ def test_an_answer_does_not_depend_on_the_batch_around_it(mode):
         among = among.replace(
             contour=among.contour[:H, :W],
             blocking=among.blocking[: len(task.destroyable)],
+            separating=among.separating[: len(task.destroyable)],
             cells=among.cells[: alone.cells.shape[0]],
         )
         chex.assert_trees_all_equal(alone, among)

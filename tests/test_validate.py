@@ -47,8 +47,13 @@ def test_many_plans_are_replayed_side_by_side():
     number_of = {name: i for i, name in enumerate(tasks[0].action_names)}
     plans = [np.array([number_of[name] for name in plan(task).actions], int) for task in tasks]
     starts, goals = np.array([task.start for task in tasks]), np.array([task.goal for task in tasks])
-    replay_batch(tasks[0], starts, goals, plans)
+    longest = max(map(len, plans))
+
+    def padded(*plans):
+        return np.array([np.pad(plan, (0, longest - len(plan)), constant_values=-1) for plan in plans])
+
+    replay_batch(tasks[0], starts, goals, padded(*plans))
     with pytest.raises(AssertionError, match="plan 2"):
-        replay_batch(tasks[0], starts, goals, [*plans[:2], plans[2][:-1], *plans[3:]])
+        replay_batch(tasks[0], starts, goals, padded(*plans[:2], plans[2][:-1], *plans[3:]))
     with pytest.raises(AssertionError, match="cannot go"):
-        replay_batch(tasks[0], starts, goals, [plans[0][1:], *plans[1:]])
+        replay_batch(tasks[0], starts, goals, padded(plans[0][1:], *plans[1:]))

@@ -116,7 +116,8 @@ def test_crossing_rings_are_repaired_when_asked(path):
 
 def test_the_example_in_the_docs_is_read_and_rasterised(path):
     text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
-    path.write_text(text.split("```json")[1].split("```")[0], encoding="utf-8")
+    (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "srt-jax world" in block)
+    path.write_text(example, encoding="utf-8")
     world = read_world(path)
     task = rasterize(world)
     assert [obstacle.name for obstacle in world.obstacles] == ["fence", "house with a courtyard", "two sheds"]

@@ -7,30 +7,34 @@ from typing import Annotated, Any
 
 import typer
 
+from srt_jax.bench.machine import machine
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
-NAMES = ("kernels", "plan")
+NAMES = ("kernels", "solve", "plan", "learning", "envs")
 
 
 def bench(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help=f"{' or '.join(NAMES)}; default: all.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, about a minute each.")] = False,
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help=f"{', '.join(NAMES)} or all.")] = "all",
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, under a minute each.")] = False,
     out: Annotated[pathlib.Path, typer.Option(metavar="DIR", help="Where NAME.json goes.")] = pathlib.Path("bench"),
     as_json: JsonOption = False,
 ) -> int:
     """Measures us and the peers installed (pip install 'srt-jax\\[bench]') in one run: ratios first."""
-    if name is not None and name not in NAMES:
-        raise ValueError(f"no measurement is called {name!r}: choose one of {', '.join(NAMES)}")
+    if name not in (*NAMES, "all"):
+        raise ValueError(f"no measurement is called {name!r}: choose one of {', '.join(NAMES)}, or all")
     results = {}
-    for one in [name] if name else NAMES:
+    for one in NAMES if name == "all" else [name]:
+        if not as_json:
+            print(f"== {one}", flush=True)
         result, told = _measured(one, quick)
         results[one] = result
         if not as_json:
             print(told, flush=True)
         make_folder(out)
+        record = {"command": f"srt-jax bench {one}{' --quick' if quick else ''}", "made_on": machine(), "told": told, **result}
         with written(out / f"{one}.json") as file:
-            json.dump(result, file, indent=1)
+            json.dump(record, file, indent=1)
     if as_json:
         print(json.dumps(results))
     else:
@@ -39,12 +43,27 @@ def bench(
 
 
 def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
-    """Returns the measurements and the same as a table."""
+    """Returns the measurements and the same as a table; each is loaded when it is asked for."""
     if name == "kernels":
         from srt_jax.bench import kernels
 
         result = kernels.run(quick)
         return result, kernels.table(result)
+    if name == "solve":
+        from srt_jax.bench import solve
+
+        result = solve.run(quick)
+        return result, solve.table(result)
+    if name == "learning":
+        from srt_jax.bench import learning
+
+        result = learning.run(quick)
+        return result, learning.table(result)
+    if name == "envs":
+        from srt_jax.bench import envs
+
+        result = envs.run(quick)
+        return result, envs.table(result)
     from sign_model import bench as planning
 
     result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))

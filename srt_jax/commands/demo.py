@@ -2,14 +2,14 @@
 
 import pathlib
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from srt_jax import demo as work
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.report import report
-from srt_jax.console import counted
+from srt_jax.commands.report import report, require_page_name
+from srt_jax.console import counted, fitted, printer, waiting
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import written
 from srt_jax.many import solve_many
@@ -23,20 +23,41 @@ def demo(
     ] = pathlib.Path("demo"),
     pairs: Annotated[int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")] = 6,
     seed: Annotated[int, typer.Option(min=0, help="Draws other pairs.")] = 0,
+    page: Annotated[
+        pathlib.Path | None, typer.Option("--report", metavar="FILE.html", help="Write a web page: table, filters, pictures.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as one batch, drawn."""
-    place = work.city()
-    tasks = work.tasks_in(place, pairs=pairs, seed=seed)
+    require_page_name(page)
+    with waiting("laying out the city", quiet=as_json):
+        place = work.city()
+        tasks = work.tasks_in(place, pairs=pairs, seed=seed)
     begin = time.perf_counter()
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many([task.task for task in tasks], progress=progress)
     seconds = time.perf_counter() - begin
-    records = report(tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json)
-    text = work.as_markdown(work.summary(place, tasks, solutions), place)
+    records = report(tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json, html=page)
+    with waiting("summing up", quiet=as_json):
+        rows = work.summary(place, tasks, solutions)
+    text = work.as_markdown(rows, place)
     with written(out / "table.md") as file:
         file.write(text)
     write_batch(out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks])
     if not as_json:
-        print(f"\n{text}\nAlso in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
+        _print_summary(rows, place)
+        print(f"Also in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
     return 0 if all(Status[record["status"]].is_solved for record in records) else 1
+
+
+_RANKS = {"tasks": 1, "open route": 2, "proven least": 3, "objects on contour": 4, "contour cells": 5}
+"""Of the summary's columns; those without one stay, however narrow the terminal."""
+
+
+def _print_summary(rows: list[dict[str, Any]], place: work.City) -> None:
+    told = [list(work.as_text(row).values()) for row in rows]
+    console = printer()
+    columns = [(name, _RANKS.get(name, 0)) for name in rows[0]]
+    console.print(f"\n{work.heading(place)}", highlight=False)
+    console.print(fitted(columns, told, console.width))
+    console.print(f"Map data: {place.attribution}", highlight=False)

@@ -8,6 +8,7 @@ import numpy as np
 import typer
 
 from srt_jax.commands.options import JsonOption
+from srt_jax.console import waiting
 from srt_jax.formats.batch import write_batch
 from srt_jax.generate import generate as made
 from srt_jax.task import stack
@@ -26,7 +27,9 @@ def generate(
     """Writes a batch of tasks; with the least removal known where there is a proof of it."""
     if out.suffix.lower() != ".npz":
         raise ValueError(f"--out {out}: a batch is an .npz file: end the name in .npz")
-    names, tasks, optima = zip(*made(kind, count=count, size=_sizes(size), seed=seed))
+    sizes = _sizes(size)
+    with waiting("generating", quiet=as_json):
+        names, tasks, optima = zip(*made(kind, count=count, size=sizes, seed=seed))
     write_batch(out, stack(tasks), names=names, optimum=np.array(optima, np.float32))
     known = int(np.sum(~np.isnan(optima)))
     if as_json:

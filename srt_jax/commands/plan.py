@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands.options import JsonOption
+from srt_jax.console import waiting
 
 
 def plan(
@@ -23,7 +24,8 @@ def plan(
     import sign_model
 
     task = sign_model.load(domain, problem)
-    result = sign_model.plan(task, planner=planner, max_expansions=max_expansions, max_seconds=max_seconds)
+    with waiting("planning", quiet=as_json):
+        result = sign_model.plan(task, planner=planner, max_expansions=max_expansions, max_seconds=max_seconds)
     problems = sign_model.validate(task, list(result.actions)) if result.is_solved else []
     if problems:
         raise AssertionError(f"{problem}: a plan failed its replay, please report it: {'; '.join(problems)}")

@@ -1,18 +1,20 @@
-"""What comes of solved tasks: every answer replayed, then a table or JSON, results and pictures in a folder."""
+"""What comes of solved tasks: every answer replayed, then a table or JSON; results, pictures and a web page as asked."""
 
 import json
 import pathlib
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
-from rich.table import Table
-
 from srt_jax.check import check
-from srt_jax.console import counted, printer
+from srt_jax.console import counted, fitted, printer
 from srt_jax.formats.files import make_folder
 from srt_jax.inputs import NamedTask
 from srt_jax.results import as_record, write_results
 from srt_jax.types import Solution, Status
+
+_COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
+"""Of the table; the greater the number the sooner a column goes where the terminal is narrow."""
 
 
 def report(
@@ -23,8 +25,10 @@ def report(
     out: pathlib.Path | None,
     pictures: int,
     as_json: bool,
+    html: pathlib.Path | None = None,
+    notes: Sequence[dict[str, Any]] = (),
 ) -> list[dict[str, Any]]:
-    """Replays every solution, then prints and writes them; returns the records."""
+    """Replays every solution, then prints and writes them; returns the records. `notes` on the files go into the JSON."""
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
             problems = check(task, solution)
@@ -34,50 +38,72 @@ def report(
     records = [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     if out:
         _write(out, tasks, solutions, records, pictures, quiet=as_json)
+    if html:
+        _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
     if as_json:
-        print(json.dumps({"tasks": records}))
+        print(json.dumps({"tasks": records} | ({"notes": list(notes)} if notes else {})))
     else:
         _print_table(records, seconds)
     return records
 
 
-def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> None:
-    from srt_jax.draw import draw
+def require_page_name(html: pathlib.Path | None) -> None:
+    """Raises ValueError, before anything is solved, where the page could not be written."""
+    if html and html.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"--report {html}: a report is a web page: end the name in .html")
+    if html and not html.parent.is_dir():
+        raise ValueError(f"--report {html}: there is no folder {html.parent}: name a file in a folder that exists")
 
+
+def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> None:
     make_folder(out)
-    with counted("drawing", min(pictures, len(tasks)), quiet=quiet) as progress:
-        for (name, task), solution in list(zip(tasks, solutions))[:pictures]:
-            draw(task, solution, out / f"{pathlib.PurePath(name).name}.png", title=name)
-            progress(1)
+    drawn = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)][:pictures]
+    files = []
+    if drawn:
+        from srt_jax.draw.gallery import gallery
+
+        with counted("drawing", len(drawn), quiet=quiet) as progress:
+            files = gallery(drawn, out, progress=progress)
     write_results(out / "results.json", records)
     if not quiet:
-        drawn = f" and {min(pictures, len(tasks))} pictures" if pictures else ""
-        printer().print(f"Wrote {out / 'results.json'}{drawn}.", highlight=False)
+        few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
+        told = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
+        printer().print(f"Wrote {out / 'results.json'}{told}.", highlight=False)
+
+
+def _write_page(html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool) -> None:
+    from srt_jax.webpage import write_page
+
+    with counted("writing the page", len(tasks), quiet=quiet) as progress:
+        write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)
+    if not quiet:
+        printer().print(f"Wrote {html}: open it in a browser; it needs no network.", highlight=False)
 
 
 def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
-    table = Table("task", "status", "blocked by", "contour", "destroyed", "cost / bound", "route")
-    for record in records[:most]:
-        is_solved = Status[record["status"]].is_solved
-        table.add_row(
-            record["name"],
-            record["status"],
-            _shortened(record["blocking"]),
-            str(len(record["contour"]) or ""),
-            _shortened(record["destroyed"]),
-            f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",
-            f"{record['cost']:.2f}" if is_solved else "",
-        )
     console = printer()
-    console.print(table)
+    rows = [_row(record) for record in records[:most]]
+    console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
         console.print(f"... and {len(records) - most} more tasks (all of them in --json or --out)", highlight=False)
     counts = ", ".join(f"{count} {status}" for status, count in Counter(record["status"] for record in records).most_common())
-    console.print(
-        f"{len(records)} tasks in {seconds:.2f} s, compiling included: {counts}; every answer replayed.", highlight=False
-    )
+    number = f"{len(records)} task{'s' if len(records) > 1 else ''}"
+    console.print(f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.", highlight=False)
     if len(records) == 1:
         console.print(records[0]["explanation"], highlight=False)
+
+
+def _row(record: dict[str, Any]) -> list[str]:
+    is_solved = Status[record["status"]].is_solved
+    return [
+        record["name"],
+        record["status"],
+        _shortened(record["blocking"]),
+        str(len(record["contour"]) or ""),
+        _shortened(record["destroyed"]),
+        f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",
+        f"{record['cost']:.2f}" if is_solved else "",
+    ]
 
 
 def _shortened(ids: list[int], most: int = 6) -> str:

@@ -1,28 +1,14 @@
 """Real places shipped with the package: polygons in metres without a start or a goal."""
 
-import dataclasses
 import importlib.resources
 
 import numpy as np
 
+from srt_jax.place import Place
 from srt_jax.world import Obstacle
 
 _UNITS_PER_METRE = 100
 """The files hold whole centimetres, the precision of the survey."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Place:
-    """A place to set tasks in.
-
-    bounds: (x_min, y_min, x_max, y_max), metres, x to the east and y to the north; some obstacles reach across.
-    obstacles: with their names where they have one.
-    attribution: to be shown beside whatever is made from it.
-    """
-
-    bounds: tuple[float, float, float, float]
-    obstacles: tuple[Obstacle, ...]
-    attribution: str
 
 
 def helsinki() -> Place:

@@ -1,6 +1,7 @@
 """Files read whole or refused in one sentence, and written whole or not at all."""
 
 import contextlib
+import importlib
 import os
 import pathlib
 from collections.abc import Iterator
@@ -56,3 +57,16 @@ def make_folder(path: pathlib.Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(f"{path}: cannot be made a folder: {error.strerror}") from error
+
+
+def needed(module: str, *, extra: str, what: str) -> Any:
+    """Returns a module that is not part of the core; ImportError with the command that installs it where it is absent.
+
+    Args:
+      extra: of this package, which brings it. what: asks for it, such as "reading OpenStreetMap".
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(module.split(".")[0], module.split(".")[0])
+        raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error

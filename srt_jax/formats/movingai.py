@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, read_lines, written
+from srt_jax.notes import Notes
 
 FREE_SIGNS = ".GS"
 BLOCKED_SIGNS = "@OTW"
@@ -33,8 +34,11 @@ class ScenRow(NamedTuple):
     length: float
 
 
-def read_map(path: PathLike) -> np.ndarray:
+def read_map(path: PathLike, *, notes: Notes | None = None) -> np.ndarray:
     """Returns the free cells of a `.map` file, bool [H, W].
+
+    Args:
+      notes: receives how many cells are swamp (free) or water (blocked), which some moving agents see otherwise.
 
     Raises:
       ValueError: with file and line, where the file is missing, no octile map, or not what its header says.
@@ -61,6 +65,9 @@ def read_map(path: PathLike) -> np.ndarray:
             f"{path}:{first + row + 1}: column {col + 1} holds {str(signs[row, col])!r}, which is no MovingAI sign: "
             f"free are {', '.join(FREE_SIGNS)}, blocked are {', '.join(BLOCKED_SIGNS)}"
         )
+    if notes is not None:
+        notes.add("swamp cells, taken as free", int((signs == "S").sum()))
+        notes.add("water cells, taken as blocked", int((signs == "W").sum()))
     return free
 
 

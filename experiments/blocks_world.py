@@ -1,0 +1,253 @@
+"""Figure 2 of the paper: plan lengths and times of MAP beside A* and W*, on the blocks world.
+
+The paper's two tasks first (BLOCKS-4-0 and BLOCKS-4-1 of IPC-2000), then a growing series: IPC's tasks where its files are
+there (folder pddl/blocks in the directory that SRT_SHARED_DATA names), else random ones made like them. All planners get the
+same PDDL:
+
+  MAP            goal regression on prediction matrices; its time is split into parsing, grounding, building the semiotic
+                 network, search and replay (the paper found the network to be most of it)
+  A*, W*         forward search over the same matrices, by hmax; weighted by 2, by FF
+  authors' rule  MAP's A-step as the authors published it: most features shared with the start, depth-first
+  peers          pyperplan and Fast Downward, where installed (pip install 'srt-jax[bench]'), each run a process of its own
+
+A planner without a plan on three tasks in a row is not asked again.
+
+examples:
+  python -m experiments.blocks_world
+  python -m experiments.blocks_world --quick --no-peers
+  python -m experiments.blocks_world --most-blocks 30 --most-seconds 120
+"""
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments._blocks_tasks import BlocksTask, paper_tasks, series
+from experiments._figures import COLOURS, MARKS, column_figure, grouped_bars, style
+from experiments._outcome import Outcome, Table, options, run, timed
+from experiments._planners import Answer, Planner, own_planners, peers
+from srt_jax.bench.machine import spread
+
+PAPER = {
+    "BLOCKS-4-0": {"MAP": (6, 0.22), "A*": (6, 0.0077), "W*": (6, 0.0068)},
+    "BLOCKS-4-1": {"MAP": (10, 0.31), "A*": (10, 0.0068), "W*": (10, 0.0060)},
+}
+"""Length and seconds in Figure 2, on the machine of 2016."""
+
+STAGES = ("parse", "ground", "network", "search", "validate")
+_PATIENCE = 3
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the experiment; exit code 1 where a length of the paper's is not met."""
+    parser = options("blocks_world", __doc__ or "")
+    parser.add_argument("--most-blocks", type=int, metavar="N", help="end of the series (default: 15; quick: 6)")
+    parser.add_argument("--budget", type=int, metavar="N", help="most states A* and W* expand (default: 10000; quick: 2000)")
+    parser.add_argument("--most-seconds", type=float, metavar="S", help="most time for a peer's plan (default: 20; quick: 5)")
+    parser.add_argument("--no-peers", action="store_true", help="ours alone")
+    given = parser.parse_args(arguments)
+    budget = given.budget or (2000 if given.quick else 10_000)
+    most_blocks = given.most_blocks or (6 if given.quick else 15)
+    packages = ("pyperplan", "up-fast-downward")
+    outcome = Outcome("blocks_world", given, sys.argv[1:] if arguments is None else arguments, *packages)
+    others = {} if given.no_peers else peers(given.most_seconds or (5.0 if given.quick else 20.0))
+    for name in [name for name, planner in others.items() if planner is None]:
+        outcome.progress(f"{name} is not installed and left out (pip install 'srt-jax[bench]')")
+    planners = own_planners(budget) | {name: planner for name, planner in others.items() if planner}
+    with style():
+        first = {task.name: _row(task, planners, 3 if given.quick else 9, outcome) for task in paper_tasks()}
+        rows = _series(list(series(most_blocks, seed=given.seed)), planners, outcome)
+        outcome.keep(paper=first, series=rows)
+        outcome.add(_paper_table(first))
+        for table in (_split_table(rows), _series_table(rows, planners), _times_table(rows, planners)):
+            outcome.add(table)
+        outcome.figure(_figure2(first), "figure2", _CAPTION)
+        outcome.figure(_figure_of_series(rows, planners), "figure2-series", _SERIES_CAPTION)
+    outcome.save()
+    is_same = all(first[task][name]["length"] == length for task, told in PAPER.items() for name, (length, _) in told.items())
+    return 0 if is_same else 1
+
+
+def _row(task: BlocksTask, planners: dict[str, Planner], repeats: int, outcome: Outcome) -> dict[str, Any]:
+    """Returns each planner's length and times on one task; the median of repeats."""
+    outcome.progress(f"{task.name}: {', '.join(planners)}")
+    row = {}
+    for name, planner in planners.items():
+        answers = [planner(task)]  # the first also warms up what is loaded once
+        while len(answers) <= repeats and sum(answer.seconds for answer in answers) < 10:
+            answers.append(planner(task))
+        row[name] = _record(answers[1:] or answers)
+    return row
+
+
+def _record(answers: list[Answer]) -> dict[str, Any]:
+    lengths = {answer.length for answer in answers}
+    if len(lengths) > 1:
+        raise AssertionError(f"lengths {lengths} of one task by one planner: they should be the same")
+    parts = {stage: float(np.median([answer.parts[stage] for answer in answers])) for stage in answers[0].parts}
+    return {
+        "length": answers[0].length,
+        "seconds": spread([answer.seconds for answer in answers]),
+        "parts": parts,
+        "expansions": answers[0].expansions,
+    }
+
+
+def _series(tasks: list[BlocksTask], planners: dict[str, Planner], outcome: Outcome) -> list[dict[str, Any]]:
+    """Returns {task, blocks, optimum, answers {planner: record}} of each task; a planner that gave up has no record."""
+    failed, rows = dict.fromkeys(planners, 0), []
+    for task in tasks:
+        answers = {}
+        for name, planner in planners.items():
+            if failed[name] < _PATIENCE:
+                answers[name] = _record([planner(task)])
+                failed[name] = 0 if answers[name]["length"] is not None else failed[name] + 1
+        told = ", ".join(f"{name} {record['length'] or 'none'}" for name, record in answers.items())
+        outcome.progress(f"{task.name}: {told}")
+        rows.append({"task": task.name, "blocks": task.num_blocks, "optimum": task.optimum, "answers": answers})
+    return rows
+
+
+def _paper_table(first: dict[str, Any]) -> Table:
+    lines = []
+    for task, row in first.items():
+        for name, record in row.items():
+            length, seconds = PAPER[task].get(name, (None, None))
+            theirs = [str(length or ""), f"{1e3 * seconds:.3g}" if seconds else ""]
+            parts = record["parts"]
+            split = " / ".join(f"{1e3 * parts[stage]:.2f}" for stage in STAGES) if parts else ""
+            lines.append([task, name, str(record["length"]), theirs[0], timed(record["seconds"]), theirs[1], split])
+    return Table(
+        "Figure 2: plan length and milliseconds on the paper's two tasks, medians (quartiles)",
+        ("task", "planner", "length", "PY16", "ms", "PY16", "ms: " + " / ".join(STAGES)),
+        lines,
+        "ours: from the PDDL text to the replayed plan, in one process; peers: with the start of their process.",
+    )
+
+
+def _by_blocks(rows: list[dict[str, Any]]) -> dict[int, list[dict[str, Any]]]:
+    return {blocks: [row for row in rows if row["blocks"] == blocks] for blocks in sorted({row["blocks"] for row in rows})}
+
+
+def _split_table(rows: list[dict[str, Any]]) -> Table:
+    lines = []
+    for blocks, group in _by_blocks(rows).items():
+        parts = [row["answers"]["MAP"]["parts"] for row in group if "MAP" in row["answers"]]
+        medians = [1e3 * float(np.median([part[stage] for part in parts])) for stage in STAGES]
+        total = sum(medians)
+        lines.append([str(blocks), *(f"{ms:.1f}" for ms in medians), f"{medians[2] / total:.0%}", f"{medians[3] / total:.0%}"])
+    return Table(
+        "MAP's time by stage: milliseconds, medians over the tasks of a size",
+        ("blocks", *STAGES, "network's share", "search's share"),
+        lines,
+        "network: the semiotic network of signs. The paper: MAP is slower 'due to large overhead on the initial process of "
+        "semiotic network generation'.",
+    )
+
+
+def _series_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Table:
+    lines = []
+    for row in rows:
+        lengths = [_told(row["answers"].get(name), lambda record: str(record["length"])) for name in planners]
+        lines.append([row["task"], str(row["optimum"] or ""), *lengths])
+    return Table(
+        "Plan lengths over the growing series",
+        ("task", "optimum", *planners),
+        lines,
+        "-: no plan within the budget. Blank: not asked any more.",
+    )
+
+
+def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Table:
+    lines = []
+    for blocks, group in _by_blocks(rows).items():
+        line = [str(blocks)]
+        for name in planners:
+            records = [row["answers"][name] for row in group if name in row["answers"]]
+            solved = [record for record in records if record["length"] is not None]
+            seconds = timed(spread([record["seconds"]["median"] for record in solved]), unit=1)
+            line.append(f"{len(solved)}/{len(records)} {seconds}" if records else "")
+        lines.append(line)
+    return Table("Solved, and seconds where solved: medians (quartiles) over the tasks of a size", ("blocks", *planners), lines)
+
+
+def _told(record: dict[str, Any] | None, tell: Any) -> str:
+    return "" if record is None else "-" if record["length"] is None else tell(record)
+
+
+_CAPTION = (
+    "Plan length (left) and runtime (right) of the behaviour planners on the paper's two tasks (PY16, Figure 2); diamonds are "
+    "the paper's numbers."
+)
+_SERIES_CAPTION = (
+    "The same planners, and peers (FD: Fast Downward), over the growing series: medians of what was solved, by number of "
+    "blocks. Lengths are over the optimum, or over the shortest plan found where that is not known."
+)
+
+
+def _figure2(first: dict[str, Any]) -> Any:
+    figure, (lengths, times) = column_figure(1, 2, height=2.0)
+    names, tasks = ("MAP", "A*", "W*"), list(first)
+    for axes, key in ((lengths, "length"), (times, "seconds")):
+        found = {name: [first[task][name][key] for task in tasks] for name in names}
+        series = {name: [spread([one or 0]) if key == "length" else one for one in row] for name, row in found.items()}
+        grouped_bars(axes, [task.removeprefix("BLOCKS-") for task in tasks], series)
+        for number, name in enumerate(names):
+            places = [group + (number - 1) * 0.8 / 3 for group in range(len(tasks))]
+            theirs = [PAPER[task][name][0 if key == "length" else 1] for task in tasks]
+            label = "PY16" if number == 0 else None
+            axes.plot(places, theirs, "D", color="white", markeredgecolor="black", markeredgewidth=0.7, label=label)
+        axes.set_xlabel("task BLOCKS-")
+    lengths.set_ylabel("plan length, steps")
+    times.set_ylabel("runtime, s")
+    times.set_yscale("log")
+    handles, _ = lengths.get_legend_handles_labels()
+    figure.legend(
+        handles=sorted(handles, key=lambda handle: handle.get_label() == "PY16"),
+        loc="outside lower center",
+        ncols=4,
+        frameon=False,
+    )
+    return figure
+
+
+def _figure_of_series(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Any:
+    figure, (ratios, times) = column_figure(2, 1, height=4.2, sharex=True)
+    groups = _by_blocks(rows)
+    for number, name in enumerate(planners):
+        points = []
+        for blocks, group in groups.items():
+            solved = [row for row in group if row["answers"].get(name, {}).get("length") is not None]
+            if solved:
+                ratio = np.median([row["answers"][name]["length"] / _least(row) for row in solved])
+                seconds = np.median([row["answers"][name]["seconds"]["median"] for row in solved])
+                points.append((blocks + 0.05 * (number - len(planners) / 2), ratio, seconds))
+        if points:
+            x, ratio, seconds = zip(*points)
+            look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)], "label": name}
+            ratios.plot(x, ratio, **look)
+            times.plot(x, seconds, **look)
+    ratios.set_ylabel("plan length / optimum")
+    times.set_ylabel("runtime, s")
+    times.set_xlabel("blocks (planners side by side)")
+    times.set_xticks(list(groups), list(groups))
+    ratios.set_yscale("log")
+    ticks = [1, 1.5, 2, 3, 5, 10, 20]
+    ratios.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    ratios.set_yticks([], minor=True)
+    ratios.set_ylim(0.9, max(2.0, 1.1 * ratios.dataLim.y1))
+    times.set_yscale("log")
+    figure.legend(*ratios.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def _least(row: dict[str, Any]) -> int:
+    """The optimum where it is known, else the shortest plan that any planner found."""
+    lengths = [record["length"] for record in row["answers"].values() if record["length"] is not None]
+    return row["optimum"] or min(lengths)
+
+
+if __name__ == "__main__":
+    run(main)

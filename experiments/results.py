@@ -1,0 +1,126 @@
+"""Writes docs/results.md: runs the experiments and measurements one after the other, and puts what they found on one page.
+
+Every number on the page stands under the command that made it, with the machine and the versions. The full runs take about a
+quarter of an hour on 2 idle cores, --quick three minutes. Longer campaigns are commands of their own (experiments.campaign).
+
+examples:
+  python -m experiments.results
+  python -m experiments.results --only path_planning blocks_world
+  python -m experiments.results --no-run                          the page alone, from what lies in results/
+"""
+
+import argparse
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from experiments._outcome import Table, as_markdown, run
+from srt_jax.bench.machine import told
+from srt_jax.formats.files import make_folder, written
+
+MINUTES = {
+    "path_planning": 1.5,
+    "blocks_world": 2.5,
+    "smart_relocation": 1.5,
+    "solve": 1.5,
+    "plan": 3.0,
+    "learning": 1.0,
+    "kernels": 5.0,
+}
+"""What is run, in the order of the page, and about how long each takes on 2 idle cores."""
+
+EXPERIMENTS = ("path_planning", "blocks_world", "smart_relocation")
+
+TITLES = {
+    "path_planning": "Figure 3: path planning with blocking-obstacle detection",
+    "blocks_world": "Figure 2: behaviour planning on the blocks world",
+    "smart_relocation": "Figure 1, end to end; the paper's loop beside the least removal",
+    "solve": "Whole answers",
+    "plan": "Planning",
+    "learning": "What training loops wait for",
+    "kernels": "Kernels",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs what is asked for and writes the page; exit code 1 where a run failed, whose older result then stays."""
+    parser = argparse.ArgumentParser(
+        prog="python -m experiments.results", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--page", type=pathlib.Path, default=pathlib.Path("docs/results.md"), help="default: %(default)s")
+    parser.add_argument(
+        "--results", type=pathlib.Path, default=pathlib.Path("results"), metavar="DIR", help="what the runs leave"
+    )
+    parser.add_argument(
+        "--only", nargs="+", choices=list(MINUTES), default=list(MINUTES), metavar="NAME", help="run these only"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the experiments (default: 0)")
+    parser.add_argument("--quick", action="store_true", help="small cases: to try the command, not to be published")
+    parser.add_argument("--no-run", action="store_true", help="write the page from the results there are")
+    given = parser.parse_args(arguments)
+    failed = [] if given.no_run else [name for name in given.only if not _ran(name, given)]
+    records = {name: record for name in MINUTES if (record := _record(name, given.results)) is not None}
+    if not records:
+        raise ValueError(f"{given.results} holds no results: run without --no-run first")
+    make_folder(given.page.parent / given.page.stem)
+    with written(given.page) as file:
+        file.write(page(records, given.results, given.page))
+    print(f"Wrote {given.page}: {', '.join(records)}" + (f"; failed: {', '.join(failed)}" if failed else ""))
+    return int(bool(failed))
+
+
+def _ran(name: str, given: argparse.Namespace) -> bool:
+    quick = ["--quick"] if given.quick else []
+    if name in EXPERIMENTS:
+        command = ["-m", f"experiments.{name}", *quick, "--seed", str(given.seed), "--out", str(given.results / name)]
+    else:
+        command = ["-m", "srt_jax", "bench", name, *quick, "--out", str(given.results / "bench")]
+    minutes = "under a minute" if given.quick else f"about {MINUTES[name]:g} minutes"
+    print(f"{time.strftime('%H:%M:%S')} python {' '.join(command)}   ({minutes})", file=sys.stderr, flush=True)
+    done = subprocess.run([sys.executable, *command], stdout=subprocess.DEVNULL)
+    if done.returncode:
+        print(f"{name} ended with code {done.returncode}", file=sys.stderr, flush=True)
+    return done.returncode == 0
+
+
+def _record(name: str, results: pathlib.Path) -> dict[str, Any] | None:
+    path = results / name / f"{name}.json" if name in EXPERIMENTS else results / "bench" / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+
+
+def page(records: dict[str, dict[str, Any]], results: pathlib.Path, target: pathlib.Path) -> str:
+    """Returns the page as Markdown; figures are copied into the folder beside it that bears its name."""
+    parts = [_HEAD]
+    for name, record in records.items():
+        facts = record.get("made_on") or record["machine"]
+        parts.append(f"## {TITLES[name]}\n\n`{_command(record)}`\n\n*{told(facts)}*")
+        for figure in record.get("figures", []):
+            shutil.copyfile(results / name / figure["file"], target.parent / target.stem / figure["file"])
+            parts.append(f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*")
+        parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
+        if "told" in record:
+            parts.append(f"```\n{record['told']}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
+def _command(record: dict[str, Any]) -> str:
+    """The command without the folder it was told to write to, which does not change what it finds."""
+    words = record["command"].split()
+    place = words.index("--out") if "--out" in words else len(words)
+    return " ".join(words[:place] + words[place + 2 :])
+
+
+_HEAD = """# Results
+
+Made by `python -m experiments.results`, each part by the command above it, on the machine named there. The same seed gives the
+same plan lengths and counts; times are medians with quartiles in brackets, of one run on that machine. PY16 is the paper; its
+times are of 2016. The text of the paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,145 @@
+"""`srt-jax draw`: pictures, contact sheets and animations of tasks and their solutions."""
+
+import json
+import pathlib
+from typing import Annotated
+
+import typer
+
+from srt_jax.commands import options
+from srt_jax.commands.options import JsonOption
+from srt_jax.console import counted, note, waiting
+from srt_jax.draw.gallery import SHOWS, Named, gallery
+from srt_jax.draw.picture import FORMATS
+from srt_jax.draw.picture import draw as draw_one
+from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
+from srt_jax.formats.files import make_folder
+from srt_jax.inputs import NamedTask, read_tasks
+from srt_jax.many import solve_many
+
+
+def draw(
+    inputs: Annotated[list[str], typer.Argument(metavar="INPUT...", help="What 'srt-jax solve' reads.", show_default=False)],
+    out: Annotated[
+        pathlib.Path,
+        typer.Option(metavar="DIR|FILE", help="A folder; or a file .png, .svg, .pdf (many tasks: a sheet) or .gif (one task)."),
+    ] = pathlib.Path("pictures"),
+    show: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help=f"{', '.join(SHOWS)}.",
+            autocompletion=lambda: list(SHOWS),
+        ),
+    ] = "pictures",
+    ending: Annotated[
+        str, typer.Option("--format", metavar="png|svg|pdf", help="In a folder.", autocompletion=lambda: ["png", "svg", "pdf"])
+    ] = "png",
+    only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Only the tasks of these names.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many tasks.")] = None,
+    polar: Annotated[bool, typer.Option("--polar", help="Over pictures: the agent's frame with the fuzzy sectors.")] = False,
+    metres_per_cell: Annotated[float, typer.Option(help="With --polar: the side of a cell.")] = 1.0,
+    heading: Annotated[
+        float | None,
+        typer.Option(metavar="DEGREES", help="With --polar: where the agent looks, leftwards from east. Default: the goal."),
+    ] = None,
+    start: options.StartOption = None,
+    goal: options.GoalOption = None,
+    destroyable: options.DestroyableOption = None,
+    block: options.BlockOption = None,
+    size: options.SizeOption = None,
+    cell_side: options.CellSideOption = None,
+    rule: options.RuleOption = "touch",
+    tags: options.TagsOption = None,
+    units: options.UnitsOption = "auto",
+    free_pixels: options.FreePixelsOption = "light",
+    threshold: options.ThresholdOption = 128.0,
+    unknown: options.UnknownOption = "blocked",
+    repair: options.RepairOption = False,
+    mode: Annotated[
+        str, typer.Option(metavar="least|paper", help="As in 'srt-jax solve'.", autocompletion=lambda: ["least", "paper"])
+    ] = "least",
+    as_json: JsonOption = False,
+) -> int:
+    """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of the whole loop."""
+    frame = PolarFrame(metres_per_cell, heading) if polar else None
+    _check(out, show, ending)
+    how = options.reading(
+        start=start,
+        goal=goal,
+        block=block,
+        size=size,
+        cell_side=cell_side,
+        rule=rule,
+        tags=tags,
+        units=units,
+        free_pixels=free_pixels,
+        threshold=threshold,
+        unknown=unknown,
+        repair=repair,
+    )
+    with waiting("reading", quiet=as_json):
+        tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=how)]
+    tasks = _chosen(tasks, only)[:limit]
+    if not tasks:
+        raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
+    if out.suffix.lower() == ".gif" and len(tasks) > 1:
+        raise ValueError(f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or --only NAME")
+    with counted("solving", len(tasks), quiet=as_json) as progress:
+        solutions = solve_many([task.task for task in tasks], mode=mode, progress=progress)
+    named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
+    files = _draw(named, out, show, ending, frame, quiet=as_json)
+    if as_json:
+        print(json.dumps({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}))
+    else:
+        told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
+        print(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
+    return 0
+
+
+def _check(out: pathlib.Path, show: str, ending: str) -> None:
+    """Refuses what cannot be drawn before anything is solved."""
+    if show not in SHOWS:
+        raise ValueError(f"--show must be one of {', '.join(SHOWS)}, got {show!r}")
+    if f".{ending}" not in FORMATS:
+        raise ValueError(f"--format must be png, svg or pdf, got {ending!r}")
+    suffix = out.suffix.lower()
+    if suffix and not out.is_dir() and suffix not in (*FORMATS, ".gif"):
+        raise ValueError(f"--out {out}: cannot draw a file with the ending {suffix!r}: use .png, .svg, .pdf, .gif, or a folder")
+    if suffix in FORMATS and show in ("loop", "wave"):
+        raise ValueError(f"--out {out}: --show {show} is an animation: end the name in .gif")
+
+
+def _chosen(tasks: list[NamedTask], only: list[str] | None) -> list[NamedTask]:
+    there = {task.name for task in tasks}
+    missing = [name for name in only or [] if name not in there]
+    if missing:
+        few = ", ".join(sorted(there)[:5])
+        raise ValueError(f"--only {missing[0]}: no task has this name; there are {few}{', ...' if len(there) > 5 else ''}")
+    return [task for task in tasks if not only or task.name in only]
+
+
+def _draw(
+    named: Named, out: pathlib.Path, show: str, ending: str, frame: PolarFrame | None, *, quiet: bool
+) -> list[pathlib.Path]:
+    if out.suffix.lower() in FORMATS:
+        if len(named) == 1 and show != "sheet":
+            name, task, solution = named[0]
+            draw_one(task, solution, out, title=name, polar=frame)
+        else:
+            if len(named) > MOST_ON_SHEET:
+                note(f"{out} shows the first {MOST_ON_SHEET} of {len(named)} tasks: give a folder for all")
+            with waiting("drawing", quiet=quiet):
+                contact_sheet(named[:MOST_ON_SHEET], out)
+        return [out]
+    if out.suffix.lower() == ".gif":
+        from srt_jax.draw.animation import animate
+
+        name, task, solution = named[0]
+        with waiting("drawing", quiet=quiet):
+            animate(task, solution, out, what="wave" if show == "wave" else "loop", title=name)
+        return [out]
+    make_folder(out)
+    with counted("drawing", len(named), quiet=quiet) as progress:
+        return gallery(named, out, show=show, ending=ending, polar=frame, progress=progress)

@@ -1,0 +1,232 @@
+"""Data sets of labelled tasks: shards on disk, written one by one, and read back in batches.
+
+A folder holds `dataset.json` and shards of tasks in order: shard s holds tasks s * shard_size and on. Task i depends on kind,
+size, seed and i alone, and a shard takes its name only once it is whole; so whoever was interrupted asks again, and gets the
+same bytes as if nothing had happened. One shard at a time is in memory.
+"""
+
+import json
+import pathlib
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from srt_jax import dataset_shards as shards
+from srt_jax.dataset_labels import label_tasks
+from srt_jax.formats.files import PathLike, make_folder, read_bytes, written
+from srt_jax.generate import generate
+from srt_jax.task import stack
+from srt_jax.types import FREE, OUTSIDE
+
+MANIFEST = "dataset.json"
+VERSION = 1
+
+
+class Plan(NamedTuple):
+    """What a data set is to hold; kept in `dataset.json`. `size` is (least, greatest) side; format one of `FORMATS`."""
+
+    kind: str
+    count: int
+    size: tuple[int, int]
+    seed: int
+    shard_size: int
+    format: str
+
+    def num_shards(self) -> int:
+        """Returns how many shards hold the tasks."""
+        return -(-self.count // self.shard_size)
+
+    def file(self, folder: pathlib.Path, shard: int) -> pathlib.Path:
+        """Returns the name of a shard's file."""
+        return folder / f"shard-{shard:06d}.{shards.SUFFIXES[self.format]}"
+
+
+def write_dataset(
+    folder: PathLike,
+    *,
+    kind: str,
+    count: int,
+    size: int | tuple[int, int],
+    seed: int = 0,
+    shard_size: int = 1024,
+    format: str = "npz",
+    progress: Callable[[int], None] | None = None,
+) -> Plan:
+    """Writes the shards that are not there yet, and returns the plan; `progress` is called with the tasks of each shard.
+
+    Args:
+      folder: made where it is missing.
+      kind, count, size, seed: of `srt_jax.generate.generate`.
+      shard_size: tasks in a shard, 1 or more.
+      format: "npz" or "arrayrecord" (needs the extra `arrayrecord`).
+
+    Raises:
+      ValueError: a number out of range, or the folder holds a data set of another plan.
+      ImportError: the format's package is missing.
+    """
+    low, high = (size, size) if isinstance(size, int | np.integer) else size
+    plan = Plan(kind, int(count), (int(low), int(high)), int(seed), int(shard_size), format)
+    folder = pathlib.Path(folder)
+    _check(plan)
+    make_folder(folder)
+    _settle(folder, plan)
+    for shard in range(plan.num_shards()):
+        first = shard * plan.shard_size
+        number = min(plan.shard_size, plan.count - first)
+        if not plan.file(folder, shard).exists():
+            shards.WRITERS[format](plan.file(folder, shard), _shard(plan, first, number))
+        if progress:
+            progress(number)
+    return plan
+
+
+def _check(plan: Plan) -> None:
+    if plan.shard_size < 1:
+        raise ValueError(f"shard_size must be at least 1, got {plan.shard_size}")
+    if plan.format not in shards.WRITERS:
+        raise ValueError(f"format must be one of {', '.join(shards.WRITERS)}, got {plan.format!r}")
+    shards.require(plan.format)
+    generate(plan.kind, count=1, size=plan.size, seed=plan.seed)  # refuses what it cannot make before a folder is made
+    if plan.count < 1:
+        raise ValueError(f"count must be at least 1, got {plan.count}")
+
+
+def _settle(folder: pathlib.Path, plan: Plan) -> None:
+    """Writes the plan, or refuses the folder where it holds another one; only `count` may grow, from whole shards."""
+    told = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
+    if (folder / MANIFEST).exists():
+        there = _read_manifest(folder)
+        differing = [name for name in told if there.get(name) != told[name]]
+        if differing:
+            name = differing[0]
+            raise ValueError(
+                f"{folder}: holds a data set of {name} {there.get(name)!r}, not {told[name]!r}: "
+                "name another folder, or ask for the same"
+            )
+        return
+    with written(folder / MANIFEST) as file:
+        json.dump(told, file, indent=1)
+
+
+def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
+    """Returns the arrays of a shard, maps padded to the data set's greatest side."""
+    instances = generate(plan.kind, count=number, size=plan.size, seed=plan.seed, first=first)
+    tasks = [task for _, task, _ in instances]
+    batch, labels = stack(tasks), label_tasks(tasks)
+    side = plan.size[1]
+    arrays = {"index": np.arange(first, first + number, dtype=np.int64)}
+    arrays |= {name: np.asarray(value) for name, value in [*batch.items(), *labels._asdict().items()]}
+    return {name: _padded(name, array, side) for name, array in arrays.items()}
+
+
+_MAPS = {"first_blocker": False, "cost_to_go": np.inf, "correction": 0, "focal": 0}
+"""The labels that are maps, and what stands on padding."""
+
+
+def _padded(name: str, array: np.ndarray, side: int) -> np.ndarray:
+    if name != "labels" and name not in _MAPS:
+        return array
+    gap = [(0, 0)] * (array.ndim - 2) + [(0, side - length) for length in array.shape[-2:]]
+    if name in _MAPS:
+        return np.pad(array, gap, constant_values=_MAPS[name])
+    padded = np.pad(array, gap, constant_values=FREE)
+    outside = np.pad(np.zeros(array.shape[-2:], bool), gap[-2:], constant_values=True)
+    padded[:, 0][:, outside] = OUTSIDE
+    return padded
+
+
+def load(
+    folder: PathLike,
+    *,
+    batch_size: int = 64,
+    seed: int | None = None,
+    epochs: int | None = 1,
+    worker: tuple[int, int] = (0, 1),
+    fields: tuple[str, ...] | None = None,
+    drop_remainder: bool = False,
+) -> Iterator[dict[str, np.ndarray]]:
+    """Returns an iterator of batches: {name: array [batch, ...]}, all batches of one shape but the last of an epoch.
+
+    Names are those of `Task` and `TaskLabels`, and `index`, int64, the task's number. Shards whose maps have fewer layers or
+    obstacles than others are padded as `stack` does.
+
+    Args:
+      folder: written by `write_dataset`, whole.
+      batch_size: 1 or more.
+      seed: shuffles shards, and tasks within four shards at a time, anew each epoch; None: in order.
+      epochs: how often to go over the data; None: without end.
+      worker: (i, n): every n-th shard from the i-th on, of the same shuffling for all; n at most the number of shards.
+      fields: the names wanted; all by default.
+      drop_remainder: leave out the last batch of an epoch where it is smaller.
+
+    Raises:
+      ValueError: no data set, shards missing, an unknown field, or a number out of range.
+    """
+    folder = pathlib.Path(folder)
+    plan = read_plan(folder)
+    part, parts = worker
+    if batch_size < 1 or not 0 <= part < parts <= plan.num_shards():
+        raise ValueError(
+            f"batch_size must be at least 1 and worker (i, n) have 0 <= i < n <= {plan.num_shards()} shards, "
+            f"got batch_size {batch_size}, worker {worker}"
+        )
+    missing = [shard for shard in range(plan.num_shards()) if not plan.file(folder, shard).exists()]
+    if missing:
+        raise ValueError(
+            f"{folder}: {len(missing)} of {plan.num_shards()} shards are missing, the first is "
+            f"{plan.file(folder, missing[0]).name}: write them with the same srt-jax dataset command again"
+        )
+    shape = np.max([shards.SHAPES[plan.format](plan.file(folder, shard)) for shard in range(plan.num_shards())], axis=0)
+    widths = {"L": int(shape[0]), "M": int(shape[1])}
+    names = shards.FIELDS if fields is None else fields
+    unknown = [name for name in names if name not in shards.FIELDS]
+    if unknown:
+        raise ValueError(f"no field is called {unknown[0]!r}: choose among {', '.join(shards.FIELDS)}")
+    return _batches(folder, plan, widths, tuple(names), batch_size, seed, epochs, worker, drop_remainder)
+
+
+def read_plan(folder: PathLike) -> Plan:
+    """Returns what a data set's folder says it holds; ValueError where it is none."""
+    told = _read_manifest(pathlib.Path(folder))
+    if told.pop("version", None) != VERSION or set(told) != set(Plan._fields):
+        raise ValueError(f"{folder}: {MANIFEST} is of another version: write the data set anew")
+    return Plan(**told)._replace(size=(told["size"][0], told["size"][1]))
+
+
+def _read_manifest(folder: pathlib.Path) -> dict[str, Any]:
+    try:
+        told = json.loads(read_bytes(folder / MANIFEST, "data set's description"))
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set anew") from error
+    if not isinstance(told, dict):
+        raise ValueError(f"{folder / MANIFEST}: is no description of a data set: write the data set anew")
+    return told
+
+
+_AT_ONCE = 4
+"""Shards in memory while shuffling."""
+
+
+def _batches(folder, plan, widths, names, batch_size, seed, epochs, worker, drop_remainder):
+    epoch = 0
+    while epochs is None or epoch < epochs:
+        rng = None if seed is None else np.random.default_rng([seed, epoch])
+        order = np.arange(plan.num_shards()) if rng is None else rng.permutation(plan.num_shards())
+        mine = order[worker[0] :: worker[1]]
+        waiting: dict[str, np.ndarray] = {}
+        for first in range(0, len(mine), _AT_ONCE):
+            read = [shards.READERS[plan.format](plan.file(folder, int(s)), names) for s in mine[first : first + _AT_ONCE]]
+            wide = [{name: shards.widened(name, array, widths) for name, array in one.items()} for one in read]
+            more = {name: np.concatenate([one[name] for one in wide]) for name in names}
+            if rng is not None:
+                mixed = rng.permutation(len(more[names[0]]))
+                more = {name: array[mixed] for name, array in more.items()}
+            waiting = {name: np.concatenate([waiting[name], more[name]]) if waiting else more[name] for name in names}
+            whole = len(waiting[names[0]]) // batch_size * batch_size
+            for place in range(0, whole, batch_size):
+                yield {name: array[place : place + batch_size] for name, array in waiting.items()}
+            waiting = {name: array[whole:] for name, array in waiting.items()}
+        if len(waiting[names[0]]) and not drop_remainder:
+            yield waiting
+        epoch += 1

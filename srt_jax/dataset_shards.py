@@ -1,0 +1,122 @@
+"""Shards on disk: one `.npz` each with a fixed time stamp, so equal arrays are equal bytes; or ArrayRecord, a record a task."""
+
+import importlib
+import io
+import pathlib
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from srt_jax.formats.files import read_bytes, written
+from srt_jax.types import FREE
+
+FIELDS = (
+    *("index", "labels", "destroyable", "removal_cost", "start", "goal", "size", "status", "length", "removal_bound"),
+    *("least_removal", "first_blocker", "cost_to_go", "correction", "focal", "least_cost"),
+)
+"""The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
+
+SUFFIXES = {"npz": "npz", "arrayrecord": "arrayrecord"}
+_LEVEL = 1  # deflate: maps of floats shrink little more at higher ones, and ten times slower
+
+
+def write_npz(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
+    """Writes a shard, whole or not at all."""
+    with written(path, "wb") as file:
+        file.write(_packed(arrays))
+
+
+def _packed(arrays: dict[str, np.ndarray]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
+        for name in FIELDS:
+            member = zipfile.ZipInfo(f"{name}.npy")  # dated 1980, whenever it is written
+            member.compress_type = zipfile.ZIP_DEFLATED
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.ascontiguousarray(arrays[name]), allow_pickle=False)
+            archive.writestr(member, content.getvalue(), compresslevel=_LEVEL)
+    return buffer.getvalue()
+
+
+def read_npz(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Returns the arrays asked for; ValueError where the file is damaged."""
+    return _unpacked(str(path), read_bytes(path, "shard of a data set"), names)
+
+
+def _unpacked(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as data:
+            return {name: data[name] for name in names}
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError) as error:
+        raise ValueError(f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command again") from error
+
+
+def shape_npz(path: pathlib.Path) -> tuple[int, int]:
+    """Returns the layers and obstacles (L, M) of a shard; reads only the heads of its arrays."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _head(archive, "labels")[1], _head(archive, "destroyable")[1]
+    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, OSError, IndexError) as error:
+        raise ValueError(f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command again") from error
+
+
+def _head(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
+    with archive.open(f"{name}.npy") as file:
+        np.lib.format.read_magic(file)
+        return np.lib.format.read_array_header_1_0(file)[0]
+
+
+def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
+    """Writes a shard of records: the arrays of one task each, packed as an `.npz` of one."""
+    draft = path.with_name(f".{path.name}.part")
+    writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
+    for index in range(len(arrays["index"])):
+        writer.write(_packed({name: array[index : index + 1] for name, array in arrays.items()}))
+    writer.close()
+    draft.replace(path)
+
+
+def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Returns the arrays asked for of a shard of records."""
+    reader = _array_record().ArrayRecordReader(str(path))
+    records = [_unpacked(str(path), record, names) for record in reader.read_all()]
+    reader.close()
+    return {name: np.concatenate([record[name] for record in records]) for name in names}
+
+
+def shape_records(path: pathlib.Path) -> tuple[int, int]:
+    """Returns the layers and obstacles (L, M) of a shard of records; all its tasks have the same."""
+    reader = _array_record().ArrayRecordReader(str(path))
+    first = _unpacked(str(path), reader.read([0])[0], ("labels", "destroyable"))
+    reader.close()
+    return first["labels"].shape[1], first["destroyable"].shape[1]
+
+
+def require(format: str) -> None:
+    """Raises ImportError with the install command where the format's package is missing."""
+    if format == "arrayrecord":
+        _array_record()
+
+
+def _array_record() -> Any:
+    try:
+        return importlib.import_module("array_record.python.array_record_module")
+    except ImportError as error:
+        raise ImportError("ArrayRecord is not installed: pip install 'srt-jax[arrayrecord]', or use --format npz") from error
+
+
+def widened(name: str, array: np.ndarray, widths: dict[str, int]) -> np.ndarray:
+    """Returns an array padded to the layers (L) and obstacles (M) of the whole data set, as `stack` pads."""
+    fill = {"labels": FREE, "removal_cost": 1, "destroyable": False, "least_removal": False}
+    if name not in fill:
+        return array
+    missing = widths["L" if name == "labels" else "M"] - array.shape[1]
+    return np.pad(array, [(0, 0), (0, missing)] + [(0, 0)] * (array.ndim - 2), constant_values=fill[name])
+
+
+WRITERS: dict[str, Callable[[pathlib.Path, dict[str, np.ndarray]], None]] = {"npz": write_npz, "arrayrecord": write_records}
+READERS = {"npz": read_npz, "arrayrecord": read_records}
+SHAPES = {"npz": shape_npz, "arrayrecord": shape_records}

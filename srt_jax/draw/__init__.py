@@ -1,0 +1,14 @@
+"""Pictures of tasks and their solutions: single maps, contact sheets, animations. Needs matplotlib (which brings Pillow).
+
+A picture shows the map, the obstacles by whether they can be destroyed, what is reached before anything is, the seed, the
+contour, the route with a colour per leg, and what is destroyed, numbered in order. Colour-blind people
+can tell the colours apart.
+"""
+
+from srt_jax.draw.animation import animate
+from srt_jax.draw.picture import draw
+from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.sheet import contact_sheet
+from srt_jax.draw.tile import svg_tile
+
+__all__ = ["PolarFrame", "animate", "contact_sheet", "draw", "svg_tile"]

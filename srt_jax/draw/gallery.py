@@ -1,0 +1,65 @@
+"""The pictures of many tasks in a folder: names that make good file names, one by one, sheets of them."""
+
+import pathlib
+import re
+from collections.abc import Callable, Sequence
+
+from srt_jax.draw.animation import ANIMATIONS, animate
+from srt_jax.draw.picture import draw
+from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
+from srt_jax.types import Solution, Task
+
+Named = Sequence[tuple[str, Task, Solution]]
+SHOWS = ("pictures", "sheet", *ANIMATIONS)
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """Returns a file name without ending for each: the last part, safe signs only; the second of a kind gets "-2"."""
+    found: list[str] = []
+    for name in names:
+        plain = re.sub(r"[^\w.+=-]+", "_", pathlib.PurePath(name).name).strip("._") or "task"
+        number, unique = 1, plain
+        while unique in found:
+            number += 1
+            unique = f"{plain}-{number}"
+        found.append(unique)
+    return found
+
+
+def gallery(
+    named: Named,
+    folder: pathlib.Path,
+    *,
+    show: str = "pictures",
+    ending: str = "png",
+    polar: PolarFrame | None = None,
+    progress: Callable[[int], None] = lambda count: None,
+) -> list[pathlib.Path]:
+    """Draws each (name, task, solution) into a folder that is there, and returns the files in order.
+
+    Args:
+      show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets alone; "loop" or "wave", an
+        animation each.
+      ending: of pictures: "png", "svg" or "pdf".
+      progress: called with the number of tasks drawn.
+    """
+    files = []
+    for stem, (name, task, solution) in zip(file_names([name for name, _, _ in named]), named):
+        if show in ANIMATIONS:
+            files.append(folder / f"{stem}-{show}.gif")
+            animate(task, solution, files[-1], what=show, title=name)
+        elif show == "pictures":
+            files.append(folder / f"{stem}.{ending}")
+            draw(task, solution, files[-1], title=name, polar=polar)
+        progress(1)
+    return files + (_sheets(named, folder, ending) if show == "sheet" or (show == "pictures" and len(named) > 1) else [])
+
+
+def _sheets(named: Named, folder: pathlib.Path, ending: str) -> list[pathlib.Path]:
+    pages = [named[first : first + MOST_ON_SHEET] for first in range(0, len(named), MOST_ON_SHEET)]
+    numbers = [""] if len(pages) == 1 else [f"-{number}" for number in range(1, len(pages) + 1)]
+    files = [folder / f"contact-sheet{number}.{ending}" for number in numbers]
+    for file, page in zip(files, pages):
+        contact_sheet(page, file)
+    return files

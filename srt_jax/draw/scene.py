@@ -1,0 +1,145 @@
+"""What there is to show of a task and its solution, as plain arrays, whatever draws it."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from srt_jax.draw.colours import Kind
+from srt_jax.maps import regions
+from srt_jax.types import FREE, Solution, Status, Task
+
+Cell = tuple[int, int]
+
+
+class Removal(NamedTuple):
+    """One obstacle that is destroyed.
+
+    number: from 1, in order. at: the index into the route, `standing`: the cell, from which it is done. cells: int [n, 2].
+    """
+
+    number: int
+    obstacle: int
+    at: int
+    standing: Cell
+    cells: np.ndarray
+
+
+class Scene(NamedTuple):
+    """kinds: uint8 [H, W] of `Kind`. legs: of the route, each int [n, 2], n >= 2, one ending where the next begins."""
+
+    kinds: np.ndarray
+    start: Cell
+    goal: Cell
+    seed: Cell | None
+    legs: list[np.ndarray]
+    removals: list[Removal]
+    status: Status
+    headline: str
+
+
+def scene_of(task: Task, solution: Solution) -> Scene:
+    """Returns what a picture of one task shows.
+
+    Raises:
+      ValueError: a batch was given, or the solution is another task's.
+    """
+    require_single(task, solution)
+    kinds = cell_kinds(task)
+    removals = removals_in(task, solution)
+    for removal in removals:
+        kinds[tuple(removal.cells.T)] = Kind.DESTROYED
+    contour = np.asarray(solution.contour)[: kinds.shape[0], : kinds.shape[1]]
+    kinds[contour] = Kind.CONTOUR
+    seed = _cell(solution.seed)
+    return Scene(
+        kinds=kinds,
+        start=_cell(task.start),
+        goal=_cell(task.goal),
+        seed=seed if seed[0] >= 0 else None,
+        legs=legs_of(solution),
+        removals=removals,
+        status=Status(int(solution.status)),
+        headline=headline(solution),
+    )
+
+
+def require_single(task: Task, solution: Solution) -> None:
+    """Raises ValueError for a batch, or where the solution does not belong to a task of this size."""
+    if np.ndim(task.labels) != 3:
+        raise ValueError(f"a picture shows one task, got labels of shape {list(np.shape(task.labels))}: call unstack first")
+    size, contour = np.shape(task.labels)[-2:], np.shape(solution.contour)
+    if contour != size:
+        raise ValueError(
+            f"the task has {list(size)} cells, the solution's contour {list(contour)}: give the task's own solution"
+        )
+
+
+def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = None) -> np.ndarray:
+    """Returns the kind of every cell of the map, without contour: uint8 [H, W].
+
+    Args:
+      gone: bool [M], obstacles that are there no more.
+      start: where the reached region starts; by default the task's start. Where that is blocked nothing is reached.
+    """
+    labels, destroyable = own_labels(task), np.asarray(task.destroyable)
+    free = free_without(task, gone)
+    kinds = np.full(free.shape, Kind.UNREACHED, np.uint8)
+    row, col = _cell(task.start if start is None else start)
+    if free[row, col]:
+        pieces = regions(free)  # on the host: a kernel would be compiled anew for every size of map
+        kinds[pieces == pieces[row, col]] = Kind.REACHED
+    can_go = np.asarray(np.where(labels >= 0, destroyable[labels.clip(0)], labels == FREE).all(axis=0))
+    kinds[~free] = np.where(can_go[~free], Kind.DESTROYABLE, Kind.FIRM)
+    return kinds
+
+
+def free_without(task: Task, gone: np.ndarray | None = None) -> np.ndarray:
+    """Returns which cells are free once the obstacles `gone` (bool [M]) are: bool [H, W]."""
+    labels = own_labels(task)
+    is_open = labels == FREE
+    if gone is not None:
+        is_open = is_open | ((labels >= 0) & gone[labels.clip(0)])
+    return np.asarray(is_open.all(axis=0))
+
+
+def own_labels(task: Task) -> np.ndarray:
+    """Returns the labels without padding, int32 [L, H, W]."""
+    height, width = np.asarray(task.size).tolist()
+    return np.asarray(task.labels)[:, :height, :width]
+
+
+def removals_in(task: Task, solution: Solution) -> list[Removal]:
+    """Returns what is destroyed, in order."""
+    labels, route = own_labels(task), np.asarray(solution.cells)
+    found = []
+    for place in range(int(solution.num_destroyed)):
+        obstacle, at = int(solution.destroyed[place]), int(solution.destroyed_at[place])
+        cells = np.argwhere((labels == obstacle).any(axis=0))
+        found.append(Removal(place + 1, obstacle, at, _cell(route[at]), cells))
+    return found
+
+
+def legs_of(solution: Solution) -> list[np.ndarray]:
+    """Returns the route cut where something is destroyed; no leg where there is no route or it has one cell."""
+    if not Status(int(solution.status)).is_solved:
+        return []
+    route = np.asarray(solution.cells)[: int(solution.num_cells)]
+    stops = np.asarray(solution.destroyed_at)[: int(solution.num_destroyed)].tolist()
+    ends = sorted({0, *stops, len(route) - 1})
+    return [route[first : last + 1] for first, last in itertools.pairwise(ends)]
+
+
+def headline(solution: Solution) -> str:
+    """Returns the outcome in one line."""
+    status = Status(int(solution.status))
+    if not status.is_solved:
+        return f"{status.name}: {status.meaning}"
+    destroyed = int(solution.num_destroyed)
+    what = "nothing destroyed" if not destroyed else f"{destroyed} obstacle{'s' if destroyed > 1 else ''} destroyed"
+    return f"{status.name}: route of {float(solution.cost):.1f} cell sides, {what}"
+
+
+def _cell(cell) -> Cell:
+    row, col = np.asarray(cell).tolist()
+    return row, col

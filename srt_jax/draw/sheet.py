@@ -1,0 +1,53 @@
+"""Many tasks on one page, small, with one legend."""
+
+import math
+import os
+from collections.abc import Sequence
+
+from srt_jax.draw.legend import handles
+from srt_jax.draw.picture import draw_map, page
+from srt_jax.draw.scene import scene_of
+from srt_jax.types import Solution, Status, Task
+
+MOST_ON_SHEET = 120
+"""Tasks on one sheet."""
+
+_WIDTH = 10.0
+_LONGEST_NAME = 24
+
+
+def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = "") -> None:
+    """Writes a sheet with a small picture of each (name, task, solution); the ending decides the format, as in `draw`.
+
+    Raises:
+      ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what `draw` refuses.
+    """
+    if not 0 < len(named) <= MOST_ON_SHEET:
+        raise ValueError(f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several sheets")
+    scenes = [scene_of(task, solution) for _, task, solution in named]
+    columns = min(len(named), 8, max(3, math.ceil(math.sqrt(1.2 * len(named)))))
+    rows = math.ceil(len(named) / columns)
+    width = _WIDTH if columns > 2 else 3.4 * columns
+    cell = width / columns
+    tallest = min(1.2, max(scene.kinds.shape[0] / scene.kinds.shape[1] for scene in scenes))
+    with page(path, size=(width, rows * (cell * max(0.4, tallest) + 0.42) + 1.0)) as figure:
+        for place, ((name, _, _), scene) in enumerate(zip(named, scenes)):
+            axes = figure.add_subplot(rows, columns, place + 1)
+            draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))
+            axes.set_xticks([])
+            axes.set_yticks([])
+            axes.set_title(f"{_shortened(name, int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}", fontsize=6.5)
+        if title:
+            figure.suptitle(title, fontsize=10)
+        figure.legend(
+            handles=handles(scenes), loc="outside lower center", ncols=6 if columns > 2 else 3, fontsize=7, frameon=False
+        )
+
+
+def _outcome(status: Status, num_removals: int) -> str:
+    return f"{status.name}, {num_removals} destroyed" if status is Status.SOLVED else status.name
+
+
+def _shortened(name: str, most: int) -> str:
+    most = min(most, _LONGEST_NAME) if most < _LONGEST_NAME else most
+    return name if len(name) <= most else f"{name[: most // 2 - 1]}…{name[-(most - most // 2) :]}"

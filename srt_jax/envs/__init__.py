@@ -1,0 +1,70 @@
+"""Learning environments: smart relocation as SmartRelocation-v0, in gymnax's form, with the exact oracle beside every level.
+
+`make()` gives the environment and its parameters; levels come from tasks (`make_levels`) or are sampled inside jit
+(`sample_levels`). `as_gymnasium` and `as_jumanji` wear the faces of those libraries, where they are installed.
+"""
+
+from typing import Any
+
+from srt_jax.envs.evaluate import Evaluation, evaluate
+from srt_jax.envs.expert import oracle_actions
+from srt_jax.envs.levels import Levels, make_levels, to_tasks, with_oracle
+from srt_jax.envs.observe import action_mask
+from srt_jax.envs.relocation import EnvParams, SmartRelocation
+from srt_jax.envs.render import render
+from srt_jax.envs.rules import NUM_ACTIONS, EnvState
+from srt_jax.envs.sample import sample_levels
+
+ID = "SmartRelocation-v0"
+
+__all__ = [
+    "ID",
+    "NUM_ACTIONS",
+    "EnvParams",
+    "EnvState",
+    "Evaluation",
+    "Levels",
+    "SmartRelocation",
+    "action_mask",
+    "as_gymnasium",
+    "as_jumanji",
+    "evaluate",
+    "make",
+    "make_levels",
+    "oracle_actions",
+    "render",
+    "sample_levels",
+    "to_tasks",
+    "with_oracle",
+]
+
+
+def make(name: str = ID, *, levels: Levels | None = None, **options: Any) -> tuple[SmartRelocation, EnvParams]:
+    """Returns the environment and its parameters, as `gymnax.make` does.
+
+    Args:
+      name: "SmartRelocation-v0".
+      levels: from `make_levels` or `sample_levels`; by default 64 levels of rooms, 16 x 16, with their oracle.
+      options: of `SmartRelocation`: observation, radius.
+
+    Raises:
+      ValueError: another name.
+    """
+    if name != ID:
+        raise ValueError(f"no environment is called {name!r}: the one there is is {ID!r}")
+    env = SmartRelocation(**options)
+    return env, env.default_params if levels is None else EnvParams(levels=levels)
+
+
+def as_gymnasium(env: SmartRelocation | None = None, params: EnvParams | None = None, **options: Any) -> Any:
+    """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is missing. See `envs.gym`."""
+    from srt_jax.envs.gym import GymnasiumEnv
+
+    return GymnasiumEnv(env, params, **options)
+
+
+def as_jumanji(env: SmartRelocation | None = None, params: EnvParams | None = None) -> Any:
+    """Returns a `jumanji.Environment`; ImportError with the install command where jumanji is missing. See `envs.jumanji`."""
+    from srt_jax.envs.jumanji import JumanjiEnv
+
+    return JumanjiEnv(env, params)

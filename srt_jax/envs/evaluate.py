@@ -1,0 +1,82 @@
+"""How good a policy is: every level once, beside the oracle."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from srt_jax.envs.relocation import EnvParams, SmartRelocation, oracle_score
+from srt_jax.types import Array
+
+Policy = Callable[[Array, Array], Array]
+"""(key, observation) -> action, int32 []; jittable."""
+
+
+class Evaluation(NamedTuple):
+    """Per level of the pool: NumPy arrays [N].
+
+    success: bool, whether the goal was reached in time.
+    score, length, removal: float32, sum of rewards, way walked, cost of what was destroyed.
+    regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN without success.
+    """
+
+    success: np.ndarray
+    score: np.ndarray
+    length: np.ndarray
+    removal: np.ndarray
+    regret: np.ndarray
+    removal_regret: np.ndarray
+    length_regret: np.ndarray
+
+    def summary(self) -> str:
+        """Returns one line: share of successes, mean score and regret; the successes' mean regrets in removal and length."""
+        told = f"success {self.success.mean():.0%}, score {self.score.mean():.2f}, regret {self.regret.mean():.2f}"
+        if not self.success.any():
+            return told
+        return f"{told}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, " + (
+            f"length +{np.nanmean(self.length_regret):.2f}"
+        )
+
+
+def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> Evaluation:
+    """Returns how the policy does from the start of every level, until the goal or the end of time (host; jits inside)."""
+    scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
+    success, score, length, removal = scores
+    levels = jax.tree.map(np.asarray, params.levels)
+    return Evaluation(
+        success=success,
+        score=score,
+        length=length,
+        removal=removal,
+        regret=np.asarray(oracle_score(params)) - score,
+        removal_regret=np.where(success, removal - levels.removal, np.float32(np.nan)),
+        length_regret=np.where(success, length - levels.length, np.float32(np.nan)),
+    )
+
+
+def _played(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> tuple[Array, ...]:
+    @jax.jit
+    def play(params: EnvParams, key: Array) -> tuple[Array, ...]:
+        number = params.levels.start.shape[0]
+        states = jax.vmap(env.reset_to, in_axes=(0, None))(jnp.arange(number, dtype=jnp.int32), params)[1]
+
+        def step(carry):
+            key, states, is_done = carry
+            key, used = jax.random.split(key)
+            seen = jax.vmap(env.get_obs, in_axes=(0, None))(states, params)
+            actions = jax.vmap(policy)(jax.random.split(used, number), seen)
+            new = jax.vmap(env.step_env, in_axes=(None, 0, 0, None))(used, states, actions, params)[1]
+            kept = jax.tree.map(lambda a, b: jnp.where(is_done.reshape(-1, *[1] * (a.ndim - 1)), a, b), states, new)
+            return key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params)
+
+        def is_over(state, params):
+            return env.is_terminated(state, params) | env.is_truncated(state, params)
+
+        carry = (key, states, jnp.zeros(number, bool))
+        _, states, _ = jax.lax.while_loop(lambda carry: ~carry[2].all(), step, carry)
+        success = jax.vmap(env.is_terminated, in_axes=(0, None))(states, params)
+        return success, states.score, states.length, states.removal
+
+    return play(params, key)

@@ -1,0 +1,28 @@
+"""The oracle's answers as actions, to imitate and to prove that the actions suffice."""
+
+import numpy as np
+
+from srt_jax.moves import MOVES
+from srt_jax.types import Solution
+
+
+def oracle_actions(solution: Solution) -> np.ndarray:
+    """Returns the actions that carry out each solution of a batch: int32 [B, T], -1 after the last (host).
+
+    Without a route there are none.
+
+    Before the move from cell i to cell i + 1 comes one destroying where the solution destroys from cell i.
+    """
+    number = {move: index for index, move in enumerate(MOVES)}
+    rows = []
+    for cells, count, at in zip(np.asarray(solution.cells), np.asarray(solution.num_cells), np.asarray(solution.destroyed_at)):
+        row: list[int] = []
+        moves = np.diff(cells[: min(int(count), len(cells))], axis=0) if count <= len(cells) else []
+        for index, move in enumerate(moves):
+            action = number[int(move[0]), int(move[1])]
+            row += [len(MOVES) + action, action] if index in at else [action]
+        rows.append(row)
+    actions = np.full((len(rows), max(1, *map(len, rows)) if rows else 1), -1, np.int32)
+    for index, row in enumerate(rows):
+        actions[index, : len(row)] = row
+    return actions

@@ -1,0 +1,230 @@
+"""The environment SmartRelocation-v0, with the methods and results of gymnax 1.0, and needing none of gymnax."""
+
+import dataclasses
+import functools
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from srt_jax.envs.levels import Levels, make_levels
+from srt_jax.envs.observe import NUM_PLANES, action_mask, seen
+from srt_jax.envs.render import render
+from srt_jax.envs.rules import NUM_ACTIONS, EnvState, act, no_words
+from srt_jax.envs.spaces import spaces
+from srt_jax.generate import generate
+from srt_jax.types import Array, _Record
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass
+else:
+    from chex import dataclass
+
+
+@dataclass(frozen=True)
+class EnvParams(_Record):
+    """What may change without compiling anew. The reward of a step is
+
+        goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost * [nothing changed]
+
+    levels: the pool from which every reset draws.
+    step_cost: per cell side walked. removal_weight: per unit of removal cost. wasted_cost: for an action without effect.
+    max_steps_in_episode: after these an episode is truncated.
+
+    As set, walking round costs less than destroying on maps up to about 16 x 16, so that the oracle, which removes the least
+    and then walks the shortest, has (nearly) the greatest return there is.
+    """
+
+    levels: Levels
+    step_cost: Array = 0.01
+    removal_weight: Array = 1.0
+    wasted_cost: Array = 0.01
+    goal_reward: Array = 10.0
+    max_steps_in_episode: Array = 200
+
+
+@dataclasses.dataclass(frozen=True)
+class SmartRelocation:
+    """An agent walks to a goal that obstacles may cut off, and destroys what it must. Actions: `srt_jax.envs.rules`.
+
+    Static options; everything else travels in `EnvParams`.
+
+    observation: "window" (the agent in its centre) or "map".
+    radius: of the window: 2 radius + 1 cells a side.
+    """
+
+    observation: str = "window"
+    radius: int = 4
+
+    def __post_init__(self) -> None:
+        if self.observation not in NUM_PLANES:
+            raise ValueError(f"observation must be one of {', '.join(NUM_PLANES)}, got {self.observation!r}")
+        if self.radius < 1:
+            raise ValueError(f"radius must be at least 1, got {self.radius}")
+
+    @property
+    def name(self) -> str:
+        """The environment's name and version."""
+        return "SmartRelocation-v0"
+
+    @property
+    def num_actions(self) -> int:
+        """How many actions there are."""
+        return NUM_ACTIONS
+
+    @property
+    def default_params(self) -> EnvParams:
+        """64 levels of rooms, 16 x 16, solved by the oracle on first use (some seconds)."""
+        return _default_params()
+
+    @functools.partial(jax.jit, static_argnames=("self",))
+    def reset(self, key: Array, params: EnvParams | None = None) -> tuple[Array, EnvState]:
+        """Returns the first observation and state of an episode on a level drawn by `key`."""
+        return self.reset_env(key, self._filled(params))
+
+    @functools.partial(jax.jit, static_argnames=("self",))
+    def step(self, key: Array, state: EnvState, action: Array, params: EnvParams | None = None) -> tuple:
+        """Returns (observation, state, reward, terminated, truncated, info), all of the next episode where this one ended.
+
+        Where an episode ends, observation and state are those of a fresh reset by `key`, and info["final_observation"] is what
+        was seen last; the other entries are of the step itself: terminated, truncated, discount (0 where terminated), success,
+        length, removal, and regret, the oracle's score less the episode's so far (NaN on levels without oracle).
+        """
+        params = self._filled(params)
+        stepped, reward, terminated, info = self._moved(state, action, params)
+        truncated = self.is_truncated(stepped, params)
+        is_over = jnp.asarray(terminated | truncated)
+        fresh = self._fresh(key, params)
+        following = jax.tree.map(lambda new, old: jnp.where(is_over, new, old), fresh, stepped)
+        info |= {"terminated": terminated, "truncated": truncated, "final_observation": self.get_obs(stepped, params)}
+        return self.get_obs(following, params), following, reward, terminated, truncated, info
+
+    def step_env(self, key: Array, state: EnvState, action: Array, params: EnvParams) -> tuple:
+        """Returns (observation, state, reward, terminated, info) without resetting; `key` is not used: steps are certain."""
+        del key
+        stepped, reward, terminated, info = self._moved(state, action, params)
+        return self.get_obs(stepped, params), stepped, reward, terminated, info
+
+    def reset_env(self, key: Array, params: EnvParams) -> tuple[Array, EnvState]:
+        """`reset`, not jitted."""
+        state = self._fresh(key, params)
+        return self.get_obs(state, params), state
+
+    def reset_to(self, level: Array, params: EnvParams) -> tuple[Array, EnvState]:
+        """Returns the first observation and state on that level of the pool: int32 []."""
+        state = _begun(jnp.asarray(level, jnp.int32), params)
+        return self.get_obs(state, params), state
+
+    def get_obs(self, state: EnvState, params: EnvParams, key: Array | None = None) -> Array:
+        """Returns what the agent sees, float32 [rows, cols, planes] (`srt_jax.envs.observe`)."""
+        del key
+        return seen(params.levels, state, self.observation, self.radius)
+
+    def observe(self, key: Array, state: EnvState, action: Array | None, params: EnvParams) -> Array:
+        """`get_obs` by gymnax's other name."""
+        del key, action
+        return self.get_obs(state, params)
+
+    def action_mask(self, state: EnvState, params: EnvParams) -> Array:
+        """Returns which actions change something: bool [16]."""
+        return action_mask(params.levels, state)
+
+    def is_terminated(self, state: EnvState, params: EnvParams) -> Array:
+        """Returns whether the agent is in the goal."""
+        return (state.cell == params.levels.goal[state.level]).all()
+
+    is_terminal = is_terminated
+
+    def is_truncated(self, state: EnvState, params: EnvParams) -> Array:
+        """Returns whether time is up."""
+        return state.time >= params.max_steps_in_episode
+
+    def discount(self, state: EnvState, params: EnvParams) -> Array:
+        """Returns 0 in the goal, else 1: float32 []."""
+        return jnp.where(self.is_terminated(state, params), jnp.float32(0), jnp.float32(1))
+
+    def action_space(self, params: EnvParams | None = None) -> Any:
+        """Returns the space of actions: whole numbers 0..15."""
+        del params
+        return spaces().Discrete(NUM_ACTIONS)
+
+    def observation_space(self, params: EnvParams) -> Any:
+        """Returns the space of observations: float32 [rows, cols, planes]."""
+        sides = params.levels.labels.shape[-2:] if self.observation == "map" else (2 * self.radius + 1,) * 2
+        return spaces().Box(-np.inf, np.inf, (*sides, NUM_PLANES[self.observation]), jnp.float32)
+
+    def state_space(self, params: EnvParams) -> Any:
+        """Returns the space of states, by field."""
+        N, _, H, W = params.levels.labels.shape
+        kinds, endless = spaces(), float("inf")
+        words = no_words(params.levels.price.shape[1]).shape
+        return kinds.Dict(
+            {
+                "level": kinds.Discrete(N),
+                "cell": kinds.Box(0, max(H, W) - 1, (2,), jnp.int32),
+                "gone": kinds.Box(np.uint32(0), np.uint32(2**32 - 1), words, jnp.uint32),
+                "time": kinds.Box(0, 2**31 - 1, (), jnp.int32),
+                "length": kinds.Box(0, endless, (), jnp.float32),
+                "removal": kinds.Box(0, endless, (), jnp.float32),
+                "score": kinds.Box(-endless, endless, (), jnp.float32),
+            }
+        )
+
+    def render(self, state: EnvState, params: EnvParams) -> np.ndarray:
+        """Returns a picture, uint8 [rows, cols, 3] (`srt_jax.envs.render`)."""
+        return render(state, params.levels)
+
+    def _filled(self, params: EnvParams | None) -> EnvParams:
+        return self.default_params if params is None else params
+
+    def _moved(self, state: EnvState, action: Array, params: EnvParams) -> tuple[EnvState, Array, Array, dict[str, Array]]:
+        """Returns the next state, its reward, whether it is the goal, and the entries of info."""
+        effect = act(params.levels, state, action)
+        is_there = (effect.cell == params.levels.goal[state.level]).all()
+        reward = (
+            jnp.where(is_there, params.goal_reward, 0.0)
+            - params.step_cost * effect.length
+            - params.removal_weight * effect.removal
+            - jnp.where(effect.is_wasted, params.wasted_cost, 0.0)
+        ).astype(jnp.float32)
+        stepped = state.replace(
+            cell=effect.cell,
+            gone=effect.gone,
+            time=state.time + 1,
+            length=state.length + effect.length,
+            removal=state.removal + effect.removal,
+            score=state.score + reward,
+        )
+        info = {
+            "discount": jnp.where(is_there, jnp.float32(0), jnp.float32(1)),
+            "success": is_there,
+            "length": stepped.length,
+            "removal": stepped.removal,
+            "regret": oracle_score(params)[state.level] - stepped.score,
+        }
+        return stepped, reward, is_there, info
+
+    def _fresh(self, key: Array, params: EnvParams) -> EnvState:
+        N = params.levels.start.shape[0]
+        drawn = jax.random.bits(key, (), jnp.uint32) % jnp.uint32(N)  # even but for N parts in 2**32
+        return _begun(drawn.astype(jnp.int32), params)
+
+
+def oracle_score(params: EnvParams) -> Array:
+    """Returns the sum of rewards the oracle gets on each level: float32 [N]; NaN where it was not asked."""
+    levels = params.levels
+    return params.goal_reward - params.step_cost * levels.length - params.removal_weight * levels.removal
+
+
+def _begun(level: Array, params: EnvParams) -> EnvState:
+    nothing = jnp.float32(0)
+    gone = no_words(params.levels.price.shape[1])
+    start = params.levels.start[level]
+    return EnvState(level=level, cell=start, gone=gone, time=jnp.int32(0), length=nothing, removal=nothing, score=nothing)
+
+
+@functools.cache
+def _default_params() -> EnvParams:
+    with jax.ensure_compile_time_eval():  # may be asked for first inside a jit
+        return EnvParams(levels=make_levels([task for _, task, _ in generate("rooms", count=80, size=16, seed=0)]))

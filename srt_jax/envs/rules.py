@@ -1,0 +1,108 @@
+"""What an action does: eight moves, and destroying what is in the way of each. Reads three cells, whatever the map's size.
+
+Action m of 0..7 is the move `MOVES[m]`; action 8 + m destroys every destroyable obstacle in the way of that move: those on the
+cell ahead and, on a diagonal, on the two cells beside it. The agent has no heading (PY16 §2: it is a disc), it need not turn.
+A route of `solve` needs at each step exactly the obstacles so named gone (`srt_jax.route`), hence these actions carry out
+every answer, at its own removal cost and length.
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from srt_jax.envs.levels import Levels
+from srt_jax.moves import MOVES
+from srt_jax.types import OUTSIDE, Array, _Record
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass
+else:
+    from chex import dataclass
+
+NUM_ACTIONS = 2 * len(MOVES)
+_WORD = 32
+
+
+@dataclass(frozen=True)
+class EnvState(_Record):
+    """Where an episode stands. A dozen numbers: maps stay in the parameters.
+
+    level: int32 [], number of the level in the pool.
+    cell: int32 [2], where the agent is.
+    gone: uint32 [M / 32, rounded up], the obstacles destroyed, a bit each.
+    time: int32 [], steps taken.
+    length: float32 [], way walked in cell sides. removal: float32 [], cost of what was destroyed.
+    score: float32 [], sum of rewards.
+    """
+
+    level: Array
+    cell: Array
+    gone: Array
+    time: Array
+    length: Array
+    removal: Array
+    score: Array
+
+
+class Effect(NamedTuple):
+    """What an action brought about: way walked, cost of what was destroyed, whether anything changed."""
+
+    cell: Array
+    gone: Array
+    length: Array
+    removal: Array
+    is_wasted: Array
+
+
+def no_words(num_obstacles: int) -> Array:
+    """Returns the set of gone obstacles that is empty: uint32 [M / 32, rounded up]."""
+    return jnp.zeros(-(-num_obstacles // _WORD), jnp.uint32)
+
+
+def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
+    """Returns the labels at cells int32 [...] of a level: int32 [L, ...]; OUTSIDE beyond the array."""
+    _, L, H, W = levels.labels.shape
+    is_inside = (rows >= 0) & (rows < H) & (cols >= 0) & (cols < W)
+    rows, cols = rows.clip(0, H - 1), cols.clip(0, W - 1)
+    return jnp.stack([jnp.where(is_inside, levels.labels[level, layer, rows, cols], OUTSIDE) for layer in range(L)])
+
+
+def stands(gone: Array, ids: Array) -> Array:
+    """Returns which labels are of obstacles not yet gone; False for FREE and OUTSIDE."""
+    index = jnp.maximum(ids, 0).astype(jnp.uint32)
+    word = gone[0] if gone.shape[0] == 1 else gone[index // _WORD]
+    return (ids >= 0) & ((word >> (index % _WORD)) & jnp.uint32(1) == 0)
+
+
+def act(levels: Levels, state: EnvState, action: Array) -> Effect:
+    """Returns what the action does; blocked moves and destroying nothing change nothing."""
+    action = jnp.asarray(action).astype(jnp.int32)
+    move = jnp.asarray(np.array(MOVES, np.int32))[action % len(MOVES)]
+    is_move = action < len(MOVES)
+    zero = jnp.int32(0)
+    rows, cols = state.cell[0] + jnp.stack([move[0], move[0], zero]), state.cell[1] + jnp.stack([move[1], zero, move[1]])
+    ids = owners(levels, state.level, rows, cols).reshape(-1)  # a straight move names its own cell: free, the agent is on it
+    is_there = stands(state.gone, ids)
+    is_moving = is_move & ~(is_there | (ids == OUTSIDE)).any()
+    price = levels.price[state.level, jnp.maximum(ids, 0)]
+    is_hit = is_there & jnp.isfinite(price) & ~is_move
+    is_again = jnp.tril(ids[:, None] == ids[None, :], -1).any(axis=1)
+    straight, diagonal = jnp.float32(1), jnp.float32(2**0.5)
+    return Effect(
+        cell=jnp.where(is_moving, state.cell + move, state.cell),
+        gone=state.gone | _as_words(ids, is_hit, state.gone.shape[0]),
+        length=jnp.where(is_moving, jnp.where((move != 0).all(), diagonal, straight), jnp.float32(0)),
+        removal=jnp.where(is_hit & ~is_again, price, jnp.float32(0)).sum(),
+        is_wasted=~is_moving & ~is_hit.any(),
+    )
+
+
+def _as_words(ids: Array, is_in: Array, num_words: int) -> Array:
+    """Returns the set of those `ids` that are in, as bits: uint32 [words]."""
+    index = jnp.maximum(ids, 0).astype(jnp.uint32)
+    bits = jnp.where(is_in, jnp.uint32(1) << (index % _WORD), jnp.uint32(0))
+    words = jnp.arange(num_words, dtype=jnp.uint32)
+    spread = jnp.where(words[:, None] == (index // _WORD)[None], bits[None], jnp.uint32(0))
+    return lax.reduce(spread, jnp.uint32(0), lax.bitwise_or, (1,))

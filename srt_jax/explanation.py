@@ -1,0 +1,166 @@
+"""What a solution says, as plain data: where the goal lies, what blocks, what was done, and what would follow otherwise."""
+
+from typing import Any
+
+import jax
+import numpy as np
+
+from srt_jax.symbols import places
+from srt_jax.symbols.scenes import PlannedStep, planned_steps
+from srt_jax.types import Act, Array, Solution, Status, Task
+from srt_jax.whatif import if_flag
+
+NORTH = 90.0
+"""The default heading: up the map, in degrees counter-clockwise from its right."""
+
+
+def explanation(
+    task: Task,
+    solution: Solution,
+    *,
+    what_if: bool = False,
+    heading: float = NORTH,
+    cell_side: float = 1.0,
+    table: places.FuzzyTable = places.DEFAULT_TABLE,
+) -> Any:
+    """Returns why the way was blocked and what was done about it, as a dict of JSON types; a list of dicts for a batch.
+
+    Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square}; blockage {seed, contour_cells,
+    obstacles [...]} or None; destroyed [{id, from, index, removal_cost}]; removal_cost, removal_bound, is_proven_least; route
+    {num_cells, length, relocation} or None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With
+    `what_if` also if_firm: for each obstacle destroyed how the task would end if it stood firm {id, status, destroyed,
+    removal_cost}; and alternatives: the other sets of obstacles found so, cheapest first.
+    What is seen is named from where the agent starts; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
+
+    Args:
+      what_if: solve again for each obstacle destroyed.
+      heading: where the agent looks, in degrees counter-clockwise from the right of the map; 90, the default, is up.
+      cell_side: metres a cell (`World.goal_side`); the words of the table are in metres.
+      table: the grounding of the fuzzy words.
+
+    Raises:
+      ValueError: task and solution have different batch dimensions.
+    """
+    batch = np.shape(solution.status)
+    if np.shape(task.start)[:-1] != batch:
+        raise ValueError(f"the task has batch dimensions {list(np.shape(task.start)[:-1])}, the solution {list(batch)}")
+    options = {"what_if": what_if, "heading": heading, "cell_side": cell_side, "table": table}
+    if not batch:
+        return _of_one(task, solution, **options)
+    parts = (jax.tree.map(lambda array, i=index: np.asarray(array)[i], (task, solution)) for index in np.ndindex(batch))
+    return [_of_one(*part, **options) for part in parts]
+
+
+def _of_one(task: Task, solution: Solution, *, what_if: bool, heading: float, cell_side: float, table) -> dict[str, Any]:
+    status = Status(int(solution.status))
+    view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=table)
+    cost, bound = float(solution.removal_cost), float(solution.removal_bound)
+    told = {
+        "status": status.name,
+        "meaning": status.meaning,
+        "start": _cell(task.start),
+        "goal": {"cell": _cell(task.goal), **_apart(task, cell_side), **_seen(places.of_goal(view, task.goal, cell_side))},
+        "blockage": _blockage(task, solution, view, cell_side),
+        "destroyed": _destroyed(task, solution),
+        "removal_cost": _finite(cost),
+        "removal_bound": _finite(bound),
+        "is_proven_least": status.is_solved and cost <= bound * (1 + 1e-6),
+        "route": None,
+        "plan": [_step(step, solution, view, cell_side) for step in planned_steps(solution)],
+        "separating": [i for i in np.asarray(solution.separating).tolist() if i >= 0],
+    }
+    if status.is_solved:
+        cells = np.asarray(solution.cells)[: int(solution.num_cells)]
+        moved = places.relocation(view, cells, cell_side)
+        told["route"] = {"num_cells": len(cells), "length": float(solution.cost) * cell_side, "relocation": moved}
+    return told | (_what_if(task, solution) if what_if else {})
+
+
+def obstacle_data(task: Task, solution: Solution, obstacle: int, view: places.View, cell_side: float) -> dict[str, Any]:
+    """Returns what is known of one obstacle: flags, cost, and where its part of the contour is seen, if it has one."""
+    told = {
+        "id": obstacle,
+        "is_destroyable": bool(np.asarray(task.destroyable)[obstacle]),
+        "removal_cost": float(np.asarray(task.removal_cost)[obstacle]),
+    }
+    cells = contour_of(task, solution, obstacle)
+    if not len(cells):
+        return told | {"contour_cells": 0}
+    return told | {"contour_cells": len(cells), **_seen(places.of_cells(view, cells, cell_side))}
+
+
+def contour_of(task: Task, solution: Solution, obstacle: int) -> np.ndarray:
+    """Returns the cells of the contour that touch one obstacle, int [N, 2]."""
+    height, width = np.asarray(task.size).tolist()
+    covered = np.pad((np.asarray(task.labels)[:, :height, :width] == obstacle).any(axis=0), 1)
+    rows = covered[:-2] | covered[1:-1] | covered[2:]
+    beside = rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:]
+    return np.argwhere(np.asarray(solution.contour)[:height, :width] & beside)
+
+
+def _blockage(task: Task, solution: Solution, view: places.View, cell_side: float) -> dict[str, Any] | None:
+    seed = _cell(solution.seed)
+    if seed[0] < 0:
+        return None
+    ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
+    obstacles = [obstacle_data(task, solution, i, view, cell_side) for i in ids]
+    return {"seed": seed, "contour_cells": int(np.sum(solution.contour)), "obstacles": obstacles}
+
+
+def _destroyed(task: Task, solution: Solution) -> list[dict[str, Any]]:
+    cells, costs = np.asarray(solution.cells), np.asarray(task.removal_cost)
+    ids, at = np.asarray(solution.destroyed).tolist(), np.asarray(solution.destroyed_at).tolist()
+    return [
+        {"id": i, "from": _cell(cells[index]), "index": index, "removal_cost": float(costs[i])}
+        for i, index in zip(ids, at)
+        if i >= 0
+    ]
+
+
+def _step(step: PlannedStep, solution: Solution, view: places.View, cell_side: float) -> dict[str, Any]:
+    cells = np.asarray(solution.cells)[step.begin : step.end + 1]
+    told = {
+        "act": step.act.name,
+        "obstacle": step.obstacle if step.obstacle >= 0 else None,
+        "from": _cell(cells[0]),
+        "to": _cell(cells[-1]),
+        "cells": [step.begin, step.end],
+    }
+    return told if step.act is Act.DESTROY else told | {"relocation": places.relocation(view, cells, cell_side)["name"]}
+
+
+def _what_if(task: Task, solution: Solution) -> dict[str, Any]:
+    destroyed = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
+    outcomes = [(obstacle, if_flag(task, solution, obstacle, is_destroyable=False)) for obstacle in destroyed]
+    others = {frozenset(outcome.destroyed): outcome for _, outcome in outcomes if outcome.status.is_solved}
+    others.pop(frozenset(destroyed), None)
+    return {
+        "if_firm": [{"id": obstacle, **outcome.as_data()} for obstacle, outcome in outcomes],
+        "alternatives": [outcome.as_data() for outcome in sorted(others.values(), key=lambda other: other.removal_cost)],
+    }
+
+
+def _apart(task: Task, cell_side: float) -> dict[str, Any]:
+    down, right = (np.asarray(task.goal, int) - np.asarray(task.start, int)).tolist()
+    octant = round(np.arctan2(-down, right) / (np.pi / 4)) % 8
+    return {"distance": float(np.hypot(down, right)) * cell_side, "direction": _COMPASS[octant] if down or right else None}
+
+
+_COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+
+
+def _seen(seen: places.Seen) -> dict[str, Any]:
+    return {
+        "seen_as": list(seen.seen_as),
+        "spans": list(seen.spans),
+        "sector": [list(pair) for pair in seen.sector],
+        "square": [list(seen.square[0]), seen.square[1]],
+    }
+
+
+def _cell(cell: Array) -> list[int]:
+    return np.asarray(cell).tolist()
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,179 @@
+"""The experiments in small: what they count and find, not how long it takes; and that nothing absent stops them early."""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from experiments import _blocks_tasks, _figure1, _planners, blocks_world, path_planning, results, smart_relocation
+from experiments._figures import style
+from experiments._outcome import Table, as_markdown, as_text
+from sign_model import load
+from sign_model.polar import from_polar, sector_corners
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")
+
+
+def result(folder, name):
+    return json.loads((folder / f"{name}.json").read_text())
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_help_teaches_and_needs_none_of_the_extras(name):
+    code = (
+        "import sys; sys.modules |= dict.fromkeys(('matplotlib', 'scipy', 'typer', 'rich', 'shapely')); "
+        f"import experiments.{name} as e; e.main(['--help'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert "--seed" in done.stdout and "examples:" in done.stdout and f"python -m experiments.{name}" in done.stdout
+
+
+@pytest.fixture(scope="module")
+def figure3(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("figure3")
+    assert path_planning.main(["--quick", "--size", "250", "--no-pictures", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(figure3):
+    data = result(figure3, "path_planning")["data"]
+    assert [case["blockage"] for case in data["cases"]] == list(path_planning.BLOCKAGES)
+    assert all(case["agrees"] and case["contour"] > 0 and 0 < case["explored"] < 1 for case in data["cases"])
+    explored = {case["blockage"]: case["explored"] for case in data["cases"]}
+    assert explored["half"] < explored["quarter"] < explored["bagel-50"] < explored["bagel-10"]
+    # A line belongs to the goal's share, so on an empty map of 250 x 250 these are exact.
+    assert [row["A*"] for row in data["empty"]] == [31_250, 46_875, 52_500, 60_000, 62_400]
+    assert [row["JPS"] for row in data["empty"]][:2] == [1, 1]
+
+
+def test_figure_3_is_drawn_and_its_record_says_how(figure3):
+    record = result(figure3, "path_planning")
+    assert record["command"].startswith("python -m experiments.path_planning --quick") and record["machine"]["packages"]["jax"]
+    assert (figure3 / "figure3.png").read_bytes().startswith(b"\x89PNG")
+    drawn = (figure3 / "figure3.svg").read_text()
+    assert all(word in drawn for word in ("runtime, ms", "JPS", "A*", "Bagel-100", "obstacle detection"))
+
+
+@pytest.fixture(scope="module")
+def figure2(tmp_path_factory, monkeypatch_module):
+    folder = tmp_path_factory.mktemp("figure2")
+    monkeypatch_module.setattr(_blocks_tasks, "SHARED", folder / "absent")
+    assert blocks_world.main(["--quick", "--no-peers", "--most-blocks", "5", "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def monkeypatch_module():
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
+
+
+def test_figure_2_has_the_papers_lengths_on_its_two_tasks(figure2):
+    paper = result(figure2, "blocks_world")["data"]["paper"]
+    for task, length in (("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10)):
+        assert {paper[task][name]["length"] for name in ("MAP", "A*", "W*", "authors' rule")} == {length}
+    assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(blocks_world.STAGES)
+    assert paper["BLOCKS-4-0"]["MAP"]["parts"]["network"] > 0
+    assert (figure2 / "figure2.svg").is_file() and (figure2 / "figure2-series.png").is_file()
+
+
+def test_the_series_is_solved_at_its_optimum_by_astar(figure2):
+    rows = result(figure2, "blocks_world")["data"]["series"]
+    assert [row["blocks"] for row in rows] == [4, 4, 4, 5, 5, 5]
+    for row in rows:
+        lengths = {name: answer["length"] for name, answer in row["answers"].items()}
+        assert lengths["A*"] == row["optimum"] <= min(length for length in lengths.values() if length is not None)
+        assert None not in (lengths["MAP"], lengths["W*"])  # the authors' rule cuts, and may end without a plan
+
+
+def test_the_papers_tasks_in_our_words_are_those_of_the_competition(shared_data):
+    for task in _blocks_tasks.paper_tasks():
+        path = shared_data / "pddl" / "blocks" / f"prob{task.name}.pddl"
+        theirs, ours = (
+            load(path.parent / "domain.pddl", path),
+            load(task.domain, re.sub(r"\bb(\d)\b", lambda found: "abcd"[int(found[1])], task.problem)),
+        )
+        assert theirs.problem.start == ours.problem.start and set(theirs.problem.goal) == set(ours.problem.goal)
+    names = [(task.name, task.optimum) for task in _blocks_tasks.series(5, seed=0, folder=shared_data / "pddl" / "blocks")]
+    assert names[:4] == [("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10), ("BLOCKS-4-2", 6), ("BLOCKS-5-0", 12)] and len(names) == 6
+
+
+def test_a_peers_plan_counts_only_when_it_is_one():
+    task = _blocks_tasks.paper_tasks()[0]
+    write = "import pathlib; pathlib.Path('problem.pddl.soln').write_text('(pick-up b1)\\n{}')"
+    right = "(stack b1 b0)\\n(pick-up b2)\\n(stack b2 b1)\\n(pick-up b3)\\n(stack b3 b2)\\n; cost 6"
+    for rest, length in ((right, 6), ("(stack b1 b0)", None)):
+        assert _planners._peer([sys.executable, "-c", write.format(rest)], 20.0)(task).length == length
+    assert _planners._peer([sys.executable, "-c", "import time; time.sleep(9)"], 0.1)(task).length is None
+
+
+def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the_plan():
+    story = _figure1.told_and_walked()
+    (x, y), side = story.square
+    corners = from_polar(sector_corners(story.sector), _figure1.AGENT, np.float64(_figure1.HEADING))
+    assert (np.abs(corners - (x, y)) <= side / 2).all() and side > 2 * _figure1.RADIUS
+    assert story.grid.side == side and story.first_plan == ("(relocate i here goal-area)",)
+    assert [step.split()[0] for step in story.plan] == ["(approach", "(destroy", "(pass"] and set(story.seen) == {"fence"}
+    assert [name for _, name, _, _ in story.legs] == ["moving midway in a straight line", "moving midway on a curve"]
+    assert all(strays <= deviation for _, _, deviation, strays in story.legs)
+    with style():
+        texts = {text.get_text() for text in _figure1.drawn(story).legends[0].get_texts()}
+    assert {"$L_1$", "$L_2$", "$H_1$ = 5 m", "$H_2$ = 12 m", "contour", "destroyed", "firm"} <= texts
+
+
+def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
+    assert smart_relocation.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
+    data = result(tmp_path, "smart_relocation")["data"]
+    rows = {(row["kind"], row["mode"]): row for row in data["modes"]}
+    assert data["problems"] == 0 and {"cities", "Helsinki", "rooms", "fences", "rings"} <= {kind for kind, _ in rows}
+    for (kind, mode), row in rows.items():
+        assert row["cost"] >= rows[kind, "least"]["cost"] >= row["bound"] > 0
+        assert row["solved"] == row["solvable"] or mode == "literal"
+
+
+def test_the_page_of_results_holds_every_table_with_its_command_and_figure(figure2, tmp_path):
+    place = tmp_path / "results" / "blocks_world"
+    shutil.copytree(figure2, place)
+    (tmp_path / "results" / "bench").mkdir()
+    record = result(place, "blocks_world")
+    bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}
+    (tmp_path / "results" / "bench" / "solve.json").write_text(json.dumps(bench))
+    page = tmp_path / "page.md"
+    assert results.main(["--no-run", "--results", str(tmp_path / "results"), "--page", str(page)]) == 0
+    told = page.read_text()
+    assert "`python -m experiments.blocks_world --quick --no-peers --most-blocks 5`" in told and str(tmp_path) not in told
+    assert "![figure2.png](page/figure2.png)" in told and (tmp_path / "page" / "figure2.png").is_file()
+    assert "`srt-jax bench solve`" in told and "ours 1.00 ms" in told
+    assert all(f"**{table['title']}**" in told for table in record["tables"])
+
+
+def test_without_results_the_page_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="run without --no-run first"):
+        results.main(["--no-run", "--results", str(tmp_path), "--page", str(tmp_path / "page.md")])
+
+
+def test_a_table_is_told_to_terminals_and_in_markdown_with_numbers_to_the_right():
+    table = Table("A table", ("name", "ms", "what"), [["a|b", "1.50", "slow"], ["c", "20.0", "fast"]], "a note")
+    assert as_text(table).splitlines() == [
+        "A table",
+        "",
+        "name    ms  what",
+        "----  ----  ----",
+        "a|b   1.50  slow",
+        "c     20.0  fast",
+        "a note",
+    ]
+    assert "| a\\|b | 1.50 | slow |" in as_markdown(table) and "|---|---:|---|" in as_markdown(table)
+
+
+def test_bad_input_becomes_one_line(tmp_path):
+    command = [sys.executable, "-m", "experiments.path_planning", "--windows", "0", "--no-street", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 2 and done.stderr.splitlines()[-1].startswith("error: no fragment has room")

@@ -1,0 +1,15 @@
+"""What docs/learning.md says is what runs."""
+
+import pathlib
+import re
+
+import jax
+import pytest
+
+PAGE = (pathlib.Path(__file__).resolve().parents[1] / "docs" / "learning.md").read_text()
+
+
+@pytest.mark.parametrize("example", re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL))
+def test_the_examples_run_as_written(example):
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        exec(example, {})

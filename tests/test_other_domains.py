@@ -1,0 +1,22 @@
+"""Domains of our own, none of them blocks: every task that A* decides is decided alike, and no plan is much longer."""
+
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from experiments.pddl_domains import OTHER_DOMAINS
+from sign_model import PlanStatus, load, plan, validate
+
+
+@pytest.mark.parametrize("name", OTHER_DOMAINS)
+def test_map_decides_what_astar_decides(name):
+    task = load(*OTHER_DOMAINS[name])
+    result, best = plan(task), plan(task, planner="astar", max_expansions=5000)
+    assert not result.is_solved or validate(task, result.actions) == []
+    if best.status != PlanStatus.BUDGET_SPENT:
+        assert result.status == best.status
+        assert len(result.actions) <= 1.2 * len(best.actions)
+    else:
+        assert result.is_solved

@@ -1,0 +1,60 @@
+"""Answers as files: JSON and Parquet hold the same and are read back equal."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from odd import refusals
+
+from srt_jax import make_task, solve_many
+from srt_jax.results import as_record, read_results, write_results
+
+TASKS = {
+    "open": (np.ones((4, 6), bool), True),
+    "walled": (np.arange(24).reshape(4, 6) % 6 != 3, True),
+    "firm": (np.arange(24).reshape(4, 6) % 6 != 3, False),
+}
+
+
+@pytest.fixture(scope="module")
+def records():
+    made = {name: make_task(free, (0, 0), (3, 5), destroyable=destroyable) for name, (free, destroyable) in TASKS.items()}
+    return [as_record(name, task, solve_many([task])[0]) for name, task in made.items()]
+
+
+@pytest.mark.parametrize("ending", [".json", ".parquet"])
+def test_answers_are_read_back_equal(tmp_path, records, ending):
+    if ending == ".parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / f"answers{ending}"
+    write_results(path, records)
+    assert read_results(path) == records == json.loads(json.dumps(records))
+    write_results(path, [])
+    assert read_results(path) == []
+
+
+def test_a_column_of_parquet_is_a_member_of_the_record(tmp_path, records):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    write_results(tmp_path / "answers.parquet", records)
+    table = parquet.read_table(tmp_path / "answers.parquet")
+    assert table.column_names == list(records[0]) and table["status"].to_pylist() == ["PATH_EXISTS", "SOLVED", "UNSOLVABLE"]
+    assert table["cost"].to_pylist()[2] is None
+
+
+def test_broken_answers_are_refused_in_one_line(tmp_path, records):
+    pytest.importorskip("pyarrow")
+    write_results(tmp_path / "answers.parquet", records)
+    assert refusals(read_results, tmp_path / "answers.parquet", (tmp_path / "answers.parquet").read_bytes()) > 10
+    (tmp_path / "answers.json").write_text("[]")
+    with pytest.raises(ValueError, match="no results"):
+        read_results(tmp_path / "answers.json")
+    for act in (read_results, lambda path: write_results(path, records)):
+        with pytest.raises(ValueError, match=r"written as \.json or \.parquet, not '\.csv'"):
+            act(tmp_path / "answers.csv")
+
+
+def test_without_pyarrow_the_message_names_the_command(tmp_path, monkeypatch, records):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ImportError, match=r"pip install 'srt-jax\[parquet\]'"):
+        write_results(tmp_path / "answers.parquet", records)

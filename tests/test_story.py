@@ -1,0 +1,113 @@
+"""The symbolic half of a solution: MAP's plan, where its steps end on the route, and the proof where there is none."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from labelled import random_tasks
+from test_solver import task_from
+
+from srt_jax import Status, check, make_task, solve, solve_many
+from srt_jax.acts import left_behind
+from srt_jax.symbols.planning import first_act
+from srt_jax.types import Act
+
+TWO_WALLS = """
+    S.aa.b.G
+    ..aa.b..
+    ..@@.b..
+"""
+
+
+def steps_of(solution, names):
+    plan, ends = np.asarray(solution.plan), np.asarray(solution.plan_at)
+    return [
+        (Act(act).name, "" if obstacle < 0 else names[obstacle], end)
+        for (act, obstacle), end in zip(plan.tolist(), ends.tolist())
+        if act >= 0
+    ]
+
+
+def test_the_plan_goes_from_area_to_area_through_what_must_go():
+    task, names = task_from(TWO_WALLS)
+    assert steps_of(solve(task), names) == [
+        ("APPROACH", "a", 1),
+        ("DESTROY", "a", 1),
+        ("PASS", "a", 4),
+        ("APPROACH", "b", 4),
+        ("DESTROY", "b", 4),
+        ("PASS", "b", 7),
+    ]
+
+
+def test_the_papers_loop_plans_anew_at_each_blockage_and_passes_last():
+    task, names = task_from(TWO_WALLS)
+    told = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
+    assert told == [("APPROACH", "a"), ("DESTROY", "a"), ("APPROACH", "b"), ("DESTROY", "b"), ("PASS", "b")]
+
+
+def test_before_anything_blocks_the_plan_is_to_walk():
+    assert first_act() is Act.RELOCATE
+    task, names = task_from("S..G")
+    for mode in ("least", "paper", "literal"):
+        assert steps_of(solve(task, mode=mode), names) == [("RELOCATE", "", 3)]
+
+
+@pytest.mark.parametrize("mode", ["least", "paper"])
+def test_who_is_there_need_not_act(mode):
+    solution = solve(make_task(np.ones((1, 2), bool), (0, 0), (0, 0)), mode=mode)
+    assert Status(int(solution.status)) is Status.PATH_EXISTS and (np.asarray(solution.plan) == -1).all()
+
+
+def test_read_literally_the_loop_stops_at_something_firm_ahead():
+    task, names = task_from("""
+        S.a..
+        ..@.G
+        ..@..
+    """)
+    assert Status(int(solve(task, mode="literal").status)) is Status.STOPPED_SHORT
+    assert [step[1] for step in steps_of(solve(task, mode="paper"), names)] == ["a", "a", "a"]
+    ahead, names = task_from("""
+        S.@..
+        ..a.G
+        ..@..
+    """)
+    assert [step[1] for step in steps_of(solve(ahead, mode="literal"), names)] == ["a", "a", "a"]
+
+
+def test_read_literally_what_cannot_be_solved_at_all_is_still_proven():
+    task, _ = task_from("S.@.G")
+    solution = solve(task, mode="literal")
+    assert Status(int(solution.status)) is Status.UNSOLVABLE and not check(task, solution)
+
+
+def test_the_proof_names_the_firm_obstacles_that_separate_and_no_others():
+    labels = np.full((7, 9), -1, np.int32)
+    labels[:4, 4], labels[4:, 4] = 0, 1  # a wall of two firm parts
+    labels[2, 5:7] = 2  # destroyable, grown to it
+    labels[0, 0], labels[6, 8] = 3, 4  # firm, apart
+    task = make_task(labels, (3, 0), (3, 8), destroyable=[False, False, True, False, False])
+    solution = solve(task)
+    assert Status(int(solution.status)) is Status.UNSOLVABLE and not check(task, solution)
+    assert np.asarray(solution.separating).tolist() == [0, 1, -1, -1, -1]
+
+
+def test_a_goal_inside_something_firm_has_that_as_its_proof():
+    solution = solve(make_task(np.array([[-1, -1, 0, 1]], np.int32), (0, 0), (0, 3), destroyable=[True, False]))
+    assert np.asarray(solution.separating).tolist() == [1, -1]
+
+
+def test_symbolic_plan_and_route_tell_the_same_story_read_literally():
+    """The other modes are judged likewise in `test_solver`."""
+    tasks = random_tasks(5, 120, overlap=True, max_side=14, can_destroy=0.5)
+    solutions = solve_many(tasks, mode="literal")
+    assert [check(task, solution) for task, solution in zip(tasks, solutions)] == [[]] * len(tasks)
+    assert {Status.SOLVED, Status.UNSOLVABLE, Status.STOPPED_SHORT} <= {int(solution.status) for solution in solutions}
+
+
+def test_an_obstacle_is_left_behind_at_the_first_cell_it_did_not_cover():
+    labels = jnp.array([[[[-1, 0, 0, -1, 1, -1]]]], jnp.int32)
+    cells = jnp.stack([jnp.zeros(6, jnp.int32), jnp.arange(6, dtype=jnp.int32)], axis=1)[None]
+    ids, at = jnp.array([[0, 1, -1]], jnp.int32), jnp.array([[0, 3, -1]], jnp.int32)
+    assert left_behind(labels, cells, jnp.array([6], jnp.int32), ids, at).tolist() == [[3, 5, -1]]
+    together = jnp.array([[0, 0, -1]], jnp.int32)
+    assert left_behind(labels, cells, jnp.array([6], jnp.int32), ids, together).tolist() == [[0, 1, -1]]
