@@ -7,8 +7,8 @@ from maps import city, maze, noise, random_maps, read_map, rooms, snake
 from slow import reach_by_label, reach_by_steps
 
 import srt_jax
-from srt_jax import bucketed
-from srt_jax.reach import flood, reach_maps
+from srt_jax import bucketed, packing
+from srt_jax.reach import cells_in_group, flood, reach_maps
 
 
 def test_the_flood_fills_what_the_wall_leaves_open_and_cuts_no_corner():
@@ -132,6 +132,16 @@ def test_without_the_marks_the_bits_are_the_same(monkeypatch):
     expected = np.asarray(jax.jit(reach_maps)(free, starts))
     monkeypatch.setenv("SRT_JAX_PLAIN", "1")
     assert np.array_equal(jax.jit(lambda *args: reach_maps(*args))(free, starts), expected)
+
+
+def test_a_cell_of_each_map_is_set_where_it_is_free_and_none_outside_the_map():
+    free = np.ones((4, 4, 40), bool)
+    free[1, 0, 0] = False
+    lanes = packing.to_lanes(packing.pack(jnp.asarray(free)), 4)[0]
+    marks = cells_in_group(lanes, jnp.array([[2, 33], [0, 0], [-1, 5], [3, 39]]))
+    mask = np.asarray(packing.unpack(packing.from_lanes(marks[None], 4, 4), 40))
+    assert [np.argwhere(one).tolist() for one in mask] == [[[2, 33]], [], [], [[3, 39]]]
+    assert not cells_in_group(lanes, jnp.array([[3, 40], [4, 0], [0, 2**31 - 1], [0, -1]])).any()
 
 
 @pytest.mark.parametrize("through_corners", [False, True])
