@@ -13,6 +13,7 @@ import jax
 import numpy as np
 
 from srt_jax import cores, packing, shapes
+from srt_jax.kernel import jitted
 from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
@@ -85,7 +86,7 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
 
 @functools.cache
 def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...]) -> Callable:
-    return jax.jit(functools.partial(kernel, **dict(static)))
+    return jitted(functools.partial(kernel, **dict(static)))
 
 
 def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:

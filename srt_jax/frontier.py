@@ -6,7 +6,6 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import packing
-from srt_jax.cones import BLOCKED
 from srt_jax.kernel import apart, read, read_apart, write
 
 _BINS = 1024
