@@ -51,12 +51,12 @@ def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
 
 def fold(array: Array, core_rank: int) -> Array:
     """Returns `array` with its batch dimensions folded into one: [..., *core] -> [B, *core]; B is 1 where there is none."""
-    return array.reshape(-1, *array.shape[array.ndim - core_rank :])
+    return array if array.ndim == core_rank + 1 else array.reshape(-1, *array.shape[array.ndim - core_rank :])
 
 
 def unfold(array: Array, batch: tuple[int, ...]) -> Array:
     """Returns the inverse of `fold`: [B, *core] -> [*batch, *core]."""
-    return array.reshape(*batch, *array.shape[1:])
+    return array if len(batch) == 1 else array.reshape(*batch, *array.shape[1:])
 
 
 def size_bucket(length: int) -> int:

@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 # From the ground up; a module may import from lower layers and from its own.
 LAYERS = (
     ("types", "notes"),
-    ("moves", "shapes", "fixed_point"),
+    ("moves", "shapes", "fixed_point", "cores"),
     ("kernel", "packing", "bucketed", "components"),
     ("target",),
     ("cones", "frontier", "wavefront", "wordqueue"),
