@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 # From the ground up; a module may import from lower layers and from its own.
 LAYERS = (
     ("types",),
-    ("moves", "shapes", "fixed_point"),
+    ("moves", "shapes", "fixed_point", "devices"),
     ("kernel", "packing", "bucketed", "components"),
     ("cones", "frontier", "wavefront", "wordqueue"),
     ("reach", "distance", "path", "seed", "contour"),
