@@ -6,7 +6,7 @@ Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the a
 
 from srt_jax.check import check
 from srt_jax.contour import contour
-from srt_jax.distance import cost_to_come
+from srt_jax.distance import cost_to_come, path_cost
 from srt_jax.explain import explain
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
@@ -34,6 +34,7 @@ __all__ = [
     "explain",
     "make_task",
     "octile_distance",
+    "path_cost",
     "rasterize",
     "reach",
     "seed_cell",

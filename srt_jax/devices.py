@@ -1,12 +1,12 @@
 """Kernels on arrays that are spread over several devices: each device works on the maps it holds.
 
-The entries of a kernel's leading axis are independent, so a device needs nothing from another. JAX spreads arrays in three ways,
-and each would, left alone, reach inside a kernel's loops.
+The entries of a kernel's leading axis are independent, so a device needs nothing from another. JAX spreads arrays in three
+ways, and each would, left alone, reach inside a kernel's loops.
 - Inside `jax.shard_map` the loops would have to declare which of their values vary from device to device. They are traced
   without that check, and what comes out is declared to vary as what went in.
 - With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its leading axis.
-- With automatic axes the compiler splits every step and joins the parts again. A call compiled as one function (`kernel`) cannot
-  hold that: `may_be_split` tells it when to stay plain.
+- With automatic axes the compiler splits every step and joins the parts again. A call compiled as one function (`kernel`)
+  cannot hold that: `may_be_split` tells it when to stay plain.
 """
 
 from collections.abc import Callable

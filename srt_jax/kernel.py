@@ -57,6 +57,7 @@ def compiled_whole(fun: Callable) -> Callable:
 
     def marked(*args: Any) -> Any:
         assert set_xla_metadata is not None
+        args = lax.optimization_barrier(args)  # a constant among the operands of a marked call would crash the compiler
         return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
@@ -133,8 +134,9 @@ def write(array: Array, value: Array, index: Array) -> Array:
 def batch_kernel(fun: Callable) -> Callable:
     """Returns `fun` such that vmap, along any axis and nested, arrives as a larger leading batch axis.
 
-    Every argument and result of `fun` has a leading axis whose entries are independent, on one device or several (`devices`). vmapped as it stands, each while loop
-    would wait for its slowest lane, and each dynamic_update_slice would become a scatter, which a marked call cannot hold.
+    Every argument and result of `fun` has a leading axis whose entries are independent, on one device or several (`devices`).
+    vmapped as it stands, each while loop would wait for its slowest lane, and each dynamic_update_slice would become a scatter,
+    which a marked call cannot hold.
     """
     run = jax.custom_batching.custom_vmap(device_by_device(fun))
 
