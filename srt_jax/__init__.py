@@ -8,12 +8,14 @@ from srt_jax.check import check
 from srt_jax.contour import contour
 from srt_jax.distance import cost_to_come, path_cost
 from srt_jax.explain import explain
+from srt_jax.least import least_removal
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
 from srt_jax.path import trace_path
 from srt_jax.raster import rasterize
 from srt_jax.reach import reach
 from srt_jax.seed import seed_cell
+from srt_jax.soft import perturbed
 from srt_jax.solver import solve
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import Path, Solution, Status, Task
@@ -32,9 +34,11 @@ __all__ = [
     "contour",
     "cost_to_come",
     "explain",
+    "least_removal",
     "make_task",
     "octile_distance",
     "path_cost",
+    "perturbed",
     "rasterize",
     "reach",
     "seed_cell",

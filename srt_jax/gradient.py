@@ -45,7 +45,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
 
 
 def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_map: Callable) -> Array:
-    """Returns the least cost from `start` to `goal`, float32 [...]; the path there alone is differentiated, which is cheaper."""
+    """Returns the least cost from `start` to `goal`, float32 [...]; only the path there is differentiated: cheaper."""
     batch = checked_batch(free, start, cell_cost, goal=(goal, 1))
 
     @jax.custom_jvp
@@ -77,8 +77,8 @@ def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[A
         if is_wrong.any():
             where = np.argwhere(is_wrong)[0].tolist()
             raise ValueError(
-                f"traversal_cost at {where} is {np.asarray(cell_cost)[tuple(where)]}: the cost of a free cell must be positive; "
-                "block the cell, or give it a small cost"
+                f"traversal_cost at {where} is {np.asarray(cell_cost)[tuple(where)]}: the cost of a free cell must be "
+                "positive; block the cell, or give it a small cost"
             )
     return batch
 

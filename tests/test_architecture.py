@@ -23,7 +23,7 @@ LAYERS = (
     ("planner", "route"),
     ("removal", "greedy"),
     ("solver",),
-    ("many",),
+    ("many", "least", "soft"),
     ("explain", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw"),
     ("inputs", "results", "console"),
     ("demo", "scenario", "bench"),
