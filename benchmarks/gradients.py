@@ -73,11 +73,11 @@ def measure(kind: str, cost_kind: str) -> str:
 def temporary_bytes(free: np.ndarray) -> int:
     """Memory of the compiled gradient beside its arguments and results."""
 
-    def total(costs: jax.Array) -> jax.Array:
+    def total(costs: jax.Array, free: jax.Array) -> jax.Array:
         cost = srt_jax.cost_to_come(free, (0, 0), costs)
         return jnp.where(jnp.isfinite(cost), cost, 0).sum()
 
-    compiled = jax.jit(jax.grad(total)).lower(jnp.ones(free.shape, jnp.float32)).compile()
+    compiled = jax.jit(jax.grad(total)).lower(jnp.ones(free.shape, jnp.float32), free).compile()
     return compiled.memory_analysis().temp_size_in_bytes
 
 

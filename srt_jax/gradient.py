@@ -38,7 +38,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
         cost = of_costs(*primals)
         free, _, cell_cost = primals
-        tree = _tree(free, cell_cost, cost)
+        tree = bucketed.call(parents, batch, free, cell_cost, cost)
         return cost, _along_tree(tree, _as_float(tangents[2], cell_cost))
 
     return of_costs(free, start, cell_cost)
@@ -57,7 +57,7 @@ def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
         free, start, goal, cell_cost = primals
         cost = bucketed.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
-        tree = _tree(free, cell_cost, cost)
+        tree = bucketed.call(parents, batch, free, cell_cost, cost)
         on_path = bucketed.call(path_mask, batch, tree, goal)
         return _at(cost, goal), _along_path(tree, on_path, _as_float(tangents[3], cell_cost))
 
@@ -81,9 +81,6 @@ def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[A
                 "positive; block the cell, or give it a small cost"
             )
     return batch
-
-
-_tree = jax.jit(parents)
 
 
 @jax.jit

@@ -26,22 +26,28 @@ _LENGTHS = tuple(2**0.5 if down and right else 1.0 for down, right in MOVES)
 _BACK = tuple(MOVES.index((-down, -right)) for down, right in MOVES)
 
 
+@batch_kernel
 def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
-    """Returns the tree: the move from each cell to the neighbour with the least cost plus move.
+    """Returns the tree of each map: the move from each cell to the neighbour with the least cost plus move.
 
     Ties go to the first neighbour in row order. A parent costs strictly less than its child, so there is no cycle.
 
     Args:
-      free: bool [..., H, W]. cell_cost: float32 [..., H, W]. cost: float32 [..., H, W], the least costs from the start.
+      free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs from the start.
 
     Returns:
-      uint8 [..., H, W].
+      uint8 [B, H, W].
     """
+    # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads the tree ten times over.
+    return compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
+
+
+def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> Array:
     costs = move_costs(free, cell_cost)
     best, least = jnp.full(cost.shape, ROOT, jnp.uint8), jnp.full(cost.shape, jnp.inf, jnp.float32)
     for move, (down, right) in enumerate(MOVES):
         there = shifted(cost, down, right)
-        total = jnp.where(there < cost, there + cost_of_move(costs, move)[..., 1:-1, 1:-1], jnp.inf)
+        total = jnp.where(there < cost, there + cost_of_move(costs, move)[1:-1, 1:-1], jnp.inf)
         best, least = jnp.where(total < least, jnp.uint8(1 + move), best), jnp.minimum(least, total)
     return best
 
