@@ -5,7 +5,7 @@ added up along the tree from the start (`path_sums`), and the adjoint runs back 
 cell and a few arrays of the map's size, however long the paths are.
 
 The tree is a byte a cell: 1 + the index in `moves.MOVES` of the move from the cell to its parent; ROOT, which is 0, at the
-start, at cells not reached, and where float32 has swallowed the cost of the move.
+start and at cells not reached.
 """
 
 import functools
@@ -30,7 +30,8 @@ _BACK = tuple(MOVES.index((-down, -right)) for down, right in MOVES)
 def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
     """Returns the tree of each map: the move from each cell to the neighbour with the least cost plus move.
 
-    Ties go to the first neighbour in row order. A parent costs strictly less than its child, so there is no cycle.
+    Ties go to the first neighbour in row order. A parent costs strictly less than its child, so there is no cycle; where
+    float32 has swallowed the cost of the move, see `_adopted`.
 
     Args:
       free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs from the start.
@@ -39,17 +40,41 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
       uint8 [B, H, W].
     """
     # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads the tree ten times over.
-    return compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
+    tree, second = compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
+    tree = _adopted(tree, free, cell_cost, cost)
+    return jnp.where(tree == ROOT, second, tree)
 
 
-def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> Array:
+def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
+    """Gives a parent to cells whose last move costs too little to count beside the cost so far.
+
+    Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and there is no round.
+    """
+
+    def is_orphan(tree: Array) -> Array:
+        return (tree == ROOT) & (cost > 0) & (cost < jnp.inf)
+
+    def adopt(state: tuple) -> tuple:
+        tree, _ = state
+        costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
+        for move, (down, right) in enumerate(MOVES):
+            total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
+            fits = orphan & (new == ROOT) & ~shifted(orphan, down, right, outside=True) & (total == cost)
+            new = jnp.where(fits, jnp.uint8(1 + move), new)
+        return new, jnp.any(new != tree)
+
+    return lax.while_loop(lambda state: state[1], adopt, (tree, is_orphan(tree).any()))[0]
+
+
+def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
+    """The tree where cost plus move is the cell's cost up to rounding, and the tree without that condition."""
     costs = move_costs(free, cell_cost)
     best, least = jnp.full(cost.shape, ROOT, jnp.uint8), jnp.full(cost.shape, jnp.inf, jnp.float32)
     for move, (down, right) in enumerate(MOVES):
         there = shifted(cost, down, right)
         total = jnp.where(there < cost, there + cost_of_move(costs, move)[1:-1, 1:-1], jnp.inf)
         best, least = jnp.where(total < least, jnp.uint8(1 + move), best), jnp.minimum(least, total)
-    return best
+    return jnp.where(least <= cost * jnp.float32(1 + 2**-20), best, jnp.uint8(ROOT)), best
 
 
 def from_parent(tree: Array, field: Array) -> Array:

@@ -85,6 +85,16 @@ def test_forward_mode_and_reverse_mode_agree_and_second_derivatives_are_zero():
     assert not np.asarray(bend).any()
 
 
+@pytest.mark.parametrize("spread", [0.0, 1.0, 6.0])
+def test_along_the_costs_themselves_the_derivative_is_the_least_cost(spread):
+    """Euler: a least cost is a sum of costs. Also where costs differ so much that float32 swallows the smaller ones."""
+    costs = np.exp(spread * RNG.normal(size=FREE.shape)).astype(np.float32)
+    cost, along = jax.jvp(lambda costs: srt_jax.cost_to_come(FREE, STARTS, costs), (costs,), (costs,))
+    reached = np.isfinite(cost)
+    np.testing.assert_allclose(np.asarray(along)[reached], np.asarray(cost)[reached], rtol=1e-5)
+    assert not np.asarray(along)[~reached].any()
+
+
 def test_without_the_marks_values_are_equal_and_gradients_up_to_rounding(monkeypatch):
     args = (FREE[:24], STARTS[:24], WEIGHTS[:24])
     expected = jax.value_and_grad(lambda costs: _score(costs, *args).sum())(COSTS[:24])

@@ -97,18 +97,18 @@ def test_a_map_shared_by_many_starts_need_not_be_repeated():
     assert_same_bits(got, np.stack([srt_jax.cost_to_come(free[0], one, costs[0]) for one in start]))
 
 
+def _total(costs, free, start):
+    cost = srt_jax.cost_to_come(free, start, costs)
+    return jnp.where(jnp.isfinite(cost), cost, 0).sum()
+
+
 def test_gradients_under_vmap_scan_and_jit_are_those_of_the_batch():
     free, start, costs = CASES["cost_to_come of unequal cells"].args
-
-    def total(costs, free, start):
-        cost = srt_jax.cost_to_come(free, start, costs)
-        return jnp.where(jnp.isfinite(cost), cost, 0).sum()
-
-    expected = jax.grad(total)(costs, free, start)
-    one_by_one = jax.jit(jax.vmap(jax.grad(total)))(costs, free, start)
-    scanned = jax.lax.scan(lambda c, x: (c, jax.grad(total)(*x)), 0, (costs, free, start))[1]
-    through = jax.grad(lambda costs: jax.lax.scan(lambda c, x: (c + total(*x), None), jnp.float32(0), (costs, free, start))[0])
-    for got in (one_by_one, scanned, through(costs), jax.jit(jax.grad(total))(costs, free, start)):
+    expected = jax.grad(_total)(costs, free, start)
+    one_by_one = jax.jit(jax.vmap(jax.grad(_total)))(costs, free, start)
+    scanned = jax.lax.scan(lambda c, x: (c, jax.grad(_total)(*x)), 0, (costs, free, start))[1]
+    through = jax.grad(lambda costs: jax.lax.scan(lambda c, x: (c + _total(*x), None), jnp.float32(0), (costs, free, start))[0])
+    for got in (one_by_one, scanned, through(costs), jax.jit(jax.grad(_total))(costs, free, start)):
         np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-5)
 
 
@@ -117,11 +117,12 @@ def test_arrays_spread_over_devices_give_the_same_bits():
     env = os.environ | {
         "XLA_FLAGS": "--xla_force_host_platform_device_count=2",
         "JAX_PLATFORMS": "cpu",
+        "JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir),
         "PYTHONPATH": os.pathsep.join(sys.path),
     }
     done = subprocess.run([sys.executable, __file__], env=env, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
-    assert sorted(done.stdout.split("\n")[:-1]) == sorted(CASES)
+    assert set(done.stdout.split("\n")[:-1]) == {*CASES, "gradient"} - {"least_removal"}  # which is solve
 
 
 def _spread_over_devices():
@@ -132,14 +133,20 @@ def _spread_over_devices():
     if hasattr(jax, "make_mesh"):
         meshes.append(jax.make_mesh((2,), ("maps",)))
     assert len(jax.devices()) == 2
-    for name, (fun, args) in CASES.items():
+    spread = {name: case for name, case in CASES.items() if name != "least_removal"}
+    for name, (fun, args) in spread.items():
         expected = jax.tree.map(np.asarray, fun(*args))
-        for mesh in meshes:
+        for mesh in meshes if name != "solve" else ():  # which takes long to compile
             there = jax.tree.map(lambda x, mesh=mesh: jax.device_put(x, NamedSharding(mesh, split)), args)
             assert_same_bits(jax.jit(fun)(*there), expected)
         sharded = jax.shard_map(fun, mesh=meshes[0], in_specs=split, out_specs=split)
         assert_same_bits(jax.jit(sharded)(*args), expected)
         print(name)
+    free, start, costs = CASES["cost_to_come of unequal cells"].args
+    gradient = jax.grad(_total)
+    sharded = jax.shard_map(gradient, mesh=meshes[0], in_specs=split, out_specs=split)
+    np.testing.assert_allclose(jax.jit(sharded)(costs, free, start), gradient(costs, free, start), rtol=1e-5, atol=1e-5)
+    print("gradient")
 
 
 if __name__ == "__main__":
