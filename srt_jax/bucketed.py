@@ -12,6 +12,7 @@ import jax
 import numpy as np
 
 from srt_jax import shapes
+from srt_jax.kernel import is_marking
 from srt_jax.types import Array
 
 
@@ -26,14 +27,14 @@ def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, **static: Any
       **static: options that fix a shape or choose the code.
     """
     folded = [array.reshape(-1, *array.shape[len(batch) :]) for array in arrays]
-    out = kernel(*folded, **static) if shapes.is_traced(*arrays) else _call_eagerly(kernel, folded, static)
+    run = _jitted(kernel, tuple(sorted(static.items())), is_marking())  # vmap outside jit would else compile at every call
+    out = run(*folded) if shapes.is_traced(*arrays) else _call_eagerly(run, folded)
     return jax.tree.map(lambda array: shapes.unfold(array, batch), out)
 
 
-def _call_eagerly(kernel: Callable, arrays: Sequence[Array], static: dict[str, Any]) -> Any:
+def _call_eagerly(run: Callable, arrays: Sequence[Array]) -> Any:
     size = tuple(arrays[0].shape)
     bucket = (shapes.batch_bucket(size[0]), *(shapes.size_bucket(side) for side in size[1:]))
-    run = _jitted(kernel, tuple(sorted(static.items())))
     if bucket == size:
         return run(*arrays)
     out = run(*(_padded(array, size, bucket) for array in arrays))
@@ -41,7 +42,8 @@ def _call_eagerly(kernel: Callable, arrays: Sequence[Array], static: dict[str, A
 
 
 @functools.cache
-def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...]) -> Callable:
+def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...], marked: bool) -> Callable:
+    """One jit for each of its arguments; `marked` only keeps apart what is compiled with and without the marks of `kernel`."""
     return jax.jit(functools.partial(kernel, **dict(static)))
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from jax.dtypes import float0
 
 from srt_jax import bucketed, shapes
@@ -37,8 +38,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
     @of_costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
         cost = of_costs(*primals)
-        free, _, cell_cost = primals
-        tree = bucketed.call(parents, batch, free, cell_cost, cost)
+        tree = _tree(batch, primals[0], primals[2], cost)
         return cost, _along_tree(tree, _as_float(tangents[2], cell_cost))
 
     return of_costs(free, start, cell_cost)
@@ -49,19 +49,24 @@ def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_
     batch = checked_batch(free, start, cell_cost, goal=(goal, 1))
 
     @jax.custom_jvp
-    def of_costs(free: Array, start: Array, goal: Array, cell_cost: Array) -> Array:
+    def of_costs(free: Array, start: Array, goal: Array, cell_cost: Array) -> tuple[Array, Array]:
         cost = bucketed.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
-        return _at(cost, goal)
+        return _at(cost, goal), cost  # the field for the rule's own use, as a constant
 
     @of_costs.defjvp
-    def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-        free, start, goal, cell_cost = primals
-        cost = bucketed.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
-        tree = bucketed.call(parents, batch, free, cell_cost, cost)
-        on_path = bucketed.call(path_mask, batch, tree, goal)
-        return _at(cost, goal), _along_path(tree, on_path, _as_float(tangents[3], cell_cost))
+    def rule(primals: tuple, tangents: tuple) -> tuple:
+        at_goal, cost = of_costs(*primals)
+        tree = _tree(batch, primals[0], primals[3], cost)
+        on_path = bucketed.call(path_mask, batch, tree, primals[2])
+        along = _along_path(tree, on_path, _as_float(tangents[3], cell_cost))
+        return (at_goal, cost), (along, jnp.zeros_like(cost))
 
-    return of_costs(free, start, goal, cell_cost)
+    return of_costs(free, start, goal, cell_cost)[0]
+
+
+def _tree(batch: tuple[int, ...], free: Array, cell_cost: Array, cost: Array) -> Array:
+    """The tree of least paths, as a constant: between its jumps it does not change with the costs."""
+    return bucketed.call(parents, batch, free, *lax.stop_gradient((cell_cost, cost)))
 
 
 def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[Array, int]) -> tuple[int, ...]:

@@ -2,10 +2,11 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.dtypes import float0
 
 from srt_jax.solver import solve
-from srt_jax.types import Array, Solution, Task
+from srt_jax.types import Array, Task
 
 
 def least_removal(
@@ -28,23 +29,22 @@ def least_removal(
       float32 [...]; with the route, a pair of these, the route inf where there is none.
     """
 
-    def solved(removal_cost: Array, rest: Task) -> Solution:
-        return solve(rest.replace(removal_cost=removal_cost), max_destroyed=max_destroyed, max_cells=max_cells)
-
     @jax.custom_jvp
-    def costs(removal_cost: Array, rest: Task) -> tuple[Array, Array]:
-        solution = solved(removal_cost, rest)
-        return solution.removal_cost, solution.cost
+    def costs(removal_cost: Array, rest: Task) -> tuple[Array, Array, Array]:
+        solution = solve(rest.replace(removal_cost=removal_cost), max_destroyed=max_destroyed, max_cells=max_cells)
+        return solution.removal_cost, solution.cost, solution.destroyed
 
     @costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple:
-        solution, change = solved(*primals), tangents[0]
+        removal, route, destroyed = costs(*primals)
+        change = tangents[0]
         if change.dtype == float0:
             change = jnp.zeros(primals[0].shape, jnp.float32)
-        along = jnp.where(_is_destroyed(solution.destroyed, change.shape[-1]), change, 0).sum(axis=-1)
-        return (solution.removal_cost, solution.cost), (along, jnp.zeros_like(along))
+        along = jnp.where(_is_destroyed(destroyed, change.shape[-1]), change, 0).sum(axis=-1)
+        return (removal, route, destroyed), (along, jnp.zeros_like(along), np.zeros(destroyed.shape, float0))
 
-    removal, route = costs(task.removal_cost, task.replace(removal_cost=jax.lax.stop_gradient(task.removal_cost)))
+    rest = task.replace(removal_cost=jax.lax.stop_gradient(task.removal_cost))
+    removal, route, _ = costs(task.removal_cost, rest)
     return (removal, route) if with_route else removal
 
 

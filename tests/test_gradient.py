@@ -118,6 +118,14 @@ def test_the_gradient_of_one_path_is_the_path_weighted_by_length():
     assert cost == 5 and np.allclose(gradient, [[0.5, 0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 0.5]])
 
 
+def test_the_hessian_of_a_function_of_a_path_cost_is_that_of_the_function():
+    free, costs = np.ones((4, 5), bool), RNG.uniform(1, 2, (4, 5)).astype(np.float32)
+    corners = np.zeros(2, np.int32), np.array([3, 4], np.int32)
+    gradient = np.asarray(jax.grad(path_cost, argnums=3)(free, *corners, costs))
+    hessian = jax.jit(jax.hessian(lambda costs: path_cost(free, *corners, costs) ** 2))(costs)
+    np.testing.assert_allclose(hessian, 2 * np.multiply.outer(gradient, gradient), rtol=1e-5, atol=1e-6)
+
+
 def test_the_cost_of_one_path_is_the_entry_of_the_field_and_so_is_its_gradient():
     goals = np.array([any_start(RNG, free) for free in FREE])
     every = np.arange(len(FREE))
