@@ -34,14 +34,17 @@ def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, on_quads: Cal
       **static: options that fix a shape or choose the code.
     """
     folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
-    out = kernel(*folded, **static) if shapes.is_traced(*arrays) else _call_eagerly(kernel, on_quads, folded, static)
+    options = tuple(sorted(static.items()))
+    if shapes.is_traced(*arrays):
+        out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
+    else:
+        out = _call_eagerly(kernel, on_quads, folded, options)
     return jax.tree.map(lambda array: shapes.unfold(array, batch), out)
 
 
-def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[Array], static: dict[str, Any]) -> Any:
+def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[Array], options: tuple) -> Any:
     size = tuple(arrays[0].shape)
     bucket = (shapes.batch_bucket(size[0]), *(shapes.size_bucket(side) for side in size[1:]))
-    options = tuple(sorted(static.items()))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
         part = cores.part_size(bucket[0], cells)

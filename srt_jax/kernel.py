@@ -24,6 +24,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from srt_jax.devices import device_by_device, may_be_split
+
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
 except ImportError:
@@ -92,10 +94,12 @@ def compiled_whole(fun: Callable) -> Callable:
 
     def marked(*args: Any) -> Any:
         assert set_xla_metadata is not None
+        args = lax.optimization_barrier(args)  # a constant among the operands of a marked call would crash the compiler
         return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
-        return lax.platform_dependent(*args, cpu=marked, default=plain) if is_marking() else plain(*args)
+        may_mark = is_marking() and not may_be_split()
+        return lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
 
     return run
 
@@ -167,10 +171,11 @@ def write(array: Array, value: Array, index: Array) -> Array:
 def batch_kernel(fun: Callable) -> Callable:
     """Returns `fun` such that vmap, along any axis and nested, arrives as a larger leading batch axis.
 
-    Every argument and result of `fun` has a leading axis whose entries are independent. vmapped as it stands, each while loop
-    would wait for its slowest lane, and each dynamic_update_slice would become a scatter, which a marked call cannot hold.
+    Every argument and result of `fun` has a leading axis whose entries are independent, on one device or several (`devices`).
+    vmapped as it stands, each while loop would wait for its slowest lane, and each dynamic_update_slice would become a scatter,
+    which a marked call cannot hold.
     """
-    run = jax.custom_batching.custom_vmap(fun)
+    run = jax.custom_batching.custom_vmap(device_by_device(fun))
 
     @run.def_vmap
     def fold(axis_size: int, is_batched: list, *args: Any) -> tuple[Any, Any]:
