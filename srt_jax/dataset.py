@@ -71,6 +71,7 @@ def write_dataset(
     _check(plan)
     make_folder(folder)
     _settle(folder, plan)
+    shards.remove_drafts(folder)
     for shard in range(plan.num_shards()):
         first = shard * plan.shard_size
         number = min(plan.shard_size, plan.count - first)
@@ -93,7 +94,7 @@ def _check(plan: Plan) -> None:
 
 
 def _settle(folder: pathlib.Path, plan: Plan) -> None:
-    """Writes the plan, or refuses the folder where it holds another one; only `count` may grow, from whole shards."""
+    """Writes the plan, or refuses the folder where it holds another one: another count is another plan too."""
     told = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
     if (folder / MANIFEST).exists():
         there = _read_manifest(folder)

@@ -2,6 +2,7 @@
 
 import importlib
 import io
+import os
 import pathlib
 import zipfile
 import zlib
@@ -71,12 +72,22 @@ def _head(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
 
 def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     """Writes a shard of records: the arrays of one task each, packed as an `.npz` of one."""
-    draft = path.with_name(f".{path.name}.part")
-    writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
-    for index in range(len(arrays["index"])):
-        writer.write(_packed({name: array[index : index + 1] for name, array in arrays.items()}))
-    writer.close()
-    draft.replace(path)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
+        for index in range(len(arrays["index"])):
+            writer.write(_packed({name: array[index : index + 1] for name, array in arrays.items()}))
+        writer.close()
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def remove_drafts(folder: pathlib.Path) -> None:
+    """Removes what a killed run left half written. One process at a time may write a folder: another's draft goes too."""
+    for suffix in SUFFIXES.values():
+        for draft in folder.glob(f".shard-*.{suffix}*.part"):
+            draft.unlink(missing_ok=True)
 
 
 def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:

@@ -1,12 +1,15 @@
 """`srt-jax bench envs`: steps a second of SmartRelocation-v0 beside jumanji's Maze and navix, each in a process of its own.
 
-All do the same: 64 environments under jit, vmap and scan, uniformly random actions, fresh episodes begun by themselves, rewards
-summed so that nothing is dropped as unused; "seen" rows sum the observations as well.
+All do the same: 64 environments under jit, vmap and scan, half of them on each of two CPU devices (two cores), actions from
+the random bits of a key each, fresh episodes begun by themselves (but for "no resets"), rewards summed so that nothing is
+dropped as unused; "seen" rows sum every number of the observations as well.
 """
 
 import argparse
+import functools
 import importlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -15,39 +18,58 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jax.sharding import AxisType, PartitionSpec
 
 NUM_ENVS = 64
 BAR = 1e6
 """Steps a second that ours is to reach on two cores."""
 
-ROWS = ("ours", "ours, window seen", "ours, map seen", "jumanji Maze", "jumanji Maze, seen", "navix Empty", "navix Empty, seen")
+ROWS = (
+    *("ours", "ours, window seen", "ours, map seen", "jumanji Maze", "jumanji Maze, seen", "jumanji Maze, no resets"),
+    *("jumanji Maze, no resets, seen", "navix Empty", "navix Empty, seen"),
+)
 _SIZE = 16
+_DEVICES = 2
 
 
 def run(quick: bool = False) -> dict[str, Any]:
     """Returns {"machine", "rows": [{name, steps_per_second} or {name, missing}]}."""
     steps = 500 if quick else 4000
+    flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={_DEVICES}"
     rows = []
     for name in ROWS:
         command = [sys.executable, "-m", "srt_jax.bench.envs", name, "--steps", str(steps)]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "XLA_FLAGS": flags})
         last = (done.stderr.strip().splitlines() or ["no reason told"])[-1]
         rows.append({"name": name, **(json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else {"missing": last})})
     return {"machine": {"jax": jax.__version__, "device": jax.devices()[0].platform}, "rows": rows}
 
 
 def table(result: dict[str, Any]) -> str:
-    """Returns the measurements as text, with how many times the slowest peer's speed each reaches."""
+    """Returns the measurements as text, and as multiples of the fastest peer that does as much (seen or not)."""
     machine = result["machine"]
     lines = [
         f"jax {machine['jax']} on {machine['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; bar for ours {BAR:.0e}",
-        f"{'environment':22s}{'steps a second':>16s}",
+        f"{'environment':30s}{'steps a second':>16s}{'x fastest peer':>16s}",
     ]
     for row in result["rows"]:
-        lines.append(
-            f"{row['name']:22s}" + (f"{row['steps_per_second']:16,.0f}" if "missing" not in row else f"  {row['missing']}")
-        )
+        if "missing" in row:
+            lines.append(f"{row['name']:30s}  {row['missing']}")
+            continue
+        alike = [
+            other["steps_per_second"]
+            for other in result["rows"]
+            if "missing" not in other
+            and not other["name"].startswith("ours")
+            and _is_seen(other["name"]) == _is_seen(row["name"])
+        ]
+        ratio = f"{row['steps_per_second'] / max(alike):16.2f}" if alike else ""
+        lines.append(f"{row['name']:30s}{row['steps_per_second']:16,.0f}{ratio}")
     return "\n".join(lines)
+
+
+def _is_seen(name: str) -> bool:
+    return name.endswith("seen")
 
 
 def _ours(seen: str) -> tuple[Callable, Callable]:
@@ -72,19 +94,26 @@ def _ours(seen: str) -> tuple[Callable, Callable]:
 def _jumanji(seen: str) -> tuple[Callable, Callable]:
     from jumanji.environments.routing.maze.env import Maze
     from jumanji.environments.routing.maze.generator import RandomGenerator
-    from jumanji.wrappers import VmapAutoResetWrapper
+    from jumanji.wrappers import VmapAutoResetWrapper, VmapWrapper
 
-    env = VmapAutoResetWrapper(Maze(RandomGenerator(_SIZE, _SIZE)))  # begins anew one by one: its fastest wrapper
+    maze: Any = Maze(RandomGenerator(_SIZE, _SIZE))
+    env = VmapWrapper(maze) if "no resets" in seen else VmapAutoResetWrapper(maze)  # begins anew one by one: its fastest
 
     def begin(keys):
         return env.reset(keys)[0]
 
     def step(keys, states):
-        states, timestep = env.step(states, jax.random.randint(keys[0], (NUM_ENVS,), 0, 4))
-        observed = timestep.observation.walls.sum() + timestep.observation.agent_position.row.sum()
-        return states, timestep.reward.sum() + (observed if seen else 0.0)
+        states, timestep = env.step(states, _drawn(keys, 4))
+        observed = sum(jnp.sum(entry) for entry in jax.tree.leaves(timestep.observation))
+        return states, timestep.reward.sum() + (observed if _is_seen(seen) else 0.0)
 
     return begin, step
+
+
+def _drawn(keys, number: int):
+    """Returns an action for each key."""
+    bits = jax.vmap(lambda key: jax.random.bits(key, (), jnp.uint32))(keys)
+    return (bits % number).astype(jnp.int32)
 
 
 def _navix(seen: str) -> tuple[Callable, Callable]:
@@ -94,7 +123,7 @@ def _navix(seen: str) -> tuple[Callable, Callable]:
         return env.reset(key)
 
     def step(key, timestep):
-        timestep = env.step(timestep, jax.random.randint(key, (), 0, 7))
+        timestep = env.step(timestep, _drawn(key[None], 7)[0])
         return timestep, timestep.reward + (timestep.observation.sum() if seen else 0.0)
 
     return begin, step
@@ -107,21 +136,31 @@ def measured(name: str, steps: int) -> float:
     if who != "jumanji Maze":
         begin, step = jax.vmap(begin), jax.vmap(step)
 
+    mesh = jax.make_mesh((len(jax.devices()),), ("cores",), axis_types=(AxisType.Auto,))
+    number = NUM_ENVS // len(jax.devices())
+
     @jax.jit
-    def roll(key, states):
+    @functools.partial(
+        jax.shard_map, mesh=mesh, in_specs=PartitionSpec("cores"), out_specs=PartitionSpec("cores"), check_vma=False
+    )
+    def roll(keys, states):
         def body(carry, key):
             states, total = carry
-            states, reward = step(jax.random.split(key, NUM_ENVS), states)
+            states, reward = step(jax.random.split(key, number), states)
             return (states, total + reward.sum()), None
 
-        return jax.lax.scan(body, (states, jnp.float32(0)), jax.random.split(key, steps))[0]
+        states, total = jax.lax.scan(body, (states, jnp.float32(0)), jax.random.split(keys[0], steps))[0]
+        return states, total[None]
+
+    def keys(seed: int):
+        return jax.random.split(jax.random.key(seed), len(jax.devices()))
 
     states = jax.jit(begin)(jax.random.split(jax.random.key(0), NUM_ENVS))
-    jax.block_until_ready(roll(jax.random.key(1), states))
+    jax.block_until_ready(roll(keys(1), states))
     taken = []
     for seed in range(5):
         start = time.perf_counter()
-        jax.block_until_ready(roll(jax.random.key(seed), states))
+        jax.block_until_ready(roll(keys(seed), states))
         taken.append(time.perf_counter() - start)
     return steps * NUM_ENVS / min(taken)
 

@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.generate import _sizes
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.options import JsonOption, sides
 from srt_jax.console import counted
 from srt_jax.dataset import write_dataset
 
@@ -30,7 +29,7 @@ def dataset(
             out,
             kind=kind,
             count=count,
-            size=_sizes(size),
+            size=sides(size),
             seed=seed,
             shard_size=shard_size,
             format=format,

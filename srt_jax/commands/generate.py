@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.options import JsonOption, sides
 from srt_jax.console import waiting
 from srt_jax.formats.batch import write_batch
 from srt_jax.generate import generate as made
@@ -27,7 +27,7 @@ def generate(
     """Writes a batch of tasks; with the least removal known where there is a proof of it."""
     if out.suffix.lower() != ".npz":
         raise ValueError(f"--out {out}: a batch is an .npz file: end the name in .npz")
-    sizes = _sizes(size)
+    sizes = sides(size)
     with waiting("generating", quiet=as_json):
         names, tasks, optima = zip(*made(kind, count=count, size=sizes, seed=seed))
     write_batch(out, stack(tasks), names=names, optimum=np.array(optima, np.float32))
@@ -37,11 +37,3 @@ def generate(
     else:
         print(f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next: srt-jax solve {out}")
     return 0
-
-
-def _sizes(text: str) -> int | tuple[int, int]:
-    try:
-        low, _, high = text.partition("-")
-        return (int(low), int(high)) if high else int(low)
-    except ValueError:
-        raise ValueError(f"--size must be a number such as 64, or a range such as 64-500, got {text!r}") from None

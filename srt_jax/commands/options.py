@@ -89,3 +89,12 @@ def tell(path: str, notes: Notes) -> None:
     """Prints what was noted while a file was read, on standard error."""
     for note in notes:
         print(f"srt-jax: note: {pathlib.PurePath(path).name}: {note}", file=sys.stderr)
+
+
+def sides(text: str) -> int | tuple[int, int]:
+    """Returns the cells a side typed after --size: a number, or a range as (least, greatest)."""
+    try:
+        low, _, high = text.partition("-")
+        return (int(low), int(high)) if high else int(low)
+    except ValueError:
+        raise ValueError(f"--size must be a number such as 64, or a range such as 64-500, got {text!r}") from None
