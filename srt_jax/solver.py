@@ -49,8 +49,9 @@ def solve(
       max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
         of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
-      max_branches: mode "least" only: choices of obstacles looked into before the best answer so far is returned. One is enough
-        where every obstacle is connected by sides and no two overlap; else more close more gaps between cost and bound.
+      max_branches: mode "least" only: choices of obstacles looked into before the best answer so far is returned. Where every
+        obstacle is connected by sides and no two overlap, one more than must be destroyed is enough; else more close more gaps
+        between cost and bound.
 
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of range.
