@@ -31,7 +31,7 @@ def exact_removal(task: Task) -> float:
     gone: set[int] = set()
     while True:
         is_open = np.array([group <= gone for group in owners])[place]
-        regions = np.asarray(ndimage.label(is_open)[0])
+        regions = np.asarray(ndimage.label(is_open)[0])  # type: ignore[index]
         if regions[start] == regions[goal]:
             return float(costs[sorted(gone)].sum())
         flood = regions == regions[start]
@@ -42,7 +42,7 @@ def exact_removal(task: Task) -> float:
         cuts.append(np.isin(np.arange(len(objective)), num + border).astype(float))
         rows = [optimize.LinearConstraint(np.array(cuts), 1, np.inf)]
         rows += [optimize.LinearConstraint(needs, -np.inf, 0)] if links else []
-        found = optimize.milp(objective, constraints=rows, integrality=1, bounds=optimize.Bounds(0, most))
+        found = optimize.milp(objective, constraints=rows, integrality=1, bounds=optimize.Bounds(0, most))  # type: ignore[arg-type]
         if found.x is None:
             return float("inf")
         gone = set(np.flatnonzero(found.x[:num] > 0.5).tolist())

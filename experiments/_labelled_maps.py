@@ -1,5 +1,7 @@
 """Random labelled maps: obstacles that hang together, that overlap, or that lie in pieces. For tests and campaigns."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from srt_jax import Task, make_task
@@ -45,7 +47,7 @@ def walled(rng, height, width, num_obstacles, *, num_walls=6):
     labels = np.full((2, height, width), -1, np.int32)
     for row in np.sort(rng.choice(np.arange(1, height - 1, 2), min(num_walls, (height - 1) // 2), replace=False)):
         cuts = [0, *np.sort(rng.choice(np.arange(1, width), min(4, width - 1), replace=False)), width]
-        for first, last in zip(cuts, cuts[1:]):
+        for first, last in pairwise(cuts):
             labels[0, row, first:last] = rng.integers(num_obstacles)
             if rng.random() < 0.7:
                 labels[1, row, first:last] = rng.integers(num_obstacles)

@@ -34,7 +34,7 @@ def shortest(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) ->
     """Returns SciPy's length of a shortest path, inf where there is none."""
     if not (free[start] and free[goal]):
         return np.inf
-    regions = ndimage.label(free)[0]
+    regions = np.asarray(ndimage.label(free)[0])  # type: ignore[index]
     if regions[start] != regions[goal]:
         return np.inf
     height, width = free.shape
@@ -136,8 +136,8 @@ def main() -> int:
         middle = time.perf_counter()
         num_wrong += judge(instances, solutions, options.mode, rows)
         solving, judging = solving + middle - begin, judging + time.perf_counter() - middle
-        rest = max(0, options.alone - num_alone)
-        for (name, task, _), solution in list(zip(instances, solutions))[:: max(1, options.count // max(1, options.alone))][:rest]:
+        answered = list(zip(instances, solutions))[:: max(1, options.count // max(1, options.alone))]
+        for (name, task, _), solution in answered[: max(0, options.alone - num_alone)]:
             num_alone += 1
             if differs_alone(task, solution, options.mode):
                 num_different += 1

@@ -25,7 +25,7 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
     count = int(solution.num_destroyed)
     is_solved = Status(int(solution.status)).is_solved
     blocking, separating = np.asarray(solution.blocking), np.asarray(solution.separating)
-    steps = [[step.act.name.lower(), None if step.obstacle < 0 else step.obstacle, step.end] for step in planned_steps(solution)]
+    plan = ((step.act.name.lower(), step.obstacle, step.end) for step in planned_steps(solution))
     seed = np.asarray(solution.seed).tolist()
     return {
         "name": name,
@@ -39,7 +39,7 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
         "seed": seed if seed[0] >= 0 else None,
         "contour": np.argwhere(np.asarray(solution.contour)).tolist(),
         "blocking": blocking[blocking >= 0].tolist(),
-        "plan": steps,
+        "plan": [[act, obstacle if obstacle >= 0 else None, end] for act, obstacle, end in plan],
         "separating": separating[separating >= 0].tolist(),
         "explanation": explain(task, solution),
     }
