@@ -14,6 +14,8 @@ from jax import Array, lax
 
 BLOCKED = np.uint32(1 << 31)
 
+_STRIP = 16  # rows
+
 
 def unreached(diagonal: Array) -> Array:
     """Returns the cost of a free cell that nothing has reached: a move added to it does not set the bit of BLOCKED."""
@@ -44,29 +46,41 @@ def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
     for _ in range(2):
         for upwards in (False, True):
             field = _sweep(field, straight, diagonal, upwards=upwards)
-        field = field.T
+        field = transposed(field)
     return field
 
 
-def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
-    """Relaxes the rows inside the border, from the first to the last, or back if `upwards`.
+def transposed(field: Array) -> Array:
+    """Returns field.T, 16 rows at a time: their cells lie in the nearest cache while they are spread over the columns."""
+    rows, cols = field.shape
+    if rows < _STRIP:
+        return field.T
 
-    Rows are read from `field` and written to `out`: reading an array that the loop carries anywhere but in the slice then
-    overwritten would copy it at every step.
+    def move(strip: Array, out: Array) -> Array:
+        first = jnp.minimum(strip * _STRIP, rows - _STRIP)
+        return lax.dynamic_update_slice(out, lax.dynamic_slice(field, (first, 0), (_STRIP, cols)).T, (0, first))
+
+    return lax.fori_loop(0, -(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
+
+
+def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
+    """Relaxes the rows inside the border, from the first to the last, or back if `upwards`; in place.
+
+    Reading an array that the loop carries anywhere but in the slice then overwritten would copy it at every step.
     """
     rows, cols = field.shape
 
-    def row_of(y: Array) -> Array:
+    def row_of(field: Array, y: Array) -> Array:
         return lax.dynamic_slice(field, (y, 0), (1, cols))[0]
 
     def row_step(step: Array, carry: tuple) -> tuple:
-        line, bare, out = carry  # the row before, with its border and without: to cut it out again costs 50 %
+        line, bare, field = carry  # the row before, with its border and without: to cut it out again costs 50 %
         y = rows - 2 - step if upwards else 1 + step
-        new = _relaxed(line, bare, row_of(y), straight, diagonal)
-        line = jnp.pad(new, 1, constant_values=BLOCKED)
-        return line, new, lax.dynamic_update_slice(out, line[None], (y, 0))
+        new = _relaxed(line, bare, row_of(field, y), straight, diagonal)
+        line = lax.dynamic_update_slice(line, new, (1,))  # its ends, the border, stay: a pad is slower by 40 %
+        return line, new, lax.dynamic_update_slice(field, line[None], (y, 0))
 
-    line = row_of(jnp.int32(rows - 1 if upwards else 0))
+    line = row_of(field, jnp.int32(rows - 1 if upwards else 0))
     return lax.fori_loop(0, rows - 2, row_step, (line, line[1:-1], field))[2]
 
 

@@ -1,13 +1,16 @@
 """The contour of the obstacle that stops the search, seen from the seed (PY16 §3.2)."""
 
+import functools
+from collections.abc import Callable
+
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, lax
 
 from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel
-from srt_jax.reach import flood_words, reach_words
+from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.reach import cells_in_group, flood_group
 
 
 def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Array:
@@ -33,26 +36,61 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
     seed, goal = shapes.as_cells("seed", seed), shapes.as_cells("goal", goal)
     batch = shapes.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
     size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))  # padding is no obstacle
-    return bucketed.call(_contour_maps, batch, free, seed, goal, size)
+    return bucketed.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)
 
 
 @batch_kernel
 def _contour_maps(free: Array, seed: Array, goal: Array, size: Array) -> Array:
-    _, height, width = free.shape
-    free_words = packing.pack(free)
-    blocked = packing.words_inside(size, height, width) & ~free_words
-    ahead = packing.words_of_cell(obstacle_ahead(free, seed, goal, size=size), height, width)
-    near = around(flood_words(blocked, ahead, through_corners=True))
-    return packing.unpack(near & reach_words(free_words, seed, width=width), width)
+    batch, height, width = free.shape
+    group = packing.group_size(batch, height, width)
+    cells = [obstacle_ahead(free, seed, goal, size=size), seed, size]
+    cells = [jnp.pad(cell, ((0, -batch % group), (0, 0)), constant_values=-1) for cell in cells]
+    lanes = _contour_lanes(packing.to_lanes(packing.pack(free), group), *cells, group=group)
+    return packing.unpack(packing.from_lanes(lanes, group, batch), width)
 
 
-def around(words: Array) -> Array:
-    """The cells of each mask, uint32 [B, H, words], and all that touch them by side or corner."""
+def _contour_quads(free: Array, seed: Array, goal: Array, size: Array) -> Array:
+    """`contour` of masks as quads (`packing`); B a power of two."""
+    batch, height, count = free.shape
+    group = packing.group_size(batch, height, 4 * count)
+
+    def value(row: Array, col: Array) -> Array:
+        quad = free[jnp.arange(batch), row, col // 4]
+        return ((quad >> (8 * (col % 4)).astype(jnp.uint32)) & jnp.uint32(1)).astype(jnp.int32)
+
+    ahead = _ahead(value, (height, 4 * count), seed, goal, size)
+    lanes = _contour_lanes(packing.quads_to_lanes(free, group), ahead, seed, size, group=group)
+    return packing.unpack(packing.from_lanes(lanes, group, batch), 4 * count)
+
+
+def _contour_lanes(free: Array, ahead: Array, seed: Array, size: Array, *, group: int) -> Array:
+    """The contours of masks in lanes, in lanes; the cells and sizes int32 [B, 2]."""
+    cells = [cell.reshape(-1, group, 2) for cell in (ahead, seed, size)]
+    return compiled_whole(functools.partial(each, _contour_group))(free, *cells)
+
+
+def _contour_group(free: Array, ahead: Array, seed: Array, size: Array) -> Array:
+    """The contours of one group in lanes, uint32 [H, lanes]; the cells and sizes int32 [group, 2]."""
+    height, lanes = free.shape
+    group = size.shape[0]
+    columns = packing.bits_inside(size[:, 1], lanes // group).T.reshape(1, -1)
+    tall = jnp.tile(size[:, 0], lanes // group)[None]
+    rows = jnp.arange(height, dtype=jnp.int32)[:, None]
+    blocked = jnp.where(rows < tall, columns, jnp.uint32(0)) & ~free
+    obstacle = flood_group(blocked, cells_in_group(blocked, ahead), group=group, through_corners=True)
+    side = flood_group(free, cells_in_group(free, seed), group=group, through_corners=False)
+    return _widened(obstacle, group) & side
+
+
+def _widened(obstacle: Array, group: int) -> Array:
+    """The cells of the masks of a group, uint32 [H, lanes], and all that touch them by side or corner."""
+    height, lanes = obstacle.shape
     one, top = jnp.uint32(1), jnp.uint32(31)
-    guarded = jnp.pad(words, ((0, 0), (0, 0), (1, 1)))
-    wide = words | (words << one) | (words >> one) | (guarded[:, :, :-2] >> top) | (guarded[:, :, 2:] << top)
-    wide = jnp.pad(wide, ((0, 0), (1, 1), (0, 0)))
-    return wide[:, :-2] | wide[:, 1:-1] | wide[:, 2:]
+    padded = jnp.zeros((height + 2, lanes + 2 * group), jnp.uint32)
+    padded = lax.dynamic_update_slice(padded, obstacle, (1, group))
+    tall = padded[:-2] | padded[1:-1] | padded[2:]
+    here, before, behind = tall[:, group:-group], tall[:, : -2 * group], tall[:, 2 * group :]
+    return here | (here << one) | (here >> one) | (before >> top) | (behind << top)
 
 
 def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None = None) -> Array:
@@ -69,19 +107,24 @@ def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None 
     Returns:
       int32 [B, 2]; (-1, -1) also where `seed` is no free cell of the map.
     """
+    batch, height, width = free.shape
     if size is None:
-        size = jnp.broadcast_to(jnp.array(free.shape[1:], jnp.int32)[None], seed.shape)
+        size = jnp.broadcast_to(jnp.array((height, width), jnp.int32)[None], seed.shape)
+    return _ahead(lambda row, col: free[jnp.arange(batch), row, col].astype(jnp.int32), (height, width), seed, goal, size)
+
+
+def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, size: Array) -> Array:
+    """`obstacle_ahead`, with value(row, col) -> int32 [B], 1 where that cell of each map is free, else 0."""
+
+    def state(cell: Array) -> Array:
+        """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
+        inside = jnp.all((cell >= 0) & (cell < size), axis=1)
+        row, col = (jnp.clip(cell[:, axis], 0, sides[axis] - 1) for axis in (0, 1))
+        return jnp.where(inside, value(row, col), -1)
+
     towards = jnp.sign(goal - seed)
     beside = [jnp.stack([seed[:, 0] + towards[:, 0], seed[:, 1]], 1), jnp.stack([seed[:, 0], seed[:, 1] + towards[:, 1]], 1)]
     answer = jnp.full_like(seed, -1)
     for cell in (beside[1], beside[0], seed + towards):  # the first choice is written last
-        answer = jnp.where((_value(free, cell, size) == 0)[:, None], cell, answer)
-    return jnp.where((_value(free, seed, size) == 1)[:, None], answer, -1)
-
-
-def _value(free: Array, cell: Array, size: Array) -> Array:
-    """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
-    batch, height, width = free.shape
-    inside = jnp.all((cell >= 0) & (cell < size), axis=1)
-    value = free[jnp.arange(batch), jnp.clip(cell[:, 0], 0, height - 1), jnp.clip(cell[:, 1], 0, width - 1)]
-    return jnp.where(inside, value.astype(jnp.int32), -1)
+        answer = jnp.where((state(cell) == 0)[:, None], cell, answer)
+    return jnp.where((state(seed) == 1)[:, None], answer, -1)

@@ -12,9 +12,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, cones, fixed_point, frontier, shapes, wavefront
+from srt_jax import bucketed, cones, fixed_point, frontier, gradient, shapes, wavefront
 from srt_jax import types as records
 from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
 from srt_jax.target import Target, target_of
@@ -36,25 +37,52 @@ class Field(NamedTuple):
     scale: Array
 
 
-def cost_to_come(free: records.Array, start: records.Array) -> Array:
+def cost_to_come(free: records.Array, start: records.Array, traversal_cost: records.Array | None = None) -> Array:
     """Returns the length of a shortest path from `start` to each cell; inf where none leads (everywhere if `start` is blocked).
 
     Octile: 1 a straight move, sqrt 2 a diagonal one, which needs both cells beside it free (PY16 §3.2). Exact up to the
     rounding to float32 and the fixed point's 8e-9 (maps up to 700x700; 3e-7 at most up to 2048x2048).
 
+    With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`traversal`), and the result is
+    differentiable with respect to the costs, forwards and backwards (`gradient`): blocked and unreached cells have gradient 0.
+
     Args:
       free: bool [..., H, W], True where the agent fits.
       start: int32 [..., 2], (row, col); may lie outside the map.
+      traversal_cost: float32 [..., H, W], positive on free cells, 1 where a move costs its length; inf blocks the cell. Where
+        all free cells of a map cost the same, the lengths are computed and multiplied.
 
     Returns:
-      float32 [..., H, W], in cell sides.
+      float32 [..., H, W], in cell sides (times the cost).
 
     Raises:
-      TypeError, ValueError: for a dtype or a shape that does not fit.
+      TypeError, ValueError: for a dtype or a shape that does not fit; outside jit, for a cost that is not positive.
     """
     free, start = shapes.as_mask("free", free), shapes.as_cells("start", start)
+    if traversal_cost is not None:
+        return gradient.least_costs(free, start, shapes.as_floats("traversal_cost", traversal_cost), _length_map)
     batch = shapes.common_batch(free=(free, 2), start=(start, 1))
     return bucketed.call(_length_maps, batch, free, start)
+
+
+def path_cost(
+    free: records.Array, start: records.Array, goal: records.Array, traversal_cost: records.Array | None = None
+) -> Array:
+    """Returns `cost_to_come` at `goal` alone; inf where no path leads there or it lies outside the map.
+
+    Its derivative with respect to `traversal_cost` is that of the path to `goal`: cheaper than the one of the whole field, and
+    the path itself, each cell with the length it answers for.
+
+    Args:
+      goal: int32 [..., 2], (row, col). The others as in `cost_to_come`.
+
+    Returns:
+      float32 [...].
+    """
+    free, start, goal = shapes.as_mask("free", free), shapes.as_cells("start", start), shapes.as_cells("goal", goal)
+    if traversal_cost is None:
+        traversal_cost = np.ones(free.shape, np.float32)
+    return gradient.least_cost(free, start, goal, shapes.as_floats("traversal_cost", traversal_cost), _length_map)
 
 
 def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:
@@ -77,10 +105,11 @@ def _lengths(cost: Array, scale: Array | int) -> Array:
 
 @batch_kernel
 def _length_maps(free: Array, start: Array) -> Array:
-    def one_map(free: Array, start: Array) -> Array:
-        return _lengths(solve_map(free, start)[0], fixed_point.finest_scale(free))
+    return compiled_whole(functools.partial(each, _length_map))(free, start)
 
-    return compiled_whole(functools.partial(each, one_map))(free, start)
+
+def _length_map(free: Array, start: Array) -> Array:
+    return _lengths(solve_map(free, start)[0], fixed_point.finest_scale(free))
 
 
 @batch_kernel

@@ -6,7 +6,6 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import packing
-from srt_jax.cones import BLOCKED
 from srt_jax.kernel import apart, read, read_apart, write
 from srt_jax.target import Target
 
@@ -41,19 +40,20 @@ def frontier(field: Array, straight: Array, diagonal: Array, towards: Target | N
 
 
 def _can_improve(above: Array, here: Array, below: Array, straight: Array, diagonal: Array) -> Array:
-    """Which cells of a row can lower a neighbour, bool [W]; from three rows with their border."""
+    """Which cells of a row can lower a neighbour, bool [W]; from three rows with their border.
 
-    def least_if_free(cost: Array, *others: Array) -> Array:  # 0, which nothing improves, where any of the cells is blocked
-        blocked = functools.reduce(jnp.bitwise_or, others, cost) & BLOCKED
-        return jnp.where(blocked != 0, jnp.uint32(0), cost)
-
+    As signed numbers blocked cells are negative, and cost more than nothing can: they drop out of a maximum by themselves.
+    """
+    above, here, below = (lax.bitcast_convert_type(row, jnp.int32) for row in (above, here, below))
+    straight, diagonal = straight.astype(jnp.int32), diagonal.astype(jnp.int32)
+    sign = jnp.int32(-(2**31))
     middle, left, right = slice(1, -1), slice(None, -2), slice(2, None)
-    straights = [least_if_free(cost) for cost in (above[middle], below[middle], here[left], here[right])]
-    diagonals = [least_if_free(row[side], row[middle], here[side]) for row in (above, below) for side in (left, right)]
+    straights = [above[middle], below[middle], here[left], here[right]]
+    diagonals = [row[side] | (row[middle] & sign) | (here[side] & sign) for row in (above, below) for side in (left, right)]
     cost = here[middle]
     can_improve = functools.reduce(jnp.maximum, straights) > cost + straight
     can_improve |= functools.reduce(jnp.maximum, diagonals) > cost + diagonal
-    return can_improve & (cost < BLOCKED)
+    return can_improve & (cost >= 0)
 
 
 def listed(words: Array, stride: int, room: int) -> tuple[Array, Array]:

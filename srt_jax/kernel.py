@@ -16,12 +16,15 @@ Loops over single cells (queues) can be nearly as fast as native code, on two co
 import contextlib
 import contextvars
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jax import Array, lax
+
+from srt_jax.devices import device_by_device, may_be_split
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
@@ -34,11 +37,47 @@ _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused a
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
+_without_marks = contextvars.ContextVar("without_marks", default=False)
+_refused: list[str] = []  # what the compiler said when it refused a marked call; from then on none is marked
 
 
 def is_marking() -> bool:
     """Returns whether kernels carry the marks; SRT_JAX_PLAIN=1 in the environment leaves them out, to compare."""
-    return set_xla_metadata is not None and os.environ.get("SRT_JAX_PLAIN") != "1"
+    is_possible = set_xla_metadata is not None and not _refused and not _without_marks.get()
+    return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
+
+
+def jitted(fun: Callable) -> Callable:
+    """Returns jax.jit(fun), which is compiled without the marks, with a warning, where the compiler refuses them.
+
+    The marks are undocumented, and another jaxlib, or one with more threads, may not take them everywhere. That is noticed when
+    a call fails that succeeds without them; afterwards nothing is marked any more. A user's own jit is not caught so: there
+    SRT_JAX_PLAIN=1 helps.
+    """
+    form = {True: jax.jit(lambda *args: fun(*args)), False: jax.jit(lambda *args: fun(*args))}  # each traced on its own
+
+    def run(*args: Any) -> Any:
+        is_marked = is_marking()
+        try:
+            return form[is_marked](*args)
+        except jax.errors.JaxRuntimeError as error:
+            if not is_marked:
+                raise
+            out = _unmarked(form[False], *args)
+            _refused.append(str(error))
+            warnings.warn(f"this jaxlib refuses the fast form of the kernels, they run slower: {error}", stacklevel=2)
+            return out
+
+    run.forms = tuple(form.values())  # pyright: ignore[reportFunctionMemberAccess]
+    return run
+
+
+def _unmarked(run: Callable, *args: Any) -> Any:
+    token = _without_marks.set(True)
+    try:
+        return run(*args)
+    finally:
+        _without_marks.reset(token)
 
 
 def compiled_whole(fun: Callable) -> Callable:
@@ -55,10 +94,12 @@ def compiled_whole(fun: Callable) -> Callable:
 
     def marked(*args: Any) -> Any:
         assert set_xla_metadata is not None
+        args = lax.optimization_barrier(args)  # a constant among the operands of a marked call would crash the compiler
         return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
-        return lax.platform_dependent(*args, cpu=marked, default=plain) if is_marking() else plain(*args)
+        may_mark = is_marking() and not may_be_split()
+        return lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
 
     return run
 
@@ -130,10 +171,11 @@ def write(array: Array, value: Array, index: Array) -> Array:
 def batch_kernel(fun: Callable) -> Callable:
     """Returns `fun` such that vmap, along any axis and nested, arrives as a larger leading batch axis.
 
-    Every argument and result of `fun` has a leading axis whose entries are independent. vmapped as it stands, each while loop
-    would wait for its slowest lane, and each dynamic_update_slice would become a scatter, which a marked call cannot hold.
+    Every argument and result of `fun` has a leading axis whose entries are independent, on one device or several (`devices`).
+    vmapped as it stands, each while loop would wait for its slowest lane, and each dynamic_update_slice would become a scatter,
+    which a marked call cannot hold.
     """
-    run = jax.custom_batching.custom_vmap(fun)
+    run = jax.custom_batching.custom_vmap(device_by_device(fun))
 
     @run.def_vmap
     def fold(axis_size: int, is_batched: list, *args: Any) -> tuple[Any, Any]:

@@ -1,7 +1,7 @@
 """One map of a batch in machine words: which cells are open once obstacles are gone, which obstacles border a region.
 
 For use inside a marked call (`kernel`), map by map: rows of labels are read from the whole batch, since a map cut out of it
-would be a copy. A mask is uint32 [H, words + 2], packed as in `packing` with a guard column on each side.
+would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
@@ -46,7 +46,7 @@ def open_cells(labels: Labels, gone: Array) -> Array:
 
     def row_words(row: Array) -> Array:
         is_open = functools.reduce(jnp.logical_and, (_is_open(labels.row(i, row), words) for i in range(num_layers)))
-        return jnp.pad(packing.pack(is_open[None, None])[0, 0], (1, 1))
+        return packing.pack(is_open[None, None])[0, 0]
 
     return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
 
@@ -62,20 +62,20 @@ def _is_open(ids: Array, gone: Array) -> Array:
 
 
 def all_open_cells(labels: Array, gone: Array) -> Array:
-    """Returns `open_cells` of a batch, without guards: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
+    """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
 
     def all_maps(labels: Array, gone: Array) -> Array:
         return each(lambda which, gone: open_cells(Labels(labels, which), gone), _numbers(labels), gone)
 
-    return compiled_whole(all_maps)(labels, gone)[:, :, 1:-1]
+    return compiled_whole(all_maps)(labels, gone)
 
 
 def all_met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
-    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words], without guards -> bool [B, M]."""
+    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool [B, M]."""
 
     def all_maps(labels: Array, cells: Array) -> Array:
         def one_map(which: Array, cells: Array) -> Array:
-            return met_by(Labels(labels, which), jnp.pad(cells, ((0, 0), (1, 1))), num_obstacles)
+            return met_by(Labels(labels, which), cells, num_obstacles)
 
         return each(one_map, _numbers(labels), cells)
 
@@ -89,9 +89,9 @@ def _numbers(labels: Array) -> Array:
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if runs_in_place():
-        return _met_cell_by_cell(labels, cells[:, 1:-1], num_obstacles)
+        return _met_cell_by_cell(labels, cells, num_obstacles)
     width = labels.all.shape[3]
-    asked = packing.unpack(cells[None, :, 1:-1], width)[0]
+    asked = packing.unpack(cells[None], width)[0]
     own = labels.all[labels.which]
     ids = jnp.where(asked[None] & (own >= 0), own, num_obstacles)
     return jnp.zeros(num_obstacles, bool).at[ids.reshape(-1)].set(True, mode="drop")
@@ -131,20 +131,30 @@ def owners_of(labels: Labels, cell: Array, num_obstacles: int) -> Array:
 
 def only(cell: Array, height: int, num_words: int) -> Array:
     """Returns the mask of one cell, int32 [2] inside the map."""
-    mask = jnp.zeros((height, num_words + 2), jnp.uint32)
+    mask = jnp.zeros((height, num_words), jnp.uint32)
     bit = jnp.uint32(1) << (cell[1] & 31).astype(jnp.uint32)
-    return lax.dynamic_update_slice(mask, bit[None, None], (cell[0], (cell[1] >> 5) + 1))
+    return lax.dynamic_update_slice(mask, bit[None, None], (cell[0], cell[1] >> 5))
 
 
 def holds(mask: Array, cell: Array) -> Array:
     """Returns whether `cell`, int32 [2] inside the map, is in the mask: bool []."""
-    word = lax.dynamic_slice(mask, (cell[0], (cell[1] >> 5) + 1), (1, 1))[0, 0]
+    word = lax.dynamic_slice(mask, (cell[0], cell[1] >> 5), (1, 1))[0, 0]
     return word >> (cell[1] & 31).astype(jnp.uint32) & jnp.uint32(1) != 0
 
 
 def beside(mask: Array) -> Array:
-    """Returns the cells that share a side with one of the mask's, those inside it too; guard columns take what they get."""
+    """Returns the cells that share a side with one of the mask's, those inside it too; past the map's last column perhaps."""
     one, top = jnp.uint32(1), jnp.uint32(31)
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))
     along = (mask << one) | (mask >> one) | (wide[:, :-2] >> top) | (wide[:, 2:] << top)
     return along | tall[:-2] | tall[2:]
+
+
+def around(masks: Array) -> Array:
+    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or corner."""
+    one, top = jnp.uint32(1), jnp.uint32(31)
+    sides = [(0, 0)] * (masks.ndim - 2)
+    guarded = jnp.pad(masks, (*sides, (0, 0), (1, 1)))
+    wide = masks | (masks << one) | (masks >> one) | (guarded[..., :-2] >> top) | (guarded[..., 2:] << top)
+    wide = jnp.pad(wide, (*sides, (1, 1), (0, 0)))
+    return wide[..., :-2, :] | wide[..., 1:-1, :] | wide[..., 2:, :]

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from srt_jax import openings, packing
-from srt_jax.contour import around, obstacle_ahead
+from srt_jax.contour import obstacle_ahead
+from srt_jax.openings import around
 from srt_jax.reach import flood_words
 from srt_jax.seed import seed_cells
 from srt_jax.types import Array

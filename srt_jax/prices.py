@@ -20,7 +20,8 @@ from jax import Array, lax
 from srt_jax import openings
 from srt_jax.kernel import compiled_whole, each
 from srt_jax.openings import Labels
-from srt_jax.reach import flood_one
+from srt_jax.packing import num_words
+from srt_jax.reach import flood_group
 from srt_jax.types import Task
 
 _SLACK = 1e-5
@@ -62,7 +63,7 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         never, nothing = jnp.full(cost.shape, jnp.inf, jnp.float32), jnp.zeros(cost.shape, bool)
         most = jnp.where(is_asked, jnp.float32(jnp.inf), jnp.float32(0))
         reached, _, price = _levels(labels, start, goal, nothing, cost, never, most)
-        return jnp.where(is_asked, reached[:, 1:-1], jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
+        return jnp.where(is_asked, reached, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
     def all_maps(labels: Array, *rest: Array) -> tuple[Array, Array]:
         return each(lambda which, *rest: one_map(Labels(labels, which), *rest), jnp.arange(len(labels), dtype=jnp.int32), *rest)
@@ -78,7 +79,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
     """
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
-    nothing = jnp.zeros((height, -(-width // 32) + 2), jnp.uint32)
+    nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
     cost = jnp.where(gone, jnp.inf, terms.cost)
     in_goal = openings.owners_of(labels, terms.goal, num_obstacles)
     never = jnp.full(num_obstacles, jnp.inf, jnp.float32)
@@ -122,12 +123,12 @@ def _levels(
     """
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
-    at_source = openings.only(source, height, -(-width // 32))
+    at_source = openings.only(source, height, num_words(width))
 
     def level(state: tuple) -> tuple:
         price, met, first, reached, _, _ = state
         passable = openings.open_cells(labels, gone | (met + cost <= price))
-        reached = flood_one(passable, reached | at_source)
+        reached = flood_group(passable, (reached | at_source) & passable, group=1, through_corners=False)
         is_there = openings.holds(reached, target)
 
         def noted(met: Array) -> Array:

@@ -35,7 +35,7 @@ def reach(free: records.Array, start: records.Array) -> Array:
     """
     free, start = shapes.as_mask("free", free), shapes.as_cells("start", start)
     batch = shapes.common_batch(free=(free, 2), start=(start, 1))
-    return bucketed.call(reach_maps, batch, free, start)
+    return bucketed.call(reach_maps, batch, free, start, on_quads=_reach_quads)
 
 
 @batch_kernel
@@ -48,9 +48,25 @@ def reach_words(free: Array, start: Array, *, width: int) -> Array:
     """Returns `reach` of packed masks, packed: free uint32 [B, H, words], `width` the W that was packed."""
     batch, height, _ = free.shape
     group = packing.group_size(batch, height, width)
-    source = packing.cells_in_lanes(start, height, width, group)
-    lanes = flood_lanes(packing.to_lanes(free, group), source, group=group, through_corners=False)
-    return packing.from_lanes(lanes, group, batch)
+    start = jnp.pad(start, ((0, -batch % group), (0, 0)), constant_values=-1)
+    return packing.from_lanes(_reach_lanes(packing.to_lanes(free, group), start, group=group), group, batch)
+
+
+def _reach_quads(free: Array, start: Array) -> Array:
+    """`reach` of masks as quads (`packing`); B a power of two."""
+    batch, height, count = free.shape
+    group = packing.group_size(batch, height, 4 * count)
+    lanes = _reach_lanes(packing.quads_to_lanes(free, group), start, group=group)
+    return packing.unpack(packing.from_lanes(lanes, group, batch), 4 * count)
+
+
+def _reach_lanes(free: Array, start: Array, *, group: int) -> Array:
+    """Groups run one after the other, and each stops when it is done."""
+
+    def one_group(free: Array, start: Array) -> Array:
+        return flood_group(free, cells_in_group(free, start), group=group, through_corners=False)
+
+    return compiled_whole(functools.partial(each, one_group))(free, start.reshape(-1, group, 2))
 
 
 def flood(passable: Array, sources: Array, *, through_corners: bool) -> Array:
@@ -81,23 +97,41 @@ def flood_words(passable: Array, sources: Array, *, through_corners: bool) -> Ar
 
 
 def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: bool) -> Array:
-    """Returns `flood` of masks in lanes, in lanes. Groups run one after the other, and each stops when it is done."""
-
-    one_group = functools.partial(_flood_group, group=group, through_corners=through_corners)
+    """Returns `flood` of masks in lanes, in lanes."""
+    one_group = functools.partial(flood_group, group=group, through_corners=through_corners)
     return compiled_whole(functools.partial(each, one_group))(free, sources & free)
 
 
-def flood_one(free: Array, sources: Array) -> Array:
-    """Returns the cells of one map reached from `sources` through sides; for use inside a marked call.
+def cells_in_group(free: Array, cell: Array) -> Array:
+    """Returns one cell of each map of a group, none where it is not free or lies outside.
 
     Args:
-      free, sources: uint32 [H, words + 2], packed, with a guard column on each side.
+      free: uint32 [H, lanes], one group in lanes.
+      cell: int32 [group, 2], (row, col).
     """
-    return _flood_group(free, sources & free, group=1, through_corners=False)
+    height, lanes = free.shape
+    group = cell.shape[0]
+
+    def mark(which: Array, marks: Array) -> Array:
+        row, col = lax.dynamic_index_in_dim(cell, which, keepdims=False)
+        word = col // packing.WORD
+        inside = (row >= 0) & (row < height) & (col >= 0) & (word < lanes // group)
+        at = (jnp.where(inside, row, 0), jnp.where(inside, word, 0) * group + which)
+        bit = jnp.where(inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0))
+        return lax.dynamic_update_slice(marks, bit & lax.dynamic_slice(free, at, (1, 1)), at)
+
+    return lax.fori_loop(0, group, mark, jnp.zeros_like(free))
 
 
-def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
-    """Sweeps one group down and up while that changes anything, some rounds at most; a queue of words does the rest."""
+def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
+    """Returns the flood of one group in lanes, uint32 [H, lanes], from `reached`, part of `free`.
+
+    Sweeps down and up while that changes anything, some rounds at most; a queue of words does the rest. Inside, the lanes lie
+    between two groups of empty ones, which spares the neighbouring words any edge case.
+    """
+    height, lanes = free.shape
+    guarded = jnp.zeros((height, lanes + 2 * group), jnp.uint32)
+    free, reached = (lax.dynamic_update_slice(guarded, words, (0, group)) for words in (free, reached))
 
     def one_round(state: tuple) -> tuple:
         reached, _, num_rounds = state
@@ -110,9 +144,11 @@ def _flood_group(free: Array, reached: Array, *, group: int, through_corners: bo
 
     state = (reached, jnp.bool_(True), jnp.int32(0))
     if not runs_in_place():
-        return lax.while_loop(lambda state: state[1], one_round, state)[0]
-    reached, is_changing, _ = lax.while_loop(lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state)
-    return lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
+        reached = lax.while_loop(lambda state: state[1], one_round, state)[0]
+    else:
+        reached, is_changing, _ = lax.while_loop(lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state)
+        reached = lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
+    return reached[:, group:-group]
 
 
 def _sweep(free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool) -> tuple[Array, Array]:

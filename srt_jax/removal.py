@@ -63,7 +63,7 @@ def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_n
 
     cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
     reached, bound, route, needed = compiled_whole(all_maps)(task.labels, cost, task.start, task.goal, room, among)
-    return Removal(reached[:, :, 1:-1], bound, route, needed)
+    return Removal(reached, bound, route, needed)
 
 
 class _Best(NamedTuple):
@@ -139,7 +139,7 @@ def _search(
     bounds = jnp.full(size, jnp.inf, jnp.float32)
     nodes = _Nodes(sets, sets, _put(bounds, jnp.where(is_asked, jnp.float32(0), jnp.inf), jnp.int32(0)))
     best = _Best(jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
-    reached = jnp.zeros((height, packing.num_words(width) + 2), jnp.uint32)
+    reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
 
     def goes_on(state: tuple) -> Array:
         num, nodes, best, _, is_too_long = state

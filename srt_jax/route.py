@@ -41,7 +41,7 @@ def route_through(
       NEVER where it is not in the way. A route that does not fit meets none.
     """
     width = labels.all.shape[3]
-    cost, scale = solve_map(packing.unpack(free[None, :, 1:-1], width)[0], start, goal)
+    cost, scale = solve_map(packing.unpack(free[None], width)[0], start, goal)
     route = Route(*trace_map(cost, scale, goal, capacity))
     num = jnp.where(route.num_cells <= capacity, route.num_cells, 0)
     return route, _first_needed(labels, route.cells, num, num_obstacles)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import jax
 import numpy as np
-from jax import core
+from jax import core, lax
 
 from srt_jax.types import Array
 
@@ -51,12 +51,12 @@ def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
 
 def fold(array: Array, core_rank: int) -> Array:
     """Returns `array` with its batch dimensions folded into one: [..., *core] -> [B, *core]; B is 1 where there is none."""
-    return array.reshape(-1, *array.shape[array.ndim - core_rank :])
+    return array if array.ndim == core_rank + 1 else array.reshape(-1, *array.shape[array.ndim - core_rank :])
 
 
 def unfold(array: Array, batch: tuple[int, ...]) -> Array:
     """Returns the inverse of `fold`: [B, *core] -> [*batch, *core]."""
-    return array.reshape(*batch, *array.shape[1:])
+    return array if len(batch) == 1 else array.reshape(*batch, *array.shape[1:])
 
 
 def size_bucket(length: int) -> int:
@@ -79,8 +79,12 @@ def batch_bucket(count: int) -> int:
 
 
 def is_traced(*trees: object) -> bool:
-    """Returns whether any leaf is a tracer, hence whether the caller is inside jit, vmap, scan or grad."""
-    return any(isinstance(leaf, core.Tracer) for leaf in jax.tree.leaves(trees))
+    """Returns whether the caller is inside jit or scan, or any leaf is a tracer, as in vmap and grad.
+
+    Inside jit even what is made of constants is a tracer, which the host cannot read.
+    """
+    leaves = jax.tree.leaves(trees)
+    return any(isinstance(leaf, core.Tracer) for leaf in (*leaves, lax.full((), 0, np.int32)))
 
 
 def _as_array(value: object) -> Array:

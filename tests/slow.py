@@ -121,3 +121,23 @@ def contour_by_label(free: np.ndarray, seed: tuple[int, int], goal: tuple[int, i
     labels, _ = ndimage.label(~free, np.ones((3, 3)))
     round_it = ndimage.binary_dilation(labels == labels[blocked[0]], np.ones((3, 3)))
     return round_it & reach_by_label(free, seed)
+
+
+def weighted_costs_by_scipy(free: np.ndarray, start: tuple[int, int], costs: np.ndarray) -> np.ndarray:
+    """Least costs in float64, a move costing its length times the mean of its two cells; inf where not reached."""
+    inside = 0 <= start[0] < free.shape[0] and 0 <= start[1] < free.shape[1]
+    if not (inside and free[tuple(start)]):
+        return np.full(free.shape, np.inf)
+    cell, costs = np.arange(free.size).reshape(free.shape), np.asarray(costs, np.float64)
+    up, down, left, right = slice(-1), slice(1, None), (slice(None), slice(-1)), (slice(None), slice(1, None))
+    square = free[up, up] & free[up, down] & free[down, up] & free[down, down]
+    pairs = [
+        (left, right, free[left] & free[right], 1.0),
+        (up, down, free[up] & free[down], 1.0),
+        ((up, up), (down, down), square, math.sqrt(2)),
+        ((up, down), (down, up), square, math.sqrt(2)),
+    ]
+    tail, head = (np.concatenate([cell[pair[side]][pair[2]] for pair in pairs]) for side in (0, 1))
+    cost = np.concatenate([(costs[a] + costs[b])[ok] / 2 * length for a, b, ok, length in pairs])
+    graph = sparse.coo_matrix((cost, (tail, head)), (free.size, free.size)).tocsr()
+    return csgraph.dijkstra(graph, directed=False, indices=cell[tuple(start)]).reshape(free.shape)

@@ -66,3 +66,30 @@ def test_nothing_global_is_changed_by_importing_the_package():
         "assert dict(os.environ) == before and dict(jax.config.values) == values"
     )
     subprocess.run([sys.executable, "-c", script], check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+
+
+def _refused_where_marked(x):
+    """A scatter, which the compiler refuses in a marked call."""
+    return kernel.compiled_whole(lambda x: x.at[x].add(1))(x)
+
+
+def test_where_the_compiler_refuses_the_marks_the_call_succeeds_without_them(monkeypatch):
+    monkeypatch.setattr(kernel, "_refused", [])
+    run = kernel.jitted(_refused_where_marked)
+    x = jnp.array([0, 2, 2], jnp.int32)
+    assert kernel.is_marking()
+    with pytest.warns(UserWarning, match="refuses the fast form"):
+        out = run(x)
+    assert out.tolist() == [1, 2, 4] and not kernel.is_marking()
+    assert run(x).tolist() == [1, 2, 4]
+
+
+def test_what_fails_in_either_form_leaves_the_marks_on(monkeypatch):
+    monkeypatch.setattr(kernel, "_refused", [])
+
+    def fails(x):
+        return jax.pure_callback(lambda x: 1 / 0, x, x)
+
+    with pytest.raises(jax.errors.JaxRuntimeError):
+        jax.block_until_ready(kernel.jitted(fails)(jnp.zeros(3)))
+    assert kernel.is_marking()

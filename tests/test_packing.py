@@ -15,19 +15,18 @@ def test_words_hold_the_columns_as_numpy_packs_bits(width):
 
 
 @pytest.mark.parametrize("batch, group", [(1, 1), (5, 4), (8, 8), (3, 8)])
-def test_lanes_have_guards_of_zeros_and_turn_back_into_words(batch, group):
+def test_lanes_hold_the_maps_of_a_group_side_by_side_and_turn_back_into_words(batch, group):
     words = np.random.default_rng(0).integers(0, 2**32, (batch, 6, 3), dtype=np.uint32)
     lanes = packing.to_lanes(jnp.asarray(words), group)
-    assert lanes.shape == (-(-batch // group), 6, 5 * group)
-    assert not lanes[:, :, :group].any() and not lanes[:, :, -group:].any()
+    assert lanes.shape == (-(-batch // group), 6, 3 * group)
+    assert np.array_equal(lanes[0, :, group::group], words[0, :, 1:])
     assert np.array_equal(packing.from_lanes(lanes, group, batch), words)
 
 
-def test_a_cell_sets_one_bit_and_none_outside_the_map():
-    cells = jnp.array([[2, 33], [0, 0], [-1, 5], [3, 40], [3, 39]])
-    lanes = packing.cells_in_lanes(cells, 4, 40, 2)
-    mask = np.asarray(packing.unpack(packing.from_lanes(lanes, 2, 5), 40))
-    assert [np.argwhere(one).tolist() for one in mask] == [[[2, 33]], [[0, 0]], [], [], [[3, 39]]]
+def test_the_bytes_of_a_mask_go_into_the_same_lanes_as_its_words():
+    mask = np.random.default_rng(1).random((4, 5, 96)) < 0.5
+    lanes = packing.quads_to_lanes(jnp.asarray(mask.view(np.uint32)), 2)
+    assert np.array_equal(lanes, packing.to_lanes(packing.pack(jnp.asarray(mask)), 2))
 
 
 @pytest.mark.parametrize("height, width", [(5, 31), (4, 32), (6, 70), (1, 1)])

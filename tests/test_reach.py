@@ -7,8 +7,8 @@ from maps import city, maze, noise, random_maps, read_map, rooms, snake
 from slow import reach_by_label, reach_by_steps
 
 import srt_jax
-from srt_jax import bucketed
-from srt_jax.reach import flood, reach_maps
+from srt_jax import bucketed, packing
+from srt_jax.reach import cells_in_group, flood, reach_maps
 
 
 def test_the_flood_fills_what_the_wall_leaves_open_and_cuts_no_corner():
@@ -122,9 +122,10 @@ def test_one_map_for_many_starts_may_stay_unbatched_under_vmap():
 def test_sizes_of_one_bucket_share_one_compilation():
     for height, width in ((100, 120), (128, 97), (99, 128)):
         srt_jax.reach(np.ones((3, height, width), bool), np.zeros((3, 2), np.int32))
-    count = bucketed._jitted(reach_maps, ())._cache_size()
+    count = [form._cache_size() for form in bucketed._jitted(reach_maps, ()).forms]
+    assert sum(count) > 0
     srt_jax.reach(np.zeros((4, 111, 111), bool), np.ones((4, 2), np.int32))
-    assert bucketed._jitted(reach_maps, ())._cache_size() == count
+    assert [form._cache_size() for form in bucketed._jitted(reach_maps, ()).forms] == count
 
 
 def test_without_the_marks_the_bits_are_the_same(monkeypatch):
@@ -132,6 +133,16 @@ def test_without_the_marks_the_bits_are_the_same(monkeypatch):
     expected = np.asarray(jax.jit(reach_maps)(free, starts))
     monkeypatch.setenv("SRT_JAX_PLAIN", "1")
     assert np.array_equal(jax.jit(lambda *args: reach_maps(*args))(free, starts), expected)
+
+
+def test_a_cell_of_each_map_is_set_where_it_is_free_and_none_outside_the_map():
+    free = np.ones((4, 4, 40), bool)
+    free[1, 0, 0] = False
+    lanes = packing.to_lanes(packing.pack(jnp.asarray(free)), 4)[0]
+    marks = cells_in_group(lanes, jnp.array([[2, 33], [0, 0], [-1, 5], [3, 39]]))
+    mask = np.asarray(packing.unpack(packing.from_lanes(marks[None], 4, 4), 40))
+    assert [np.argwhere(one).tolist() for one in mask] == [[[2, 33]], [], [], [[3, 39]]]
+    assert not cells_in_group(lanes, jnp.array([[3, 40], [4, 0], [0, 2**31 - 1], [0, -1]])).any()
 
 
 @pytest.mark.parametrize("through_corners", [False, True])

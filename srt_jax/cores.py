@@ -1,0 +1,103 @@
+"""A large batch of an eager call in parts, on all cores that the process may use, and into memory that costs little.
+
+One compiled call runs on one core: each map is a chain of steps, and two such calls in one program share their temporaries, so
+XLA runs one after the other. Calls from several host threads do run side by side. So the batch is cut into parts, and as many
+threads as there are cores take the next part until none is left: maps of unequal difficulty even out. Each part's result is
+copied to its place in one array. That array is memory in huge pages: what XLA takes fresh from the system for a result of more
+than 32 MiB comes in pages of 4 KiB, and first touching those costs more than the copy, and more than most kernels.
+
+The parts do not depend on each other, and maps of a batch never do: no bit depends on the number of parts or cores.
+"""
+
+import functools
+import itertools
+import os
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from srt_jax.types import Array
+
+_LARGEST = 1 << 22  # cells of a part: as float32 16 MiB, which malloc hands out again without asking the system
+_SMALLEST = 1 << 17  # cells of a part worth a thread: a flood of as many takes some 20 us, a field of costs 500 us
+_FINE = 16  # maps of a part worth cutting further, to even out; fewer no longer fill the lanes of a flood
+
+
+def num_cores() -> int:
+    """Returns how many cores an eager call may use: those of the process, at most SRT_JAX_CORES (environment)."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    asked = os.environ.get("SRT_JAX_CORES", "")
+    return max(1, min(count, int(asked))) if asked.isdecimal() else count
+
+
+def is_on_host(*arrays: Array) -> bool:
+    """Returns whether all arrays lie in the host's memory, where numpy sees them without a copy, and calls run there too."""
+    home = _home()
+    if home is None or jax.config.jax_default_device is not None:  # pyright: ignore
+        return False
+    return all(isinstance(array, np.ndarray) or array.devices() == home for array in arrays)
+
+
+@functools.cache
+def _home() -> set[Any] | None:
+    """The device on which calls run, if that is a CPU."""
+    return {jax.local_devices()[0]} if jax.default_backend() == "cpu" else None
+
+
+def part_size(bucket: int, cells: int) -> int:
+    """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be cut.
+
+    Args:
+      bucket: size of the batch, a power of two.
+      cells: of one map.
+    """
+    cores, size = num_cores(), bucket
+
+    def is_too_large(size: int) -> bool:
+        if size * cells > _LARGEST:
+            return True
+        num_parts = bucket // size
+        is_worth_it = cores > 1 and size * cells > 2 * _SMALLEST
+        return is_worth_it and (num_parts < cores or (num_parts < 4 * cores and size > _FINE))
+
+    while size > 1 and is_too_large(size):
+        size //= 2
+    return size
+
+
+def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray]) -> None:
+    """Fills `out`, arrays with leading axis `count`, with the results of run(slice) for each part of `size` maps.
+
+    Whatever a part raises is raised here, after all threads have ended.
+    """
+    ahead = itertools.count(0, size)  # its next() is one step under the interpreter's lock: each part is taken once
+    raised: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            while not raised and (first := next(ahead)) < count:
+                part = slice(first, min(first + size, count))
+                for whole, result in zip(out, run(part)):
+                    np.copyto(whole[part], np.asarray(result))
+        except BaseException as error:
+            raised.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-count // size)) - 1)]
+    for thread in threads:
+        thread.start()
+    work()
+    for thread in threads:
+        thread.join()
+    if raised:
+        raise raised[0]
+
+
+def empty(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+    """Returns an array to be filled, aligned so that JAX takes it over without a copy."""
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    memory = np.empty(size + 64, np.uint8)  # numpy asks for huge pages itself
+    first = -memory.ctypes.data % 64
+    return memory[first : first + size].view(dtype).reshape(shape)

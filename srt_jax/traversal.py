@@ -1,0 +1,188 @@
+"""Costs of shortest paths over cells of unequal cost: what a move costs, and a queue that spreads costs from the start.
+
+A move costs its length times the mean of the costs of its two cells: the integral of the cost along the move by the trapezoid
+rule, the same both ways, and the plain length where every cell costs 1.
+
+Sums are float32, added up from the start, each move's cost rounded once. Rounding is monotone, so the least such sum over all
+walks to a cell is one number, whatever the order in which moves are tried: any search that stops only when no move can improve
+a cell ends at the same bits, in a queue or by relaxing all cells at once, in any batch and on any machine.
+"""
+
+import functools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from srt_jax.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.moves import MOVES
+
+
+class MoveCosts(NamedTuple):
+    """What a move costs from each cell to its neighbour, and back: float32 [..., H + 2, W + 2], bordered; inf where illegal."""
+
+    east: Array
+    south: Array
+    south_east: Array
+    south_west: Array
+
+
+_EDGE = ((2, True), (1, True), (3, True), (0, True), (0, False), (3, False), (1, False), (2, False))
+"""For each of MOVES the index into MoveCosts, and whether the entry is that of the cell moved to."""
+
+
+def is_open(free: Array, cell_cost: Array) -> Array:
+    """Returns the cells that a path may visit: free ones whose cost is positive and finite."""
+    return free & (cell_cost > 0) & (cell_cost < jnp.inf)
+
+
+def move_costs(free: Array, cell_cost: Array) -> MoveCosts:
+    """Returns the costs of all moves: free bool [..., H, W], cell_cost float32 [..., H, W]."""
+    border = [(0, 0)] * (free.ndim - 2) + [(1, 1)] * 2
+    half = jnp.where(is_open(free, cell_cost), cell_cost * jnp.float32(0.5), jnp.inf)
+    half = jnp.pad(half, border, constant_values=jnp.inf)
+    left, right, below = shifted(half, 0, -1), shifted(half, 0, 1), shifted(half, 1, 0)
+    root = jnp.float32(2**0.5)
+    south_east = (half + shifted(half, 1, 1)) * root
+    south_west = (half + shifted(half, 1, -1)) * root
+    return MoveCosts(
+        east=half + right,
+        south=half + below,
+        south_east=jnp.where((right < jnp.inf) & (below < jnp.inf), south_east, jnp.inf),
+        south_west=jnp.where((left < jnp.inf) & (below < jnp.inf), south_west, jnp.inf),
+    )
+
+
+def shifted(field: Array, down: int, right: int, outside: float = np.inf) -> Array:
+    """Returns `field` [..., H, W] read at the cell `down` rows below and `right` columns to the right of each."""
+    *_, height, width = field.shape
+    border = [(0, 0)] * (field.ndim - 2) + [(1, 1)] * 2
+    around = jnp.pad(field, border, constant_values=np.array(outside, field.dtype))
+    return around[..., 1 + down : 1 + down + height, 1 + right : 1 + right + width]
+
+
+def cost_of_move(costs: MoveCosts, move: int) -> Array:
+    """Returns what `MOVES[move]` costs from each cell: float32 [..., H + 2, W + 2]."""
+    which, is_back = _EDGE[move]
+    return shifted(costs[which], *MOVES[move]) if is_back else costs[which]
+
+
+def cost_maps(free: Array, start: Array, cell_cost: Array, *, length_map: Callable[[Array, Array], Array]) -> Array:
+    """Returns the least costs from the start of a batch; inf where no path leads.
+
+    Args:
+      free: bool [B, H, W]. start: int32 [B, 2]; may lie outside. cell_cost: float32 [B, H, W]; a cell whose cost is not
+        positive and finite counts as blocked.
+      length_map: (free [H, W], start [2]) -> float32 [H, W], plain lengths: what maps are given whose free cells all cost the
+        same, times that cost. They are faster and exact.
+
+    Returns:
+      float32 [B, H, W].
+    """
+
+    def one_map(free: Array, start: Array, cell_cost: Array, uniform: Array, step: Array) -> Array:
+        def by_length(free: Array, cell_cost: Array) -> Array:
+            return length_map(free, start) * uniform
+
+        def by_cost(free: Array, cell_cost: Array) -> Array:
+            return _solved(free, cell_cost, start, step)
+
+        return lax.cond(uniform > 0, by_length, by_cost, free, cell_cost)
+
+    @batch_kernel
+    def run(free: Array, start: Array, cell_cost: Array) -> Array:
+        may_enter = is_open(free, cell_cost)
+        least = jnp.where(free, cell_cost, jnp.inf).min(axis=(1, 2))
+        most = jnp.where(free, cell_cost, 0).max(axis=(1, 2))
+        uniform = jnp.where((least == most) & (most < jnp.inf), most, 0)
+        total = jnp.where(may_enter, cell_cost, 0).sum(axis=(1, 2))
+        mean = total / jnp.maximum(may_enter.sum(axis=(1, 2), dtype=jnp.float32), 1)
+        return compiled_whole(functools.partial(each, one_map))(free, start, cell_cost, uniform, mean)
+
+    return run(free, start, cell_cost)
+
+
+def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
+    """The costs to come on one map, float32 [H, W]."""
+    height, width = free.shape
+    row, col = start
+    is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    at = jnp.where(is_inside, row, 0), jnp.where(is_inside, col, 0)
+    may_start = is_inside & is_open(*(lax.dynamic_slice(field, at, (1, 1))[0, 0] for field in (free, cell_cost)))
+    cell = jnp.where(may_start, (row + 1) * (width + 2) + col + 1, 0).astype(jnp.uint32)
+    cost = jnp.full((height + 2) * (width + 2), jnp.inf, jnp.float32)
+    cost = write(cost, jnp.where(may_start, jnp.float32(0), jnp.inf), cell)
+    costs = move_costs(free, cell_cost)
+    if runs_in_place():
+        cost = _spread(cost, costs, cell, step).reshape(height + 2, width + 2)
+    else:
+        cost = _relaxed(cost.reshape(height + 2, width + 2), costs)
+    return cost[1:-1, 1:-1]
+
+
+def _relaxed(cost: Array, costs: MoveCosts) -> Array:
+    """Tries all moves of all cells at once until no cost falls: as many rounds as the longest path has moves."""
+    per_move = [cost_of_move(costs, move) for move in range(8)]
+
+    def once_more(state: tuple) -> tuple:
+        cost, _ = state
+        offers = [shifted(cost, *MOVES[move]) + per_move[move] for move in range(8)]
+        least = functools.reduce(jnp.minimum, offers, cost)
+        return least, jnp.any(least < cost)
+
+    return lax.while_loop(lambda state: state[1], once_more, (cost, jnp.bool_(True)))[0]
+
+
+def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
+    """Returns the costs to come: float32 [N], flat and bordered, inf where no path leads.
+
+    Cells wait in a ring, each at most once. Those that cost more than a limit go to its end untried; the limit rises, pass by
+    pass over the ring, to the least cost that waits plus `step`. So cells are tried nearly in the order of their costs, and few
+    twice. It ends, because costs only fall, and then no move can improve any cell.
+
+    Args:
+      cost: float32 [N], flat and bordered: 0 at the start, else inf.
+      start: uint32 [], a flat index; 0, which is on the border, where there is no start.
+      step: float32 []; about the cost of a move is best.
+    """
+    size, stride = cost.shape[0], costs.east.shape[1]
+    edges = jnp.concatenate([edge.reshape(-1) for edge in costs])
+    room = 1 << size.bit_length()
+    mask, one = jnp.uint32(room - 1), jnp.uint32(1)
+
+    def try_moves(state: tuple) -> tuple:
+        _, cell, here, tail, least, cost, waits, queue = state
+        for (which, is_back), (down, right) in zip(_EDGE, MOVES):
+            to = cell + jnp.uint32((down * stride + right) % 2**32)
+            edge = read_apart(edges, (to if is_back else cell) + jnp.uint32(which * size))
+            total, old, waited = here + edge, read_apart(cost, to), read_apart(waits, to)
+            is_better = total < old
+            cost = write(cost, jnp.minimum(old, total), to)
+            waits = write(waits, waited | is_better.astype(jnp.uint8), to)
+            queue = write(queue, to, tail & mask)
+            tail = tail + (is_better & (waited == 0)).astype(jnp.uint32)
+            least = jnp.minimum(least, jnp.where(is_better, total, jnp.inf))
+        return jnp.bool_(False), cell, here, tail, least, cost, waits, queue
+
+    def take(state: tuple) -> tuple:
+        head, tail, end, limit, least, cost, waits, queue = state
+        cell = read_apart(queue, head & mask)
+        here = read_apart(cost, cell)
+        is_late = here > limit
+        waits = write(waits, is_late.astype(jnp.uint8), cell)
+        queue = write(queue, cell, tail & mask)
+        tail = tail + is_late.astype(jnp.uint32)
+        least = jnp.minimum(least, jnp.where(is_late, here, jnp.inf))
+        state = (~is_late, cell, here, tail, least, cost, waits, queue)
+        _, _, _, tail, least, *rest = lax.while_loop(lambda state: state[0], try_moves, state)  # once, or not at all
+        head = head + one
+        is_end = head == end
+        limit = jnp.where(is_end, least + step, limit)
+        return head, tail, jnp.where(is_end, tail, end), limit, jnp.where(is_end, jnp.inf, least), *rest
+
+    queue = write(jnp.zeros(room, jnp.uint32), start, jnp.uint32(0))
+    num = (start != 0).astype(jnp.uint32)
+    state = (jnp.uint32(0), num, num, jnp.float32(0), jnp.float32(np.inf), cost, jnp.zeros(size, jnp.uint8), queue)
+    return lax.while_loop(lambda state: state[0] != state[1], take, state)[5]

@@ -1,0 +1,231 @@
+"""The tree of shortest paths: each cell's parent, and sums along it, up to the root and down to the leaves.
+
+By the envelope theorem the derivative of the least cost is that of the cost of the path that is least: a change of costs is
+added up along the tree from the start (`path_sums`), and the adjoint runs back along it (`subtree_sums`). Both take one step a
+cell and a few arrays of the map's size, however long the paths are.
+
+The tree is a byte a cell: 1 + the index in `moves.MOVES` of the move from the cell to its parent; ROOT, which is 0, at the
+start and at cells not reached.
+"""
+
+import functools
+import operator
+from collections.abc import Iterable
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array, lax
+
+from srt_jax.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.moves import MOVES
+from srt_jax.traversal import cost_of_move, move_costs, shifted
+
+ROOT = 0
+
+_LENGTHS = tuple(2**0.5 if down and right else 1.0 for down, right in MOVES)
+_BACK = tuple(MOVES.index((-down, -right)) for down, right in MOVES)
+
+
+@batch_kernel
+def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
+    """Returns the tree of each map: the move from each cell to the neighbour with the least cost plus move.
+
+    Ties go to the first neighbour in row order. A parent costs strictly less than its child, so there is no cycle; where
+    float32 has swallowed the cost of the move, see `_adopted`.
+
+    Args:
+      free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs from the start.
+
+    Returns:
+      uint8 [B, H, W].
+    """
+    # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads the tree ten times over.
+    tree, second = compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
+    tree = _adopted(tree, free, cell_cost, cost)
+    return jnp.where(tree == ROOT, second, tree)
+
+
+def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
+    """Gives a parent to cells whose last move costs too little to count beside the cost so far.
+
+    Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and there is no round.
+    """
+
+    def is_orphan(tree: Array) -> Array:
+        return (tree == ROOT) & (cost > 0) & (cost < jnp.inf)
+
+    def adopt(state: tuple) -> tuple:
+        tree, _ = state
+        costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
+        for move, (down, right) in enumerate(MOVES):
+            total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
+            fits = orphan & (new == ROOT) & ~shifted(orphan, down, right, outside=True) & (total == cost)
+            new = jnp.where(fits, jnp.uint8(1 + move), new)
+        return new, jnp.any(new != tree)
+
+    return lax.while_loop(lambda state: state[1], adopt, (tree, is_orphan(tree).any()))[0]
+
+
+def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
+    """The tree where cost plus move is the cell's cost up to rounding, and the tree without that condition."""
+    costs = move_costs(free, cell_cost)
+    best, least = jnp.full(cost.shape, ROOT, jnp.uint8), jnp.full(cost.shape, jnp.inf, jnp.float32)
+    for move, (down, right) in enumerate(MOVES):
+        there = shifted(cost, down, right)
+        total = jnp.where(there < cost, there + cost_of_move(costs, move)[1:-1, 1:-1], jnp.inf)
+        best, least = jnp.where(total < least, jnp.uint8(1 + move), best), jnp.minimum(least, total)
+    return jnp.where(least <= cost * jnp.float32(1 + 2**-20), best, jnp.uint8(ROOT)), best
+
+
+def from_parent(tree: Array, field: Array) -> Array:
+    """Returns the value of `field` [..., H, W] at each cell's parent; 0 at roots. Linear, and transposed by JAX."""
+    return _total(jnp.where(tree == 1 + move, shifted(field, *MOVES[move], outside=0), 0) for move in range(8))
+
+
+def move_integral(tree: Array, field: Array) -> Array:
+    """Returns the integral of `field` [..., H, W] over the move from each cell's parent; 0 at roots. Linear likewise."""
+    halves = [jnp.where(tree == 1 + move, jnp.float32(0.5 * _LENGTHS[move]), 0) for move in range(8)]
+    return _total(half * (field + shifted(field, *MOVES[move], outside=0)) for move, half in enumerate(halves))
+
+
+def path_sums(tree: Array, field: Array) -> Array:
+    """Returns the sum of `field` over each cell and all its ancestors: x with x(cell) = field(cell) + x(parent).
+
+    Linear in `field`; its transpose is `subtree_sums`, which is linear likewise.
+    """
+    return lax.custom_linear_solve(
+        lambda x: x - from_parent(tree, x),
+        field,
+        solve=lambda _, b: _sums(tree, b, downwards=True),
+        transpose_solve=lambda _, b: _sums(tree, b, downwards=False),
+    )
+
+
+def subtree_sums(tree: Array, field: Array) -> Array:
+    """Returns the sum of `field` [..., H, W] over each cell and all its descendants."""
+    return _sums(tree, field, downwards=False)
+
+
+def path_mask(tree: Array, goal: Array) -> Array:
+    """Returns the cells on the way from the root to `goal`, both ends among them; none where `goal` lies outside the map.
+
+    Args:
+      tree: uint8 [B, H, W]. goal: int32 [B, 2].
+
+    Returns:
+      bool [B, H, W].
+    """
+    height, width = tree.shape[1:]
+
+    def one_map(tree: Array, goal: Array) -> Array:
+        row, col = goal
+        is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        cell = jnp.where(is_inside, row * width + col, 0).astype(jnp.uint32)
+        step_to, tree, mask = _steps(width), tree.reshape(-1), jnp.zeros(height * width, bool)
+
+        def step(state: tuple) -> tuple:
+            cell, _, mask = state
+            move = read_apart(tree, cell).astype(jnp.uint32)
+            return cell + read_apart(step_to, move), move != ROOT, write(mask, jnp.bool_(True), cell)
+
+        return lax.while_loop(lambda state: state[1], step, (cell, is_inside, mask))[2].reshape(height, width)
+
+    return batch_kernel(compiled_whole(functools.partial(each, one_map)))(tree, goal)
+
+
+def _total(terms: Iterable[Array]) -> Array:
+    return functools.reduce(operator.add, terms)
+
+
+def _steps(width: int) -> Array:
+    """ROOT, 0, and the moves as steps in a flat map."""
+    return jnp.asarray(np.array([0, *(down * width + right for down, right in MOVES)], np.int32).astype(np.uint32))
+
+
+def _sums(tree: Array, field: Array, *, downwards: bool) -> Array:
+    """`path_sums` or `subtree_sums`, by one kernel over all batch dimensions."""
+
+    def one_map(tree: Array, num_children: Array, field: Array) -> Array:
+        add = _add_in_order if runs_in_place() else _add_at_once
+        return add(tree, num_children, field, downwards)
+
+    @batch_kernel
+    def run(tree: Array, field: Array) -> Array:
+        return compiled_whole(functools.partial(each, one_map))(tree, _num_children(tree), field)
+
+    core = tree.shape[-2:]
+    return run(tree.reshape(-1, *core), field.reshape(-1, *core)).reshape(field.shape)
+
+
+def _num_children(tree: Array) -> Array:
+    """How many children each cell has: uint8 [..., H, W]."""
+    return _total((_moved_back(tree, move) == 1 + move).astype(jnp.uint8) for move in range(8))
+
+
+def _moved_back(field: Array, move: int, outside: int = ROOT) -> Array:
+    """`field` at the neighbour whose move `move` leads to the cell."""
+    return shifted(field, *MOVES[_BACK[move]], outside=outside)
+
+
+def _add_in_order(tree: Array, num_children: Array, field: Array, downwards: bool) -> Array:
+    """Cell by cell, in an order in which every cell comes after its children, or in the reverse of it."""
+    width = tree.shape[1]
+    step_to, flat = _steps(width), tree.reshape(-1)
+    order, num = _leaves_first(flat, num_children.reshape(-1), step_to)
+
+    def add(i: Array, sums: Array) -> Array:
+        cell = read_apart(order, num - jnp.uint32(1) - i if downwards else i)
+        parent = cell + read_apart(step_to, read_apart(flat, cell).astype(jnp.uint32))
+        source, target = (parent, cell) if downwards else (cell, parent)
+        given, had = read_apart(sums, source), read_apart(sums, target)
+        return write(sums, had + given, target)
+
+    return lax.fori_loop(jnp.uint32(0), num, add, field.reshape(-1)).reshape(field.shape)
+
+
+def _leaves_first(tree: Array, waiting: Array, step_to: Array) -> tuple[Array, Array]:
+    """The cells that have a parent, every one after its children, and their number: uint32 [N] and uint32 [].
+
+    From each leaf, in row order, upwards as long as the last child has been listed.
+    """
+    size, one = jnp.uint32(tree.shape[0]), jnp.uint32(1)
+    done = jnp.uint8(255)
+
+    def step(state: tuple) -> tuple:
+        cell, ahead, num, order, waiting = state
+        move = read_apart(tree, cell).astype(jnp.uint32)
+        here = read_apart(waiting, cell)
+        is_next = (here == 0) & (move != ROOT)
+        waiting = write(waiting, jnp.where(is_next, done, here), cell)
+        order = write(order, cell, num)
+        num = num + is_next.astype(jnp.uint32)
+        parent = cell + read_apart(step_to, move)
+        left = read_apart(waiting, parent) - is_next.astype(jnp.uint8)
+        waiting = write(waiting, left, parent)
+        goes_up = is_next & (left == 0)
+        cell = jnp.where(goes_up, parent, ahead)
+        return cell, jnp.where(goes_up, ahead, ahead + one), num, order, waiting
+
+    state = (jnp.uint32(0), one, jnp.uint32(0), jnp.zeros(tree.shape[0] + 1, jnp.uint32), waiting)
+    state = lax.while_loop(lambda state: state[0] < size, step, state)
+    return state[3], state[2]
+
+
+def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool) -> Array:
+    """All cells at once, level by level: for machines on which a loop over cells is slow."""
+
+    def towards(value: Array, outside: int) -> list[tuple[Array, Array]]:
+        """For each move, `value` at the other end of it, and whether the tree has this move."""
+        moves = range(8)
+        if downwards:
+            return [(tree == 1 + move, shifted(value, *MOVES[move], outside=outside)) for move in moves]
+        return [(_moved_back(tree, move) == 1 + move, _moved_back(value, move, outside)) for move in moves]
+
+    def level(state: tuple) -> tuple:
+        sums, is_waiting = state
+        new = sum((jnp.where(is_there, value, 0) for is_there, value in towards(sums, 0)), field)
+        still = [is_there & value for is_there, value in towards(is_waiting, 0)]
+        return new, functools.reduce(jnp.logical_or, still)
+
+    is_waiting = (tree != ROOT) if downwards else num_children > 0
+    return lax.while_loop(lambda state: state[1].any(), level, (field, is_waiting))[0]
