@@ -47,8 +47,7 @@ def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
         owners = set(one[:, asked].ravel().tolist()) - {-1, -2}
         assert set(np.flatnonzero(fast[which]).tolist()) == owners
         # Outside a marked call, as on a GPU, by another way.
-        guarded = jnp.pad(words[which], ((0, 0), (1, 1)))
-        plain = openings.met_by(openings.Labels(jnp.asarray(labels), jnp.int32(which)), guarded, shape[4])
+        plain = openings.met_by(openings.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], shape[4])
         assert set(np.flatnonzero(plain).tolist()) == owners
 
 
@@ -56,19 +55,20 @@ def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
 def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
     _, _, height, width, _ = shape
     cells = np.random.default_rng(2).random((height, width)) < 0.15
-    guarded = jnp.pad(packing.pack(jnp.asarray(cells[None]))[0], ((0, 0), (1, 1)))
-    got = unpacked(openings.beside(guarded)[None, :, 1:-1], width)[0]
+    mask = packing.pack(jnp.asarray(cells[None]))
+    got = unpacked(openings.beside(mask[0])[None], width)[0]
     padded, expected = np.pad(cells, 1), np.zeros_like(cells)
     for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
         expected |= padded[down : down + height, across : across + width]
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
+    assert np.array_equal(unpacked(openings.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3))))
 
 
 def test_one_cell_is_in_its_own_mask_and_no_other():
     for row, col in ((0, 0), (0, 31), (2, 32), (4, 69)):
         mask = openings.only(jnp.array([row, col], jnp.int32), 5, 3)
-        assert np.argwhere(unpacked(mask[None, :, 1:-1], 70)[0]).tolist() == [[row, col]]
+        assert np.argwhere(unpacked(mask[None], 70)[0]).tolist() == [[row, col]]
         held = [[bool(openings.holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)] for r in (0, 2, 4)]
         assert sum(map(sum, held)) == 1
 
