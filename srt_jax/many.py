@@ -1,12 +1,13 @@
 """Many tasks of unequal size: grouped by size, solved in batches of one shape, each answer cut to its own map."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax
 import numpy as np
 
 from srt_jax.shapes import batch_bucket, map_bucket
-from srt_jax.solver import pad_batch, solve
+from srt_jax.solver import MAX_BRANCHES, pad_batch, solve
 from srt_jax.task import stack
 from srt_jax.types import Solution, Task
 
@@ -21,6 +22,7 @@ def solve_many(
     mode: str = "least",
     max_destroyed: int = 8,
     max_cells: int | None = None,
+    max_branches: int = MAX_BRANCHES,
     progress: Callable[[int], None] | None = None,
 ) -> list[Solution]:
     """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty list for no task.
@@ -36,7 +38,7 @@ def solve_many(
         for first in range(0, len(members), at_once):
             chunk = members[first : first + at_once]
             batch = pad_batch(stack([tasks[index] for index in chunk]), (at_once, L, height, width, M))
-            answer = _with_room(batch, max_cells, mode=mode, max_destroyed=max_destroyed)
+            answer = _with_room(batch, max_cells, mode=mode, max_destroyed=max_destroyed, max_branches=max_branches)
             solutions |= {index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)}
             if progress:
                 progress(len(chunk))
@@ -67,11 +69,11 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
     return (layers, side, side) if side <= 2 * min(height, width) else (layers, height, width)
 
 
-def _with_room(batch: Task, max_cells: int | None, *, mode: str, max_destroyed: int) -> Solution:
+def _with_room(batch: Task, max_cells: int | None, **options: Any) -> Solution:
     """Returns the solutions; without `max_cells` with room for common routes, and again with more for longer ones."""
     room = max_cells or 16 * batch.labels.shape[-1]
     while True:
-        answer = jax.tree.map(np.asarray, solve(batch, mode=mode, max_destroyed=max_destroyed, max_cells=room))
+        answer = jax.tree.map(np.asarray, solve(batch, max_cells=room, **options))
         longest = int(answer.num_cells.max())
         if max_cells is not None or longest <= room:
             return answer

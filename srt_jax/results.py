@@ -10,14 +10,22 @@ import numpy as np
 from srt_jax.explain import explain
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
 from srt_jax.formats.json_text import read_json
+from srt_jax.symbols.scenes import planned_steps
 from srt_jax.types import Solution, Status, Task
+
+_STEP = ("action", "obstacle", "index")
+"""What a step of a plan holds: a column of Parquet has one type, so there it is a record."""
 
 
 def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
-    """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value is None."""
+    """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value is None.
+
+    `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
+    """
     count = int(solution.num_destroyed)
     is_solved = Status(int(solution.status)).is_solved
-    blocking = np.asarray(solution.blocking)
+    blocking, separating = np.asarray(solution.blocking), np.asarray(solution.separating)
+    plan = ((step.act.name.lower(), step.obstacle, step.end) for step in planned_steps(solution))
     seed = np.asarray(solution.seed).tolist()
     return {
         "name": name,
@@ -31,6 +39,8 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
         "seed": seed if seed[0] >= 0 else None,
         "contour": np.argwhere(np.asarray(solution.contour)).tolist(),
         "blocking": blocking[blocking >= 0].tolist(),
+        "plan": [[act, obstacle if obstacle >= 0 else None, end] for act, obstacle, end in plan],
+        "separating": separating[separating >= 0].tolist(),
         "explanation": explain(task, solution),
     }
 
@@ -45,7 +55,8 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
     """
     if _is_parquet(path):
         arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
-        table = arrow.Table.from_pylist(records, schema=_schema(arrow))
+        rows = [record | {"plan": [dict(zip(_STEP, step)) for step in record["plan"]]} for record in records]
+        table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
         parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")
         with written(path, "wb") as file:
             parquet.write_table(table, file)
@@ -70,9 +81,10 @@ def read_results(path: PathLike) -> list[dict[str, Any]]:
     content = read_bytes(path, "file of results")
     try:
         table = parquet.read_table(arrow.BufferReader(content))
-        return table.select(_schema(arrow).names).to_pylist()
+        rows = table.select(_schema(arrow).names).to_pylist()
     except (arrow.ArrowException, OSError, KeyError) as error:
         raise ValueError(f"{path}: no whole Parquet file of results: {' '.join(str(error).split())}") from error
+    return [row | {"plan": [[step[name] for name in _STEP] for step in row["plan"]]} for row in rows]
 
 
 def require_name(path: PathLike) -> None:
@@ -95,7 +107,8 @@ def _schema(arrow: Any) -> Any:
     cells = arrow.list_(cell)
     columns = {"name": text, "status": text, "cost": number, "cells": cells, "destroyed": ids, "destroyed_at": ids}
     columns |= {"removal_cost": number, "removal_bound": number, "seed": cell, "contour": cells, "blocking": ids}
-    return arrow.schema(columns | {"explanation": text})
+    step = arrow.struct(dict(zip(_STEP, (text, arrow.int32(), arrow.int32()))))
+    return arrow.schema(columns | {"plan": arrow.list_(step), "separating": ids, "explanation": text})
 
 
 def _finite(value: Any) -> float | None:

@@ -23,10 +23,18 @@ from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper", "literal")
-_MAX_NODES = 64
+MAX_BRANCHES = 256
+"""Enough for all but a few tasks with many overlaps: see `python -m experiments.branches`."""
 
 
-def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells: int | None = None) -> Solution:
+def solve(
+    task: Task,
+    *,
+    mode: str = "least",
+    max_destroyed: int = 8,
+    max_cells: int | None = None,
+    max_branches: int = MAX_BRANCHES,
+) -> Solution:
     """Returns the route to the goal and what must be destroyed for it; what went wrong is told by `status`, never raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
@@ -41,6 +49,9 @@ def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells:
       max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
         of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
+      max_branches: mode "least" only: choices of obstacles looked into before the best answer so far is returned. Where every
+        obstacle is connected by sides and no two overlap, one more than must be destroyed is enough; else more close more gaps
+        between cost and bound.
 
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of range.
@@ -52,12 +63,14 @@ def solve(task: Task, *, mode: str = "least", max_destroyed: int = 8, max_cells:
         raise ValueError(f"max_destroyed must be at least 1, got {max_destroyed}")
     if max_cells is not None and max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}")
+    if max_branches < 1:
+        raise ValueError(f"max_branches must be at least 1, got {max_branches}")
     flat = jax.tree.map(fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1))
     room = max_cells or _default_room(flat, mode)
     if is_traced(task):
-        solution = _solver(mode, max_destroyed, room)(flat, jnp.full(len(flat.start), room, jnp.int32))
+        solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
     else:
-        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed)
+        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 
@@ -66,14 +79,14 @@ def _default_room(task: Task, mode: str) -> int:
     return max_path_cells(*task.labels.shape[-2:]) * (1 if mode == "least" else 2)
 
 
-def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroyed: int) -> Solution:
+def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroyed: int, max_branches: int) -> Solution:
     """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     padded = task if bucket == (B, L, H, W, M) else pad_batch(task, bucket)
     capacity = _default_room(padded, mode) if is_default else max(128, batch_bucket(room))
-    solution = _solver(mode, max_destroyed, capacity)(padded, np.full(bucket[0], room, np.int32))
+    solution = _solver(mode, max_destroyed, capacity, max_branches)(padded, np.full(bucket[0], room, np.int32))
     if padded is task and capacity == room:
         return solution
     some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
@@ -101,23 +114,26 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
 
 
 @functools.cache
-def _solver(mode: str, max_destroyed: int, capacity: int) -> Callable[[Task, Array], Solution]:
+def _solver(mode: str, max_destroyed: int, capacity: int, max_branches: int) -> Callable[[Task, Array], Solution]:
     """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
     names = [field.name for field in dataclasses.fields(Task)]
+    paper = functools.partial(_paper, is_literal=mode == "literal")
+    walk = functools.partial(_least, max_branches=max_branches) if mode == "least" else paper
 
     @batch_kernel
     def of_arrays(room: Array, *arrays: Array) -> Solution:
         task = Task(**dict(zip(names, arrays)))
-        return _solve_batch(task, room, mode=mode, max_destroyed=max_destroyed, capacity=capacity)
+        return _solve_batch(task, room, walk, max_destroyed=max_destroyed, capacity=capacity)
 
     return jax.jit(lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)))
 
 
-def _solve_batch(task: Task, room: Array, *, mode: str, max_destroyed: int, capacity: int) -> Solution:
+def _solve_batch(
+    task: Task, room: Array, walk: Callable[..., tuple[Array, Array, "Way"]], *, max_destroyed: int, capacity: int
+) -> Solution:
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
-    walk = _least if mode == "least" else functools.partial(_paper, is_literal=mode == "literal")
     reached, bound, way = walk(task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity)
     is_open, is_solvable = bound == 0, jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
@@ -175,9 +191,11 @@ class Way(NamedTuple):
     is_stuck: Array
 
 
-def _least(task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int) -> tuple[Array, Array, Way]:
+def _least(
+    task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, max_branches: int
+) -> tuple[Array, Array, Way]:
     """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's plan over what must go."""
-    found = least_removal(task, room, among, capacity=capacity, max_nodes=_MAX_NODES)
+    found = least_removal(task, room, among, capacity=capacity, max_nodes=max_branches)
     path = found.route
     destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
     is_here = (task.start == task.goal).all(axis=1)

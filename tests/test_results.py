@@ -23,6 +23,14 @@ def records():
     return [as_record(name, task, solve_many([task])[0]) for name, task in made.items()]
 
 
+def test_a_record_holds_the_plan_with_where_each_step_ends_and_the_proof(records):
+    is_open, walled, firm = records
+    assert is_open["plan"] == [["relocate", None, len(is_open["cells"]) - 1]] and is_open["separating"] == []
+    at, last = walled["destroyed_at"][0], len(walled["cells"]) - 1
+    assert walled["plan"] == [["approach", 0, at], ["destroy", 0, at], ["pass", 0, last]] and walled["separating"] == []
+    assert firm["plan"] == [] and firm["separating"] == firm["blocking"] == [0]
+
+
 @pytest.mark.parametrize("ending", [".json", ".parquet"])
 def test_answers_are_read_back_equal(tmp_path, records, ending):
     if ending == ".parquet":

@@ -1,0 +1,80 @@
+"""Cells that open, obstacles that border: masks in machine words, equal to NumPy on arrays of cells."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from srt_jax import openings, packing
+from srt_jax.kernel import batch_kernel
+
+SHAPES = [(1, 1, 1, 1, 1), (2, 2, 5, 31, 7), (3, 1, 9, 32, 40), (2, 3, 6, 33, 600), (1, 2, 12, 97, 32)]
+"""B, L, H, W, M: beside the ends of words, and more obstacles than are picked by comparing."""
+
+
+def random_labels(shape, seed=0):
+    B, L, H, W, M = shape
+    rng = np.random.default_rng(seed)
+    labels = rng.integers(0, M, (B, L, H, W)).astype(np.int32)
+    labels[rng.random(labels.shape) < 0.6] = -1
+    labels[:, 0][rng.random((B, H, W)) < 0.1] = -2
+    return labels, rng
+
+
+def unpacked(words, width):
+    return np.asarray(packing.unpack(jnp.asarray(words), width))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_cell_is_open_when_all_its_owners_are_gone(shape):
+    labels, rng = random_labels(shape)
+    gone = rng.random((shape[0], shape[4])) < 0.5
+    got = jax.jit(batch_kernel(openings.all_open_cells))(labels, gone)
+    for one, which, words in zip(labels, gone, got):
+        expected = ((one == -1) | ((one >= 0) & which[one.clip(0)])).all(axis=0)
+        assert np.array_equal(unpacked(words[None], shape[3])[0], expected)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("share", [0, 0.2, 1])
+def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
+    labels, rng = random_labels(shape, seed=1)
+    cells = rng.random(labels[:, 0].shape) < share
+    words = packing.pack(jnp.asarray(cells))
+    fast = jax.jit(batch_kernel(lambda labels, cells: openings.all_met_by(labels, cells, shape[4])))(labels, words)
+    for which, (one, asked) in enumerate(zip(labels, cells)):
+        owners = set(one[:, asked].ravel().tolist()) - {-1, -2}
+        assert set(np.flatnonzero(fast[which]).tolist()) == owners
+        # Outside a marked call, as on a GPU, by another way.
+        plain = openings.met_by(openings.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], shape[4])
+        assert set(np.flatnonzero(plain).tolist()) == owners
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
+    _, _, height, width, _ = shape
+    cells = np.random.default_rng(2).random((height, width)) < 0.15
+    mask = packing.pack(jnp.asarray(cells[None]))
+    got = unpacked(openings.beside(mask[0])[None], width)[0]
+    padded, expected = np.pad(cells, 1), np.zeros_like(cells)
+    for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        expected |= padded[down : down + height, across : across + width]
+    assert np.array_equal(got, expected)
+    assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
+    assert np.array_equal(unpacked(openings.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3))))
+
+
+def test_one_cell_is_in_its_own_mask_and_no_other():
+    for row, col in ((0, 0), (0, 31), (2, 32), (4, 69)):
+        mask = openings.only(jnp.array([row, col], jnp.int32), 5, 3)
+        assert np.argwhere(unpacked(mask[None], 70)[0]).tolist() == [[row, col]]
+        held = [[bool(openings.holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)] for r in (0, 2, 4)]
+        assert sum(map(sum, held)) == 1
+
+
+def test_the_owners_of_a_cell_are_told():
+    labels = np.array([[[[-1, 0, 3]], [[-1, 2, -1]]]], np.int32)
+    one = openings.Labels(jnp.asarray(labels), jnp.int32(0))
+    owners = [np.flatnonzero(openings.owners_of(one, jnp.array([0, col], jnp.int32), 4)).tolist() for col in range(3)]
+    assert owners == [[], [0, 2], [3]]
