@@ -3,12 +3,13 @@
 import dataclasses
 import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from srt_jax import cores
 from srt_jax.acts import left_behind, placed
 from srt_jax.greedy import Symbolic, greedy_walk
 from srt_jax.kernel import batch_kernel
@@ -66,7 +67,7 @@ def solve(
     if max_branches < 1:
         raise ValueError(f"max_branches must be at least 1, got {max_branches}")
     flat = jax.tree.map(fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1))
-    room = max_cells or _default_room(flat, mode)
+    room = max_cells or _default_room(*flat.labels.shape[-2:], mode)
     if is_traced(task):
         solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
     else:
@@ -74,25 +75,55 @@ def solve(
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 
-def _default_room(task: Task, mode: str) -> int:
+def _default_room(height: int, width: int, mode: str) -> int:
     """Returns room for any route of mode "least", a shortest path; the legs of the paper's loop may add up to more."""
-    return max_path_cells(*task.labels.shape[-2:]) * (1 if mode == "least" else 2)
+    return max_path_cells(height, width) * (1 if mode == "least" else 2)
 
 
 def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroyed: int, max_branches: int) -> Solution:
-    """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled."""
+    """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled.
+
+    On the host a large batch goes in parts, side by side on all cores (`cores`).
+    """
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
-    padded = task if bucket == (B, L, H, W, M) else pad_batch(task, bucket)
-    capacity = _default_room(padded, mode) if is_default else max(128, batch_bucket(room))
-    solution = _solver(mode, max_destroyed, capacity, max_branches)(padded, np.full(bucket[0], room, np.int32))
-    if padded is task and capacity == room:
-        return solution
+    capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
+
+    def run(part: Task, count: int) -> Solution:
+        shape = (count, *bucket[1:])
+        whole = part if part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape[4] else pad_batch(part, shape)
+        solution = _solver(mode, max_destroyed, capacity, max_branches)(whole, np.full(count, room, np.int32))
+        return solution if whole is part and capacity == room else _cut(solution, part, room)
+
+    size = cores.part_size(bucket[0], H * W * L) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
+    if size >= B:
+        return jax.tree.map(jnp.asarray, run(task, bucket[0]))
+
+    def run_part(part: slice) -> list[Array]:
+        return jax.tree.leaves(run(jax.tree.map(lambda array: np.asarray(array)[part], task), size))
+
+    key = (mode, max_destroyed, max_branches, capacity, room, size, (L, H, W, M))
+    if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
+        leaves, structure = jax.tree.flatten(run(jax.tree.map(lambda array: np.asarray(array)[:size], task), size))
+        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
+    forms, structure = _forms[key]
+    out = [cores.empty((B, *shape), dtype) for shape, dtype in forms]
+    cores.run_parts(run_part, B, size, out)
+    return jax.tree.unflatten(structure, [jax.device_put(array) for array in out])
+
+
+_forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
+"""Of each part that has been solved the shapes and dtypes of its results, a task each, and the tree they hang in."""
+
+
+def _cut(solution: Solution, task: Task, room: int) -> Solution:
+    """Returns the solution of a padded batch without the padding that `task` does not have."""
+    B, _, H, W = task.labels.shape
+    M = task.destroyable.shape[1]
     some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
     of_map = {"contour": some.contour[:, :H, :W], "blocking": some.blocking[:, :M], "separating": some.separating[:, :M]}
-    cut = some.replace(cells=some.cells[:, :room], **of_map)
-    return jax.tree.map(jnp.asarray, cut)
+    return some.replace(cells=some.cells[:, :room], **of_map)
 
 
 def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
