@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from srt_jax import Task, inputs, make_task, maps
+from srt_jax import Task, inputs, make_task, maps, sources
 from srt_jax.blockage import block, pick_start_goal
 from srt_jax.data import helsinki
 from srt_jax.generate import generate
@@ -78,7 +78,7 @@ def _walled(labels: np.ndarray, rng: np.random.Generator) -> Task:
 
 def _namo(log: Callable[[str], None]) -> list[Task]:
     paths = sorted(SHARED.glob("*.svg"))
-    if not paths or ".svg" not in inputs.ENDINGS:
+    if not paths or ".svg" not in sources.ENDINGS:
         log(f"NAMO is left out: {'this version reads no .svg scenes' if paths else f'no scenes in {SHARED}'}")
         return []
     tasks = []

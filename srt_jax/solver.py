@@ -131,9 +131,11 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
     B, L, H, W = task.labels.shape
     b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
     host = jax.tree.map(np.asarray, task)
-    labels = np.full(shape[:4], FREE, np.int32)
-    labels[:, 0] = OUTSIDE
-    labels[:B, :L, :H, :W] = host.labels
+    labels = host.labels
+    if labels.shape != shape[:4]:  # a copy takes as long as a stage of solving
+        labels = np.full(shape[:4], FREE, np.int32)
+        labels[:, 0] = OUTSIDE
+        labels[:B, :L, :H, :W] = host.labels
     return Task(
         labels=labels,
         destroyable=np.pad(host.destroyable, ((0, b), (0, m))),

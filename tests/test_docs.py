@@ -10,9 +10,10 @@ from srt_jax.cli import app
 
 DOCS = pathlib.Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(path for path in DOCS.glob("*.md"))
+EXAMPLES = [path for path in PAGES if path.stem != "learning"]  # it has a test of its own
 BLOCKS = [
     pytest.param(block, id=f"{path.stem}-{number}")
-    for path in PAGES
+    for path in EXAMPLES
     for number, block in enumerate(re.findall(r"```python\n(.*?)```", path.read_text(), flags=re.DOTALL))
 ]
 
