@@ -133,8 +133,11 @@ def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
     data = result(tmp_path, "smart_relocation")["data"]
     rows = {(row["kind"], row["mode"]): row for row in data["modes"]}
     assert data["problems"] == 0 and {"cities", "Helsinki", "rooms", "fences", "rings"} <= {kind for kind, _ in rows}
-    for (kind, mode), row in rows.items():
-        assert row["cost"] >= rows[kind, "least"]["cost"] >= row["bound"] > 0
+    for (_, mode), row in rows.items():
+        if row["compared"] or mode != "literal":  # which may solve none
+            assert row["cost"] >= row["least_cost"] >= row["bound"] >= 0
+        if mode != "literal":  # which stops short where the least may be nothing at all
+            assert row["bound"] > 0
         assert row["solved"] == row["solvable"] or mode == "literal"
 
 
