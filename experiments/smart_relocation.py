@@ -172,8 +172,8 @@ def _comparison(rows: list[dict[str, Any]]) -> Table:
             "ms a task",
         ),
         lines,
-        "destroyed, cost and route: means over the tasks that the mode and the least removal solve; route in cells. bound: the proven lower "
-        "bound on the removal cost. solvable: not proven unsolvable. ms: median (quartiles) of a batch, "
+        "destroyed, cost and route: means over the tasks that the mode and the least removal solve; route in cells. bound: the "
+        "proven lower bound on the removal cost. solvable: not proven unsolvable. ms: median (quartiles) of a batch, "
         "compiling apart; all but NAMO are padded to the same numbers of layers and obstacles.",
     )
 
