@@ -67,7 +67,8 @@ def solve(
     if max_branches < 1:
         raise ValueError(f"max_branches must be at least 1, got {max_branches}")
     flat = jax.tree.map(fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1))
-    room = max_cells or _default_room(*flat.labels.shape[-2:], mode)
+    height, width = flat.labels.shape[-2:]
+    room = max_cells or _default_room(height, width, mode)
     if is_traced(task):
         solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
     else:
