@@ -11,7 +11,7 @@ is no path; A*, which explores all the free space; the obstacle step, seed and c
 
 examples:
   python -m experiments.path_planning
-  python -m experiments.path_planning --quick --out /tmp/figure3
+  python -m experiments.path_planning --quick --out figure3
   python -m experiments.path_planning --windows 4 --osm munich.osm.pbf --seed 3
 """
 

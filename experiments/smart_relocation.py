@@ -14,7 +14,7 @@ Every answer is replayed by `check`.
 
 examples:
   python -m experiments.smart_relocation
-  python -m experiments.smart_relocation --quick --out /tmp/figure1
+  python -m experiments.smart_relocation --quick --out figure1
   python -m experiments.smart_relocation --count 200 --size 128 --seed 7
 """
 
