@@ -18,9 +18,6 @@ from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
 
-_forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
-"""Of each part that has been compiled the shapes and dtypes of its results, a map each, and the tree they hang in."""
-
 
 def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, on_quads: Callable | None = None, **static: Any) -> Any:
     """Returns kernel(*arrays, **static), batch dimensions folded into one for it, and no trace of the padding of an eager call.
@@ -47,11 +44,12 @@ def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[
     bucket = (shapes.batch_bucket(size[0]), *(shapes.size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
-        part = cores.part_size(bucket[0], cells)
         if on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS:
-            return _call_in_parts(_jitted(on_quads, options), arrays, (part, *bucket[1:]), as_quads=True)
+            part = cores.part_size(bucket[0], cells, is_flood=True)
+            return _call_in_parts(_jitted(on_quads, options, part < bucket[0]), arrays, (part, *bucket[1:]), as_quads=True)
+        part = cores.part_size(bucket[0], cells)
         if part < bucket[0]:
-            return _call_in_parts(_jitted(kernel, options), arrays, (part, *bucket[1:]), as_quads=False)
+            return _call_in_parts(_jitted(kernel, options, True), arrays, (part, *bucket[1:]), as_quads=False)
     run = _jitted(kernel, options)
     if bucket == size:
         return run(*arrays)
@@ -61,35 +59,25 @@ def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[
 
 def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ...], *, as_quads: bool) -> Any:
     """Runs parts of bucket[0] maps each, and returns what they give as one."""
-    size = tuple(arrays[0].shape)
 
-    def call_part(part: slice | None) -> Any:
-        """The results of some maps, of all if None."""
-        maps = list(arrays) if part is None else [np.asarray(array)[part] for array in arrays]
+    def call_part(maps: Sequence[Array]) -> Any:
         shape = tuple(maps[0].shape)
         if shape != bucket:
             maps = [_padded(array, shape, bucket) for array in maps]
         if as_quads:
-            maps[0] = np.ascontiguousarray(maps[0]).view(np.uint32)
+            maps = [np.ascontiguousarray(maps[0]).view(np.uint32), *maps[1:]]
         out = run(*maps)
         return out if shape == bucket else jax.tree.map(lambda array: _kept(array, shape, bucket), out)
 
-    if size[0] <= bucket[0]:
-        out = call_part(None)
-        return out if isinstance(arrays[0], jax.Array) else jax.block_until_ready(out)  # JAX may be reading the caller's memory
-    key = (run, bucket, size[1:], *(array.shape[1:] for array in arrays[1:]))
-    if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
-        leaves, structure = jax.tree.flatten(call_part(slice(0, bucket[0])))
-        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
-    forms, structure = _forms[key]
-    whole = [cores.empty((size[0], *shape), dtype) for shape, dtype in forms]
-    cores.run_parts(lambda part: jax.tree.leaves(call_part(part)), size[0], bucket[0], whole)
-    return jax.tree.unflatten(structure, [jax.device_put(array) for array in whole])
+    if len(arrays[0]) > bucket[0]:
+        return cores.in_parts(call_part, list(arrays), bucket[0], (run, bucket))
+    out = call_part(arrays)
+    return out if isinstance(arrays[0], jax.Array) else jax.block_until_ready(out)  # JAX may be reading the caller's memory
 
 
 @functools.cache
-def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...]) -> Callable:
-    return jitted(functools.partial(kernel, **dict(static)))
+def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...], is_part: bool = False) -> Callable:
+    return jitted(functools.partial(kernel, **dict(static)), is_part=is_part)
 
 
 def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:

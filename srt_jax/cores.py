@@ -22,8 +22,13 @@ import numpy as np
 from srt_jax.types import Array
 
 _LARGEST = 1 << 22  # cells of a part: as float32 16 MiB, which malloc hands out again without asking the system
-_SMALLEST = 1 << 17  # cells of a part worth a thread: a flood of as many takes some 20 us, a field of costs 500 us
+_SMALLEST = 1 << 17  # cells of a part worth a thread: a field of costs of as many takes 500 us
+_LARGEST_FLOOD = 1 << 21  # cells of a part of a flood: as bool 2 MiB, so that what two cores work on stays in their caches
+_SMALLEST_FLOOD = 1 << 21  # a flood of as many cells takes 500 us
 _FINE = 16  # maps of a part worth cutting further, to even out; fewer no longer fill the lanes of a flood
+
+_forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
+"""Of each part that has been run the shapes and dtypes of its results, an entry each, and the tree they hang in."""
 
 
 def num_cores() -> int:
@@ -47,25 +52,57 @@ def _home() -> set[Any] | None:
     return {jax.local_devices()[0]} if jax.default_backend() == "cpu" else None
 
 
-def part_size(bucket: int, cells: int) -> int:
+def part_size(bucket: int, cells: int, *, is_flood: bool = False) -> int:
     """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be cut.
 
     Args:
       bucket: size of the batch, a power of two.
       cells: of one map.
+      is_flood: whether so little is done for each cell that reading and writing the maps counts.
     """
     cores, size = num_cores(), bucket
+    largest, smallest = (_LARGEST_FLOOD, _SMALLEST_FLOOD) if is_flood else (_LARGEST, _SMALLEST)
+    if is_flood and bucket * cells <= 2 * smallest:
+        return bucket
 
     def is_too_large(size: int) -> bool:
-        if size * cells > _LARGEST:
+        if size * cells > largest:
             return True
         num_parts = bucket // size
-        is_worth_it = cores > 1 and size * cells > 2 * _SMALLEST
+        is_worth_it = cores > 1 and size * cells > 2 * smallest
         return is_worth_it and (num_parts < cores or (num_parts < 4 * cores and size > _FINE))
 
     while size > 1 and is_too_large(size):
         size //= 2
     return size
+
+
+def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> Any:
+    """Returns what `run` gives for the parts of `size` entries, put together along the leading axis, as arrays of JAX.
+
+    Args:
+      run: (a pytree like `arrays`, of `size` entries or, the last, fewer) -> a pytree with as many entries.
+      arrays: pytree of arrays on the host with one leading axis.
+      size: fewer than there are entries.
+      key: what `run` depends on: with the shapes of `arrays` it says which code is compiled.
+    """
+    count = len(jax.tree.leaves(arrays)[0])
+
+    def leaves_of(part: slice) -> list[Any]:
+        return jax.tree.leaves(run(_part(arrays, part)))
+
+    key = (*key, size, *(array.shape[1:] for array in jax.tree.leaves(arrays)))
+    if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
+        leaves, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
+        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
+    forms, structure = _forms[key]
+    whole = [empty((count, *shape), dtype) for shape, dtype in forms]
+    run_parts(leaves_of, count, size, whole)
+    return jax.tree.unflatten(structure, [jax.device_put(array) for array in whole])
+
+
+def _part(arrays: Any, part: slice) -> Any:
+    return jax.tree.map(lambda array: np.asarray(array)[part], arrays)
 
 
 def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray]) -> None:

@@ -47,14 +47,20 @@ def is_marking() -> bool:
     return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
-def jitted(fun: Callable) -> Callable:
+def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
     """Returns jax.jit(fun), which is compiled without the marks, with a warning, where the compiler refuses them.
 
     The marks are undocumented, and another jaxlib, or one with more threads, may not take them everywhere. That is noticed when
     a call fails that succeeds without them; afterwards nothing is marked any more. A user's own jit is not caught so: there
     SRT_JAX_PLAIN=1 helps.
+
+    Args:
+      fun: takes and returns arrays.
+      is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any other jit. XLA would split
+        the steps that are not marked among all cores, where they wait for each other's.
     """
-    form = {True: jax.jit(lambda *args: fun(*args)), False: jax.jit(lambda *args: fun(*args))}  # each traced on its own
+    options = {"xla_cpu_multi_thread_eigen": False} if is_part else None
+    form = {is_marked: jax.jit(lambda *args: fun(*args), compiler_options=options) for is_marked in (True, False)}
 
     def run(*args: Any) -> Any:
         is_marked = is_marking()

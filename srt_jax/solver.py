@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,7 +12,7 @@ import numpy as np
 from srt_jax import cores
 from srt_jax.acts import left_behind, placed
 from srt_jax.greedy import Symbolic, greedy_walk
-from srt_jax.kernel import batch_kernel
+from srt_jax.kernel import batch_kernel, jitted
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
 from srt_jax.prices import goal_prices
@@ -91,31 +91,18 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
 
-    def run(part: Task, count: int) -> Solution:
-        shape = (count, *bucket[1:])
+    size = cores.part_size(bucket[0], H * W * L) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
+    solve_in_bucket = _solver(mode, max_destroyed, capacity, max_branches, size < B)
+
+    def run(part: Task) -> Solution:
+        shape = (size, *bucket[1:])
         whole = part if part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape[4] else pad_batch(part, shape)
-        solution = _solver(mode, max_destroyed, capacity, max_branches)(whole, np.full(count, room, np.int32))
+        solution = solve_in_bucket(whole, np.full(size, room, np.int32))
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
-    size = cores.part_size(bucket[0], H * W * L) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
     if size >= B:
-        return jax.tree.map(jnp.asarray, run(task, bucket[0]))
-
-    def run_part(part: slice) -> list[Array]:
-        return jax.tree.leaves(run(jax.tree.map(lambda array: np.asarray(array)[part], task), size))
-
-    key = (mode, max_destroyed, max_branches, capacity, room, size, (L, H, W, M))
-    if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
-        leaves, structure = jax.tree.flatten(run(jax.tree.map(lambda array: np.asarray(array)[:size], task), size))
-        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
-    forms, structure = _forms[key]
-    out = [cores.empty((B, *shape), dtype) for shape, dtype in forms]
-    cores.run_parts(run_part, B, size, out)
-    return jax.tree.unflatten(structure, [jax.device_put(array) for array in out])
-
-
-_forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
-"""Of each part that has been solved the shapes and dtypes of its results, a task each, and the tree they hang in."""
+        return jax.tree.map(jnp.asarray, run(task))
+    return cores.in_parts(run, task, size, (solve_in_bucket, room))
 
 
 def _cut(solution: Solution, task: Task, room: int) -> Solution:
@@ -148,7 +135,9 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
 
 
 @functools.cache
-def _solver(mode: str, max_destroyed: int, capacity: int, max_branches: int) -> Callable[[Task, Array], Solution]:
+def _solver(
+    mode: str, max_destroyed: int, capacity: int, max_branches: int, is_part: bool = False
+) -> Callable[[Task, Array], Solution]:
     """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
     names = [field.name for field in dataclasses.fields(Task)]
     paper = functools.partial(_paper, is_literal=mode == "literal")
@@ -159,7 +148,7 @@ def _solver(mode: str, max_destroyed: int, capacity: int, max_branches: int) -> 
         task = Task(**dict(zip(names, arrays)))
         return _solve_batch(task, room, walk, max_destroyed=max_destroyed, capacity=capacity)
 
-    return jax.jit(lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)))
+    return jitted(lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)), is_part=is_part)
 
 
 def _solve_batch(
