@@ -1,9 +1,12 @@
+import os
+
 import jax
 import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.bench import kernels, maps, peers
+from srt_jax.bench import kernels, maps, peers, scaling
+from srt_jax.bench.machine import machine
 from srt_jax.distance import UNREACHED, cost_field
 
 
@@ -29,7 +32,23 @@ def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
 
 
 def test_the_table_leads_with_the_ratio_and_names_missing_peers():
-    row = {"kernel": "reach", "kind": "street", "size": 512, "batch": 4, "ms": 0.1, "bar": 2.5}
+    row = {"kernel": "reach", "kind": "street", "size": 512, "batch": 4, "ms": 0.1, "quartiles": [0.1, 0.2], "bar": 2.5}
     rows = [{**row, "peers": {"cc3d": 0.4}, "ratio": 4.0}, {**row, "peers": {}, "ratio": None}]
-    text = kernels.table({"machine": {"jax": "1", "device": "cpu"}, "fast_form": 5.0, "rows": rows})
+    text = kernels.table({"machine": machine(), "fast_form": 5.0, "rows": rows})
     assert "yes (5.0x the plain form)" in text and "cc3d 0.400 (4.0x)" in text and "none installed" in text
+
+
+def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
+    monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
+    monkeypatch.setattr(scaling, "SMALL", 16)
+    monkeypatch.setattr(scaling, "BATCHES", (2, 4, 8))
+    before = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
+    rows = scaling._measure(quick=True)
+    assert [row["kernel"] for row in rows] == ["reach", "cost_to_come", "seed_cell", "contour", "trace_path"]
+    for row in rows:
+        assert list(row["batch_ms"]) == list(row["small_ms"]) == ["2", "4", "8"] and row["flatness"] >= 1
+        assert min(*row["batch_ms"].values(), *row["small_ms"].values(), *row["cores_ms"]) > 0
+    reach, cost = rows[:2]
+    assert (reach["memory"]["result"], cost["memory"]["result"]) == (1.0, 4.0)
+    assert before is None or os.sched_getaffinity(0) == before
+    assert all(row["kernel"] in scaling.table(rows) for row in rows)

@@ -3,66 +3,50 @@
 import argparse
 import json
 import os
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from typing import Any
+
+from srt_jax.bench import scaling
+from srt_jax.bench.machine import machine, spread, told
+from srt_jax.bench.timing import in_turn, measured_apart
+
+PACKAGES = ("opencv-python-headless", "connected-components-3d", "scipy", "dijkstra3d", "scikit-image")
 
 BARS = {"reach, packed": 4.0, "reach": 2.5, "cost_to_come": 1.5, "contour": 1.5, "seed_cell": 5.0}
 """What the best native peer's time over ours is to be, on streets of 512 x 512; for cost_to_come the C++ peer's."""
 
 
 def run(quick: bool = False) -> dict[str, Any]:
-    """Returns {"machine", "fast_form", "rows": [{kernel, kind, size, batch, ms, peers {name: ms}, ratio, bar}...]}.
+    """Returns {"machine", "fast_form", "rows", "scaling"}; each in a process of its own.
 
-    In a process of its own, kept on one core, so that the caller's threads and settings are not touched.
+    A row: {kernel, kind, size, batch, ms, quartiles [low, high], peers {name: ms}, ratio, bar}, kept on one core; medians.
+    For "scaling" see `scaling`.
     """
-    environment = {
-        **os.environ,
-        "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
-        "OMP_NUM_THREADS": "1",
-        "JAX_PLATFORMS": "cpu",
-    }
-    command = [sys.executable, "-m", "srt_jax.bench.kernels", "--json", *(["--quick"] if quick else [])]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"the measuring process ended with code {done.returncode}: {done.stderr.strip()[-500:]}")
-    return json.loads(done.stdout)
+    alone = {"XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false", "OMP_NUM_THREADS": "1"}
+    return {**measured_apart("srt_jax.bench.kernels", quick, **alone), "scaling": scaling.run(quick)}
 
 
 def table(result: dict[str, Any]) -> str:
     """Returns the measurements as text, ratios first: over 1 means faster than the best native peer."""
     lines = [
-        f"jax {result['machine']['jax']} on {result['machine']['device']}, one thread; "
-        f"loops compiled whole: {'yes' if result['fast_form'] > 2 else 'NO'} ({result['fast_form']:.1f}x the plain form)",
-        f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'bar':>6s}{'ours ms':>10s}  peers, ms (their time over ours)",
+        f"{told(result['machine'])}, one thread; loops compiled whole: {'yes' if result['fast_form'] > 2 else 'NO'} "
+        f"({result['fast_form']:.1f}x the plain form)",
+        f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'bar':>6s}{'ours ms':>10s}{'quartiles':>16s}  "
+        "peers, ms (their time over ours)",
     ]
     for row in result["rows"]:
         peers = ", ".join(f"{name} {ms:.3f} ({ms / row['ms']:.1f}x)" for name, ms in row["peers"].items())
         bar = f"{row['bar']:.1f}" if row["bar"] else ""
         ratio = f"{row['ratio']:.2f}" if row["ratio"] else "-"
         place = f"{row['kernel']:15s}{row['kind']:12s}{row['size']:6d}"
-        lines.append(f"{place}{ratio:>8s}{bar:>6s}{row['ms']:10.3f}  {peers or 'none installed'}")
+        low, high = row["quartiles"]
+        between = f"{low:.3f}-{high:.3f}"
+        lines.append(f"{place}{ratio:>8s}{bar:>6s}{row['ms']:10.3f}{between:>16s}  {peers or 'none installed'}")
+    if result.get("scaling"):
+        lines += ["", scaling.table(result["scaling"])]
     return "\n".join(lines)
 
 
-def medians(functions: dict[str, Callable[[], Any]], repeats: int) -> dict[str, float]:
-    """Returns the median seconds of each, taken in turn so that a busy machine hits all alike."""
-    taken: dict[str, list[float]] = {name: [] for name in functions}
-    for function in functions.values():
-        function()
-    for _ in range(repeats):
-        for name, function in functions.items():
-            begin = time.perf_counter()
-            function()
-            taken[name].append(time.perf_counter() - begin)
-    return {name: sorted(times)[len(times) // 2] for name, times in taken.items()}
-
-
 def _measure(quick: bool) -> dict[str, Any]:
-    import jax
-
     from srt_jax.bench.maps import KINDS
 
     repeats = 3 if quick else 7
@@ -70,8 +54,7 @@ def _measure(quick: bool) -> dict[str, Any]:
     for size in (64, 256) if quick else (512, 64, 256, 1024):
         for kind in ("street", "noise 35 %", "maze 1") if quick else KINDS:
             rows += _measure_maps(kind, size, repeats)
-    machine = {"jax": jax.__version__, "device": jax.devices()[0].device_kind, "cores": os.cpu_count()}
-    return {"machine": machine, "fast_form": _fast_form(), "rows": rows}
+    return {"machine": machine(*PACKAGES), "fast_form": _fast_form(), "rows": rows}
 
 
 def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
@@ -107,13 +90,24 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     out = []
     for name, (function, others) in ours.items():
         functions = {"ours": lambda function=function: jax.block_until_ready(function()), **others}
-        times = {key: 1e3 * value / batch for key, value in medians(functions, repeats).items()}
-        mine = times.pop("ours")
+        spreads = {key: spread([1e3 * value / batch for value in taken]) for key, taken in in_turn(functions, repeats).items()}
+        own = spreads.pop("ours")
+        mine, times = own["median"], {key: value["median"] for key, value in spreads.items()}
         bar = BARS[name] if (kind, size) == ("street", 512) else None
         against = [times[key] for key in times if name != "cost_to_come" or key.startswith("C++")]
         ratio = min(against) / mine if against else None
         out.append(
-            {"kernel": name, "kind": kind, "size": size, "batch": batch, "ms": mine, "peers": times, "ratio": ratio, "bar": bar}
+            {
+                "kernel": name,
+                "kind": kind,
+                "size": size,
+                "batch": batch,
+                "ms": mine,
+                "quartiles": [own["low"], own["high"]],
+                "peers": times,
+                "ratio": ratio,
+                "bar": bar,
+            }
         )
     return out
 
@@ -144,8 +138,9 @@ def _fast_form() -> float:
     os.environ["SRT_JAX_PLAIN"] = "1"
     plain = jax.jit(lambda free, start: reach_maps(free, start)).lower(free, start).compile()
     del os.environ["SRT_JAX_PLAIN"]
-    times = medians({name: lambda f=f: jax.block_until_ready(f(free, start)) for name, f in (("m", marked), ("p", plain))}, 5)
-    return times["p"] / times["m"]
+    forms = {"marked": marked, "plain": plain}
+    times = in_turn({name: lambda form=form: jax.block_until_ready(form(free, start)) for name, form in forms.items()}, 5)
+    return spread(times["plain"])["median"] / spread(times["marked"])["median"]
 
 
 def main() -> None:
@@ -159,8 +154,7 @@ def main() -> None:
     import jax
 
     jax.config.update("jax_cpu_enable_async_dispatch", False)  # no thread to wake: the call is what is measured
-    result = _measure(options.quick)
-    print(json.dumps(result) if options.json else table(result))
+    print(json.dumps(_measure(options.quick)) if options.json else table(_measure(options.quick)))
 
 
 if __name__ == "__main__":
