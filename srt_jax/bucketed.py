@@ -33,13 +33,13 @@ def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, on_quads: Cal
       on_quads: the same kernel for masks as quads, if it has one; its first argument is such a mask.
       **static: options that fix a shape or choose the code.
     """
-    folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
     options = tuple(sorted(static.items()))
     if shapes.is_traced(*arrays):
+        folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
         out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
     else:
-        out = _call_eagerly(kernel, on_quads, folded, options)
-    return jax.tree.map(lambda array: shapes.unfold(array, batch), out)
+        out = _call_eagerly(kernel, on_quads, [_folded(array, batch) for array in arrays], options)
+    return jax.tree.map(lambda array: _unfolded(array, batch), out)
 
 
 def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[Array], options: tuple) -> Any:
@@ -75,8 +75,7 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
         return out if shape == bucket else jax.tree.map(lambda array: _kept(array, shape, bucket), out)
 
     if size[0] <= bucket[0]:
-        out = call_part(None)
-        return out if isinstance(arrays[0], jax.Array) else jax.block_until_ready(out)  # JAX may be reading the caller's memory
+        return jax.block_until_ready(call_part(None))  # JAX may be reading the caller's memory
     key = (run, bucket, size[1:], *(array.shape[1:] for array in arrays[1:]))
     if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
         leaves, structure = jax.tree.flatten(call_part(slice(0, bucket[0])))
@@ -84,7 +83,7 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
     forms, structure = _forms[key]
     whole = [cores.empty((size[0], *shape), dtype) for shape, dtype in forms]
     cores.run_parts(lambda part: jax.tree.leaves(call_part(part)), size[0], bucket[0], whole)
-    return jax.tree.unflatten(structure, [jax.device_put(array) for array in whole])
+    return jax.tree.unflatten(structure, whole)
 
 
 @functools.cache
@@ -101,7 +100,19 @@ def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.
     return out
 
 
-def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> jax.Array:
+def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
     """Returns a result without its padding, which is cut off on the host, where no shape is compiled."""
     sides = size if array.shape[:3] == bucket else size[:1]
-    return jax.numpy.asarray(np.asarray(array)[tuple(slice(0, side) for side in sides)])
+    return np.asarray(array)[tuple(slice(0, side) for side in sides)]
+
+
+def _folded(array: Array, batch: tuple[int, ...]) -> Array:
+    """`shapes.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
+    core_rank = array.ndim - len(batch)
+    return shapes.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
+
+
+def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:
+    """`shapes.unfold`, on the host if the array has been cropped there."""
+    array = shapes.unfold(array, batch)
+    return array if isinstance(array, jax.Array) else jax.device_put(array)
