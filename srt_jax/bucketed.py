@@ -19,7 +19,14 @@ from srt_jax.types import Array
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
 
 
-def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, on_quads: Callable | None = None, **static: Any) -> Any:
+def call(
+    kernel: Callable,
+    batch: tuple[int, ...],
+    *arrays: Array,
+    on_quads: Callable | None = None,
+    is_light: bool = False,
+    **static: Any,
+) -> Any:
     """Returns kernel(*arrays, **static), batch dimensions folded into one for it, and no trace of the padding of an eager call.
 
     Args:
@@ -28,28 +35,28 @@ def call(kernel: Callable, batch: tuple[int, ...], *arrays: Array, on_quads: Cal
       *arrays: the first [*batch, H, W], the others the same or [*batch, ...]. Every result of the kernel has the leading axis B
         and, where its next two axes are those of the padded maps, these are cropped as well.
       on_quads: the same kernel for masks as quads, if it has one; its first argument is such a mask.
+      is_light: whether it does about as little for each cell as to read it.
       **static: options that fix a shape or choose the code.
     """
-    folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
     options = tuple(sorted(static.items()))
     if shapes.is_traced(*arrays):
+        folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
         out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
     else:
-        out = _call_eagerly(kernel, on_quads, folded, options)
-    return jax.tree.map(lambda array: shapes.unfold(array, batch), out)
+        out = _call_eagerly(kernel, on_quads, is_light, [_folded(array, batch) for array in arrays], options)
+    return jax.tree.map(lambda array: _unfolded(array, batch), out)
 
 
-def _call_eagerly(kernel: Callable, on_quads: Callable | None, arrays: Sequence[Array], options: tuple) -> Any:
+def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, arrays: Sequence[Array], options: tuple) -> Any:
     size = tuple(arrays[0].shape)
     bucket = (shapes.batch_bucket(size[0]), *(shapes.size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
-        if on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS:
-            part = cores.part_size(bucket[0], cells, is_flood=True)
-            return _call_in_parts(_jitted(on_quads, options, part < bucket[0]), arrays, (part, *bucket[1:]), as_quads=True)
-        part = cores.part_size(bucket[0], cells)
-        if part < bucket[0]:
-            return _call_in_parts(_jitted(kernel, options, True), arrays, (part, *bucket[1:]), as_quads=False)
+        as_quads = on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS
+        part = cores.part_size(bucket[0], cells, is_light=is_light or on_quads is not None)
+        if as_quads or part < bucket[0]:
+            run = _jitted(on_quads if as_quads else kernel, options, part < bucket[0])
+            return _call_in_parts(run, arrays, (part, *bucket[1:]), as_quads=as_quads)
     run = _jitted(kernel, options)
     if bucket == size:
         return run(*arrays)
@@ -71,8 +78,7 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
 
     if len(arrays[0]) > bucket[0]:
         return cores.in_parts(call_part, list(arrays), bucket[0], (run, bucket))
-    out = call_part(arrays)
-    return out if isinstance(arrays[0], jax.Array) else jax.block_until_ready(out)  # JAX may be reading the caller's memory
+    return jax.block_until_ready(call_part(arrays))  # JAX may be reading the caller's memory
 
 
 @functools.cache
@@ -89,7 +95,19 @@ def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.
     return out
 
 
-def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> jax.Array:
+def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
     """Returns a result without its padding, which is cut off on the host, where no shape is compiled."""
     sides = size if array.shape[:3] == bucket else size[:1]
-    return jax.numpy.asarray(np.asarray(array)[tuple(slice(0, side) for side in sides)])
+    return np.asarray(array)[tuple(slice(0, side) for side in sides)]
+
+
+def _folded(array: Array, batch: tuple[int, ...]) -> Array:
+    """`shapes.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
+    core_rank = array.ndim - len(batch)
+    return shapes.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
+
+
+def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:
+    """`shapes.unfold`, on the host if the array has been cropped there."""
+    array = shapes.unfold(array, batch)
+    return array if isinstance(array, jax.Array) else jax.device_put(array)

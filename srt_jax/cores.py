@@ -23,8 +23,8 @@ from srt_jax.types import Array
 
 _LARGEST = 1 << 22  # cells of a part: as float32 16 MiB, which malloc hands out again without asking the system
 _SMALLEST = 1 << 17  # cells of a part worth a thread: a field of costs of as many takes 500 us
-_LARGEST_FLOOD = 1 << 21  # cells of a part of a flood: as bool 2 MiB, so that what two cores work on stays in their caches
-_SMALLEST_FLOOD = 1 << 21  # a flood of as many cells takes 500 us
+_LARGEST_LIGHT = 1 << 21  # cells of a part of light work: as bool 2 MiB, so that what two cores work on stays in their caches
+_SMALLEST_LIGHT = 1 << 21  # as a flood 500 us, as a search for seeds 200 us
 _FINE = 16  # maps of a part worth cutting further, to even out; fewer no longer fill the lanes of a flood
 
 _forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
@@ -52,17 +52,17 @@ def _home() -> set[Any] | None:
     return {jax.local_devices()[0]} if jax.default_backend() == "cpu" else None
 
 
-def part_size(bucket: int, cells: int, *, is_flood: bool = False) -> int:
+def part_size(bucket: int, cells: int, *, is_light: bool = False) -> int:
     """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be cut.
 
     Args:
       bucket: size of the batch, a power of two.
       cells: of one map.
-      is_flood: whether so little is done for each cell that reading and writing the maps counts.
+      is_light: whether so little is done for each cell that reading and writing the maps counts.
     """
     cores, size = num_cores(), bucket
-    largest, smallest = (_LARGEST_FLOOD, _SMALLEST_FLOOD) if is_flood else (_LARGEST, _SMALLEST)
-    if is_flood and bucket * cells <= 2 * smallest:
+    largest, smallest = (_LARGEST_LIGHT, _SMALLEST_LIGHT) if is_light else (_LARGEST, _SMALLEST)
+    if is_light and bucket * cells <= 2 * smallest:
         return bucket
 
     def is_too_large(size: int) -> bool:
@@ -78,7 +78,7 @@ def part_size(bucket: int, cells: int, *, is_flood: bool = False) -> int:
 
 
 def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> Any:
-    """Returns what `run` gives for the parts of `size` entries, put together along the leading axis, as arrays of JAX.
+    """Returns what `run` gives for the parts of `size` entries, put together along the leading axis, as arrays of numpy.
 
     Args:
       run: (a pytree like `arrays`, of `size` entries or, the last, fewer) -> a pytree with as many entries.
@@ -98,7 +98,7 @@ def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> A
     forms, structure = _forms[key]
     whole = [empty((count, *shape), dtype) for shape, dtype in forms]
     run_parts(leaves_of, count, size, whole)
-    return jax.tree.unflatten(structure, [jax.device_put(array) for array in whole])
+    return jax.tree.unflatten(structure, whole)
 
 
 def _part(arrays: Any, part: slice) -> Any:

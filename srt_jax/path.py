@@ -34,7 +34,7 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
     batch = shapes.common_batch(cost=(cost, 2), goal=(goal, 1))
     if max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
-    return records.Path(**bucketed.call(_trace_lengths, batch, cost, goal, max_cells=int(max_cells)))
+    return records.Path(**bucketed.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells)))
 
 
 def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:

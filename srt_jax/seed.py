@@ -31,7 +31,7 @@ def seed_cell(reached: records.Array, goal: records.Array) -> Array:
     """
     reached, goal = shapes.as_mask("reached", reached), shapes.as_cells("goal", goal)
     batch = shapes.common_batch(reached=(reached, 2), goal=(goal, 1))
-    return bucketed.call(seed_cells, batch, reached, goal)
+    return bucketed.call(seed_cells, batch, reached, goal, is_light=True)
 
 
 @batch_kernel

@@ -56,7 +56,7 @@ def fold(array: Array, core_rank: int) -> Array:
 
 def unfold(array: Array, batch: tuple[int, ...]) -> Array:
     """Returns the inverse of `fold`: [B, *core] -> [*batch, *core]."""
-    return array if len(batch) == 1 else array.reshape(*batch, *array.shape[1:])
+    return array if len(batch) == 1 else array.reshape((*batch, *array.shape[1:]))
 
 
 def size_bucket(length: int) -> int:

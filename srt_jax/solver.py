@@ -100,9 +100,7 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
         solution = solve_in_bucket(whole, np.full(size, room, np.int32))
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
-    if size >= B:
-        return jax.tree.map(jnp.asarray, run(task))
-    return cores.in_parts(run, task, size, (solve_in_bucket, room))
+    return jax.tree.map(jnp.asarray, run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room)))
 
 
 def _cut(solution: Solution, task: Task, room: int) -> Solution:

@@ -12,7 +12,7 @@ from srt_jax import bucketed, cores
 @pytest.fixture
 def in_small_parts(monkeypatch):
     """Batches of small maps are cut as large ones are."""
-    for name in ("_LARGEST", "_LARGEST_FLOOD", "_SMALLEST_FLOOD"):
+    for name in ("_LARGEST", "_LARGEST_LIGHT", "_SMALLEST_LIGHT"):
         monkeypatch.setattr(cores, name, 1 << 16)
     monkeypatch.setattr(cores, "num_cores", lambda: 3)
     monkeypatch.setattr(bucketed, "_FOR_QUADS", 0)
@@ -83,8 +83,8 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
 def test_a_flood_is_cut_finer_than_a_field_of_costs_but_only_where_there_is_much_of_it(monkeypatch):
     for count in (1, 2):
         monkeypatch.setattr(cores, "num_cores", lambda count=count: count)
-        assert [cores.part_size(batch, 512 * 512, is_flood=True) for batch in (1, 16, 64, 256)] == [1, 16, 8, 8]
-        assert cores.part_size(4096, 64 * 64, is_flood=True) == 512
+        assert [cores.part_size(batch, 512 * 512, is_light=True) for batch in (1, 16, 64, 256)] == [1, 16, 8, 8]
+        assert cores.part_size(4096, 64 * 64, is_light=True) == 512
 
 
 def test_the_environment_may_ask_for_fewer_cores(monkeypatch):
