@@ -21,6 +21,8 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
     that can be reached from `seed` (PY16 §3.2). All False where `seed` is (-1, -1), blocked, or equal to `goal`, or where the
     step is open.
 
+    Memory besides argument and result: 0.3 bytes a cell of a batch of hundreds, up to 2.5 of a small one.
+
     Args:
       free: bool [..., H, W], True where the agent fits.
       seed: int32 [..., 2], (row, col), from `seed_cell`.

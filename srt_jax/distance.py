@@ -46,6 +46,8 @@ def cost_to_come(free: records.Array, start: records.Array, traversal_cost: reco
     With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`traversal`), and the result is
     differentiable with respect to the costs, forwards and backwards (`gradient`): blocked and unreached cells have gradient 0.
 
+    Memory besides arguments and result: 20 bytes a cell of the one map in work, whatever the batch (without `traversal_cost`).
+
     Args:
       free: bool [..., H, W], True where the agent fits.
       start: int32 [..., 2], (row, col); may lie outside the map.

@@ -19,6 +19,8 @@ def seed_cell(reached: records.Array, goal: records.Array) -> Array:
     It borders the obstacle that closes off the goal (PY16 §3.2). Nearness is octile distance, compared without rounding; ties
     go to the lowest row, then the lowest column.
 
+    Memory besides argument and result: a few rows of the one map in work.
+
     Args:
       reached: bool [..., H, W], from `reach`.
       goal: int32 [..., 2], (row, col).
