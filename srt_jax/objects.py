@@ -24,31 +24,30 @@ def cells_of(labels: Array, which: Array) -> Array:
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover `cell` (int32 [B, 2]): bool [B, M]; none where it lies outside the array."""
-    _, _, H, W = labels.shape
-    row, col = cell[:, 0], cell[:, 1]
-    is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
-    batch = jnp.arange(labels.shape[0], dtype=jnp.int32)
-    owners = labels[batch, :, row.clip(0, H - 1), col.clip(0, W - 1)]  # [B, L]
+    owners, is_inside = _at(jnp.moveaxis(labels, 1, -1), cell)  # [B, L]
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)
     return (owners[:, :, None] == ids[None, None, :]).any(axis=1) & is_inside[:, None]
 
 
 def opens_at(labels: Array, cell: Array, gone: Array) -> Array:
     """Returns whether `cell` (int32 [B, 2]) is on the map and free once the obstacles `gone` (bool [B, M]) are: bool [B]."""
-    _, _, H, W = labels.shape
-    row, col = cell[:, 0], cell[:, 1]
-    is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
-    owners = labels[jnp.arange(len(labels), dtype=jnp.int32), :, row.clip(0, H - 1), col.clip(0, W - 1)]  # [B, L]
+    owners, is_inside = _at(jnp.moveaxis(labels, 1, -1), cell)  # [B, L]
     is_open = (owners == FREE) | (jnp.take_along_axis(gone, owners.clip(0), axis=1) & (owners >= 0))
     return is_open.all(axis=1) & is_inside
 
 
 def value_at(mask: Array, cell: Array) -> Array:
     """Returns the entry of `mask` [B, H, W] at `cell` (int32 [B, 2]): [B]; False where the cell lies outside the array."""
-    _, H, W = mask.shape
+    value, is_inside = _at(mask, cell)
+    return value & is_inside
+
+
+def _at(array: Array, cell: Array) -> tuple[Array, Array]:
+    """Returns the entry of `array` [B, H, W, ...] at `cell`, or the nearest it has, and whether it has `cell` (bool [B])."""
+    _, H, W = array.shape[:3]
     row, col = cell[:, 0], cell[:, 1]
     is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
-    return mask[jnp.arange(mask.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)] & is_inside
+    return array[jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)], is_inside
 
 
 def around(cells: Array) -> Array:

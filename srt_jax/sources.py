@@ -85,6 +85,8 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
     """Returns what a file holds, by the ending of its name; errors as for `inputs.read_tasks`."""
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
+    if pathlib.Path(path).is_dir():
+        raise ValueError(f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}")
     if ending is None:
         raise ValueError(
             f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one of {', '.join(_READERS)}"

@@ -110,3 +110,8 @@ def test_answers_that_could_not_be_kept_are_refused_before_solving(here, capsys,
 def test_help_of_convert_has_an_example(capsys):
     code, out, _ = printed(capsys, "convert", "--help")
     assert code == 0 and "Example" in out and "--size" in out
+
+
+def test_a_folder_is_told_apart_from_a_format_that_is_not_known(here, capsys):
+    assert run(["solve", str(here)]) == 2
+    assert "is a folder: name the files in it" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """`srt-jax convert`: a file written anew in another format."""
 
+import dataclasses
 import json
 from typing import Annotated
 
@@ -7,51 +8,27 @@ import typer
 
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
+from srt_jax.commands.reading import AS_SET, with_reading
 from srt_jax.inputs import prepared
 from srt_jax.notes import Notes
-from srt_jax.sources import Source, read_source
+from srt_jax.sources import Reading, Source, read_source
 from srt_jax.targets import ENDINGS, with_flags_of_task, write_source
 
 
+@with_reading
 def convert(
     source: Annotated[str, typer.Argument(metavar="IN", help="Anything that solve reads.", show_default=False)],
     target: Annotated[str, typer.Argument(metavar="OUT", help=", ".join(ENDINGS), show_default=False)],
-    start: options.StartOption = None,
-    goal: options.GoalOption = None,
+    reading: Reading = AS_SET,
     destroyable: options.DestroyableOption = None,
-    block: options.BlockOption = None,
-    size: options.SizeOption = None,
-    cell_side: options.CellSideOption = None,
-    rule: options.RuleOption = "touch",
-    tags: options.TagsOption = None,
-    units: options.UnitsOption = "auto",
-    free_pixels: options.FreePixelsOption = "light",
-    threshold: options.ThresholdOption = 128.0,
-    unknown: options.UnknownOption = "blocked",
-    repair: options.RepairOption = False,
     as_json: JsonOption = False,
 ) -> int:
     """Writes a map, place or task in another format, and says what that format has no room for."""
-    how = options.reading(
-        start=start,
-        goal=goal,
-        block=block,
-        size=size,
-        cell_side=cell_side,
-        rule=rule,
-        tags=tags,
-        units=units,
-        free_pixels=free_pixels,
-        threshold=threshold,
-        unknown=unknown,
-        repair=repair,
-        chooses=True,
-    )
     read, wrote = Notes(), Notes()
-    found = read_source(source, how, read)
-    if destroyable is not None or block is not None:
-        tasks = [named._replace(task=prepared(source, named.task, destroyable, block)) for named in found.tasks]
-        found = found._replace(tasks=tasks, map=None) if block is None else Source(tasks, grid=found.grid)
+    found = read_source(source, dataclasses.replace(reading, chooses=True), read)
+    if destroyable is not None or reading.block is not None:
+        tasks = [named._replace(task=prepared(source, named.task, destroyable, reading.block)) for named in found.tasks]
+        found = found._replace(tasks=tasks, map=None) if reading.block is None else Source(tasks, grid=found.grid)
         found = with_flags_of_task(found)
     write_source(target, found, wrote)
     if as_json:

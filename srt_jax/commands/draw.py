@@ -8,6 +8,7 @@ import typer
 
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
+from srt_jax.commands.reading import AS_SET, with_reading
 from srt_jax.console import counted, note, waiting
 from srt_jax.draw.gallery import SHOWS, Named, gallery
 from srt_jax.draw.picture import FORMATS
@@ -17,8 +18,11 @@ from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
 from srt_jax.inputs import NamedTask, read_tasks
 from srt_jax.many import solve_many
+from srt_jax.solver import MODES
+from srt_jax.sources import Reading
 
 
+@with_reading
 def draw(
     inputs: Annotated[list[str], typer.Argument(metavar="INPUT...", help="What 'srt-jax solve' reads.", show_default=False)],
     out: Annotated[
@@ -44,50 +48,26 @@ def draw(
         float | None,
         typer.Option(metavar="DEGREES", help="With --polar: where the agent looks, leftwards from east. Default: the goal."),
     ] = None,
-    start: options.StartOption = None,
-    goal: options.GoalOption = None,
+    reading: Reading = AS_SET,
     destroyable: options.DestroyableOption = None,
-    block: options.BlockOption = None,
-    size: options.SizeOption = None,
-    cell_side: options.CellSideOption = None,
-    rule: options.RuleOption = "touch",
-    tags: options.TagsOption = None,
-    units: options.UnitsOption = "auto",
-    free_pixels: options.FreePixelsOption = "light",
-    threshold: options.ThresholdOption = 128.0,
-    unknown: options.UnknownOption = "blocked",
-    repair: options.RepairOption = False,
     mode: Annotated[
-        str, typer.Option(metavar="least|paper", help="As in 'srt-jax solve'.", autocompletion=lambda: ["least", "paper"])
+        str, typer.Option(metavar="least|paper|literal", help="As in 'srt-jax solve'.", autocompletion=lambda: list(MODES))
     ] = "least",
+    max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
     as_json: JsonOption = False,
 ) -> int:
     """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of the whole loop."""
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
-    how = options.reading(
-        start=start,
-        goal=goal,
-        block=block,
-        size=size,
-        cell_side=cell_side,
-        rule=rule,
-        tags=tags,
-        units=units,
-        free_pixels=free_pixels,
-        threshold=threshold,
-        unknown=unknown,
-        repair=repair,
-    )
     with waiting("reading", quiet=as_json):
-        tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=how)]
+        tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=reading)]
     tasks = _chosen(tasks, only)[:limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
     if out.suffix.lower() == ".gif" and len(tasks) > 1:
         raise ValueError(f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or --only NAME")
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, progress=progress)
+        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress)
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:

@@ -8,15 +8,18 @@ import typer
 
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
+from srt_jax.commands.reading import AS_SET, with_reading
 from srt_jax.commands.report import report, require_page_name
 from srt_jax.console import counted
 from srt_jax.inputs import read_tasks
 from srt_jax.many import solve_many
 from srt_jax.notes import Notes
 from srt_jax.results import require_name, write_results
+from srt_jax.sources import Reading
 from srt_jax.types import Status
 
 
+@with_reading
 def solve(
     inputs: Annotated[
         list[str],
@@ -27,19 +30,8 @@ def solve(
             show_default=False,
         ),
     ],
-    start: options.StartOption = None,
-    goal: options.GoalOption = None,
+    reading: Reading = AS_SET,
     destroyable: options.DestroyableOption = None,
-    block: options.BlockOption = None,
-    size: options.SizeOption = None,
-    cell_side: options.CellSideOption = None,
-    rule: options.RuleOption = "touch",
-    tags: options.TagsOption = None,
-    units: options.UnitsOption = "auto",
-    free_pixels: options.FreePixelsOption = "light",
-    threshold: options.ThresholdOption = 128.0,
-    unknown: options.UnknownOption = "blocked",
-    repair: options.RepairOption = False,
     mode: Annotated[
         str,
         typer.Option(
@@ -61,24 +53,10 @@ def solve(
     require_page_name(page)
     if results:
         require_name(results)
-    how = options.reading(
-        start=start,
-        goal=goal,
-        block=block,
-        size=size,
-        cell_side=cell_side,
-        rule=rule,
-        tags=tags,
-        units=units,
-        free_pixels=free_pixels,
-        threshold=threshold,
-        unknown=unknown,
-        repair=repair,
-    )
     tasks, told = [], []
     for path in inputs:
         notes = Notes()
-        tasks += read_tasks(path, destroyable=destroyable, reading=how, notes=notes)
+        tasks += read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
         told += notes.records(path)
         if not as_json:
             options.tell(path, notes)

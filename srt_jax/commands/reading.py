@@ -1,0 +1,115 @@
+"""How files are read: the options that solve, draw and convert share, put in the place of their parameter `reading`."""
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import typer
+
+from srt_jax.formats import geojson, gridmap, pictures
+from srt_jax.sources import Cell, Reading
+
+AS_SET = Reading()
+_PLACES = "Places and maps"
+
+
+def with_reading(command: Callable[..., int]) -> Callable[..., int]:
+    """Returns the command with the options of `_reading` instead of its parameter `reading`."""
+    options = inspect.signature(_reading).parameters
+
+    @functools.wraps(command)
+    def run(**typed: Any) -> int:
+        reading = _reading(**{name: typed.pop(name) for name in options})
+        return command(**typed, reading=reading)
+
+    parameters = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        parameters += list(options.values()) if name == "reading" else [parameter]
+    keywords = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in parameters]
+    run.__signature__ = inspect.Signature(keywords, return_annotation=int)  # pyright: ignore[reportAttributeAccessIssue]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in keywords} | {"return": int}
+    return run
+
+
+def _reading(
+    *,
+    start: Annotated[
+        str | None,
+        typer.Option(metavar="R,C", help="Start cell on a map or place. Default: see docs/formats.md; a .map asks for it."),
+    ] = None,
+    goal: Annotated[str | None, typer.Option(metavar="R,C", help="Goal cell on a map or place.")] = None,
+    block: Annotated[
+        str | None,
+        typer.Option(
+            metavar="half|quarter|bagel-K", help="Cut the goal off by one more obstacle, which can be destroyed (PY16, 4)."
+        ),
+    ] = None,
+    size: Annotated[
+        int | None,
+        typer.Option(
+            min=1, metavar="N", rich_help_panel=_PLACES, help="N x N cells on the largest square of a place. Default: 500."
+        ),
+    ] = None,
+    cell_side: Annotated[
+        float | None,
+        typer.Option(metavar="M", rich_help_panel=_PLACES, help="Cells of M metres on the whole place, or in an .svg scene."),
+    ] = None,
+    rule: Annotated[
+        str,
+        typer.Option(
+            metavar="touch|centre", rich_help_panel=_PLACES, help="Which cells a polygon covers: all it meets, or centres."
+        ),
+    ] = "touch",
+    tags: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RULES.json", rich_help_panel=_PLACES, help="Which tags are obstacles, and which of them destroyable."
+        ),
+    ] = None,
+    units: Annotated[
+        str, typer.Option(metavar="|".join(geojson.UNITS), rich_help_panel=_PLACES, help="Of the coordinates in GeoJSON.")
+    ] = "auto",
+    free_pixels: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(pictures.POLARITIES), rich_help_panel=_PLACES, help="Which pixels of a picture are free."
+        ),
+    ] = "light",
+    threshold: Annotated[
+        float, typer.Option(metavar="0..255", rich_help_panel=_PLACES, help="Shade from which on a pixel is light.")
+    ] = 128.0,
+    unknown: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(gridmap.UNKNOWN_AS), rich_help_panel=_PLACES, help="What unknown cells of a ROS map count as."
+        ),
+    ] = "blocked",
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Make valid the polygons of a .json world that cross themselves.")
+    ] = False,
+) -> Reading:
+    """Returns how to read files, from the options as typed."""
+    return Reading(
+        start=_cell("--start", start),
+        goal=_cell("--goal", goal),
+        block=block,
+        size=size,
+        cell_side=cell_side,
+        rule=rule,
+        tags=tags,
+        units=units,
+        free_pixels=free_pixels,
+        threshold=threshold,
+        unknown=unknown,
+        repair=repair,
+    )
+
+
+def _cell(option: str, text: str | None) -> Cell | None:
+    """Returns the cell typed as row,column; None where none was."""
+    try:
+        row, col = (text or "0,0").split(",")
+        return (int(row), int(col)) if text is not None else None
+    except ValueError:
+        raise ValueError(f"{option} {text!r} is no cell: write row,column, such as 3,5") from None
