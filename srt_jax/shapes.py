@@ -10,6 +10,11 @@ from srt_jax.types import Array
 
 _SIZES = (8, 16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096)
 
+try:  # undocumented; spares an eager call the 50 us of making an array to look at
+    from jax._src.core import trace_state_clean as _is_outside
+except ImportError:
+    _is_outside = None
+
 
 def as_mask(name: str, value: Array, *, core_rank: int = 2) -> Array:
     """Returns `value` if it is bool [..., *core]; else TypeError or ValueError with the remedy."""
@@ -83,8 +88,10 @@ def is_traced(*trees: object) -> bool:
 
     Inside jit even what is made of constants is a tracer, which the host cannot read.
     """
-    leaves = jax.tree.leaves(trees)
-    return any(isinstance(leaf, core.Tracer) for leaf in (*leaves, lax.full((), 0, np.int32)))
+    if any(isinstance(leaf, core.Tracer) for leaf in jax.tree.leaves(trees)):
+        return True
+    is_outside = _is_outside is not None and _is_outside()
+    return not is_outside and isinstance(lax.full((), 0, np.int32), core.Tracer)
 
 
 def _as_array(value: object) -> Array:
