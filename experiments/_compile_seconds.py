@@ -40,7 +40,7 @@ def main() -> None:
     kernel, side, batch = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     compiled: list[float] = []
     jax.monitoring.register_event_duration_secs_listener(
-        lambda event, seconds, **_: compiled.append(seconds) if event.endswith("backend_compile_duration") else None
+        lambda event, duration_secs, **_: compiled.append(duration_secs) if event.endswith("backend_compile_duration") else None
     )
     jax.block_until_ready(jax.jit(lambda x: x + 1)(np.ones(3, np.float32)))  # JAX itself has started
     called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))  # and what all kernels share

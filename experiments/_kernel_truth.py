@@ -13,8 +13,8 @@ ROOT = 2**0.5
 HALF_AGAIN = 1.5 * 2.0**-23
 """Relative error of a length that is rounded to float32 within 1.5 units in the last place."""
 
-_SIDES = np.zeros((3, 3, 3), bool)  # cells of a map hang together by their sides, maps not at all
-_SIDES[1, 1], _SIDES[1, :, 1] = True, True
+_SIDES = np.array([[[0, 0, 0]] * 3, [[0, 1, 0], [1, 1, 1], [0, 1, 0]], [[0, 0, 0]] * 3])
+"""Cells of a map hang together by their sides, maps not at all."""
 
 
 def starts_inside(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -34,9 +34,9 @@ def reached_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def lengths_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Returns float64 [B, H, W], lengths by Dijkstra's search, inf where none leads; a diagonal needs both cells beside it free.
+    """Returns float64 [B, H, W], lengths by Dijkstra's search, inf where none leads.
 
-    The maps are pieces of one graph, searched from all starts at once.
+    A diagonal needs both cells beside it free. The maps are pieces of one graph, searched from all starts at once.
     """
     number = np.full(free.shape, -1)
     number[free] = np.arange(free.sum())
@@ -80,7 +80,7 @@ def relative_errors(got: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def nearest_of(cells_of: np.ndarray, goal: Sequence[int]) -> tuple[int, int]:
-    """Returns the nearest cell of a mask, the first in row order; distances differ by more than float64 rounds on small maps."""
+    """Returns the nearest cell of a mask, the first in row order; on small maps distances differ by more than rounding."""
     cells = np.argwhere(cells_of)
     apart = abs(cells - np.asarray(goal))
     place = (apart.max(axis=1) + (ROOT - 1) * apart.min(axis=1)).argmin()

@@ -4,15 +4,15 @@
 
 random   2,000 maps from 1x1 to 130x97, empty to full: reach, cost_to_come and components equal SciPy's, and turning, mirroring,
          transposing and padding change no bit.
-agree    1,000 maps, half of them cut off: A*, JPS and Dijkstra (`srt_jax/reference/`) and the kernels have the same reachability,
-         lengths, seed and contour (as the wall follower's trace), and each route is walked.
+agree    1,000 maps, half of them cut off: A*, JPS and Dijkstra (`srt_jax/reference/`) and the kernels have the same
+         reachability, lengths, seed and contour (as the wall follower's trace), and each route is walked.
 bagels   the contours of the paper's obstacles on the empty map.
 snakes   corridors, empty maps and long rows up to 2048x2048 with lengths known without a search: all reached, no overflow.
 data     every map and scenario under --data (or SRT_SHARED_DATA); left out where there is none.
 compile  programs and seconds per kernel at 512x512, each in a process of its own.
 
-Prints a row per check: how many were made, how many failed, the largest relative error. What fails is told on standard error with
-kind, seed and size. Exit code 1 if anything did.
+Prints a row per check: how many were made, how many failed, the largest relative error. What fails is told on standard error
+with kind, seed and size. Exit code 1 if anything did.
 """
 
 import argparse
@@ -22,15 +22,15 @@ import pathlib
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import nullcontext
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
+import jax.numpy as jnp
 import numpy as np
 
 import srt_jax
 from experiments import _kernel_maps as maps
 from experiments import _kernel_truth as truth
+from experiments._tally import Tally, progress
 from srt_jax import components, fixed_point
 from srt_jax.moves import max_path_cells
 from srt_jax.reference.astar import astar
@@ -52,50 +52,6 @@ CHANGES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "upside down": np.flipud,
     "transposed": np.transpose,
 }
-
-
-class Tally:
-    """How often each check was made and failed, and its largest relative error; what fails is told as it comes."""
-
-    def __init__(self) -> None:
-        self.rows: dict[tuple[str, str], list[Any]] = {}
-        self.part = ""
-
-    def judge(self, check: str, is_right: bool, told: str, error: float | None = None) -> None:
-        row = self.rows.setdefault((self.part, check), [0, 0, None])
-        row[0] += 1
-        row[1] += not is_right
-        if error is not None:
-            row[2] = max(row[2] or 0.0, float(error))
-        if not is_right:
-            print(f"{self.part}, {check}: {told}", file=sys.stderr, flush=True)
-
-    def near(self, check: str, error: float, limit: float, told: str) -> None:
-        self.judge(check, error <= limit, f"{told}: relative error {error:.2e}, at most {limit:.2e}", error)
-
-    @property
-    def num_wrong(self) -> int:
-        return sum(wrong for _, wrong, _ in self.rows.values())
-
-    def __str__(self) -> str:
-        lines = [f"{'part':8s} {'check':52s} {'count':>7s} {'wrong':>6s}  largest error"]
-        for (part, check), (count, wrong, error) in self.rows.items():
-            lines.append(f"{part:8s} {check:52s} {count:7d} {wrong:6d}  {'' if error is None else f'{error:.2e}'}".rstrip())
-        return "\n".join(lines)
-
-
-def progress(what: str, items: Iterable, total: int) -> Iterator:
-    """Yields the items; with a bar where rich is installed and standard error is a terminal."""
-    try:
-        from srt_jax.console import counted
-    except ImportError:
-        context: Any = nullcontext(lambda count: None)
-    else:
-        context = counted(what, total, quiet=False)
-    with context as advance:
-        for item in items:
-            yield item
-            advance(1)
 
 
 def batches(drawn: Sequence[maps.Drawn], side: int) -> Iterator[tuple[Sequence[maps.Drawn], np.ndarray, np.ndarray]]:
@@ -202,7 +158,7 @@ def judge_search(tally, free, start, goal, flood, field, told) -> bool:
     errors = truth.relative_errors(field[None], dijkstra(free, start)[None])
     tally.near("cost_to_come equals the bucket Dijkstra", errors[0], limit, told)
     if is_reached:
-        tally.near("cost_to_come equals A* at the goal", abs(field[goal] - slow.cost) / max(slow.cost, 1), limit, told)
+        tally.near("cost_to_come equals A* at the goal", abs(float(field[goal]) - slow.cost) / max(slow.cost, 1), limit, told)
     else:
         tally.judge("A*'s CLOSED is what reach reaches", np.array_equal(slow.closed, flood), told)
     return is_reached
@@ -258,7 +214,7 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
     lengths = np.asarray(srt_jax.cost_to_come(known.free, start))
     is_whole = np.array_equal(np.isfinite(lengths), known.free) and np.array_equal(srt_jax.reach(known.free, start), known.free)
     tally.judge("every free cell is reached, no other", is_whole, known.told)
-    limit = truth.off_by(int(fixed_point.finest_scale(known.free))) + truth.HALF_AGAIN
+    limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(known.free)))) + truth.HALF_AGAIN
     error = abs(float(lengths[known.goal]) - known.length) / max(known.length, 1)
     kind = "straight" if known.diagonal == 0 else "with diagonals"
     tally.near(f"length up to {side} cells a side, {kind}", error, limit, f"{known.told}, scale of error {limit:.1e}")
@@ -286,7 +242,7 @@ def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
             tally.judge("reach equals scipy.ndimage.label", np.array_equal(got, right), f"{path.name}, start {start}")
         lengths = np.asarray(srt_jax.cost_to_come(free, starts[0]))
         error = truth.relative_errors(lengths[None], truth.lengths_by_scipy(many[:1], starts[:1]))[0]
-        limit = truth.off_by(int(fixed_point.finest_scale(free))) + truth.HALF_AGAIN
+        limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(free)))) + truth.HALF_AGAIN
         tally.near("cost_to_come equals scipy's dijkstra", error, limit, f"{path.name}, start {starts[0].tolist()}")
     scenarios = sorted(folder.rglob("*.scen"))
     for path in progress("scenarios", scenarios, len(scenarios)):

@@ -41,7 +41,8 @@ def cost_to_come(free: records.Array, start: records.Array, traversal_cost: reco
     """Returns the length of a shortest path from `start` to each cell; inf where none leads (everywhere if `start` is blocked).
 
     Octile: 1 a straight move, sqrt 2 a diagonal one, which needs both cells beside it free (PY16 §3.2). Exact up to the
-    rounding to float32 and the fixed point's 8e-9 (maps up to 700x700; 3e-7 at most up to 2048x2048).
+    rounding to float32 (1.8e-7 at most) and the fixed point's 8e-9 on maps up to 700x700, 3e-7 up to 1700x1700, 1.5e-6 up to
+    2600x2600: what diagonals may be too long or too short by (`fixed_point`).
 
     With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`traversal`), and the result is
     differentiable with respect to the costs, forwards and backwards (`gradient`): blocked and unreached cells have gradient 0.

@@ -45,11 +45,12 @@ def test_padding_and_place_do_not_change_the_scale():
     assert int(finest_scale(jnp.asarray(noise(np.random.default_rng(0), 100, 100, 0.1)))) == 0
 
 
-def test_a_map_of_2048_cells_a_side_is_exact_to_1e_5_whatever_is_on_it():
-    worst = np.ones((2048, 2048), bool)
-    worst[1::2, 1::2] = False
+@pytest.mark.parametrize("side, error", [(700, 8e-9), (1700, 3e-7), (2600, 1.54e-6)])
+def test_the_error_told_for_a_size_holds_whatever_is_on_the_map(side, error):
+    worst = np.ones((side, side), bool)
+    worst[1::2, 1::2] = False  # three free cells in every square: no map needs a coarser scale
     straight, diagonal = FIXED_POINTS[int(finest_scale(jnp.asarray(worst)))]
-    assert abs(diagonal / straight / 2**0.5 - 1) < 1e-5
+    assert abs(diagonal / straight / 2**0.5 - 1) < error
     assert int(worst.sum()) * straight < MAX_COST
 
 
