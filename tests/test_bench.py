@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.bench import kernels, maps, peers
+from srt_jax.bench import envs, kernels, maps, peers
 from srt_jax.distance import UNREACHED, cost_field
 
 
@@ -33,3 +33,11 @@ def test_the_table_leads_with_the_ratio_and_names_missing_peers():
     rows = [{**row, "peers": {"cc3d": 0.4}, "ratio": 4.0}, {**row, "peers": {}, "ratio": None}]
     text = kernels.table({"machine": {"jax": "1", "device": "cpu"}, "fast_form": 5.0, "rows": rows})
     assert "yes (5.0x the plain form)" in text and "cc3d 0.400 (4.0x)" in text and "none installed" in text
+
+
+def test_the_table_of_environments_compares_best_runs_of_what_does_as_much_and_tells_their_spread():
+    facts = {"cpu": "a", "cores": 2, "load": None, "system": "b", "python": "3", "packages": {}, "device": "cpu"}
+    spread = {"median": 9.0, "low": 8.0, "high": 10.0, "count": 5}
+    rows = [{"name": name, "steps_per_second": rate, "spread": spread} for name, rate in (("ours", 10.0), ("navix Empty", 5.0))]
+    text = envs.table({"machine": facts, "rows": [*rows, {"name": "jumanji Maze", "missing": "no module named jumanji"}]})
+    assert "2.00  9 (8-10)" in text and "no module named jumanji" in text
