@@ -158,56 +158,87 @@ def _legs(solution: Solution, grid: Grid, table: FuzzyTable) -> list[tuple[np.nd
 
 def drawn(story: Story) -> Any:
     """Returns the figure: agent, sector, square, grid, obstacles, corridors H1 and H2 round the links, traces L1 and L2."""
-    from matplotlib.patches import Circle, Polygon, Rectangle
-
-    figure, axes = column_figure(height=3.05)
-    x_min, y_min, x_max, y_max = story.world.bounds
-    for line in np.arange(story.grid.width + 1) * story.grid.side + x_min:
-        axes.plot([line, line], [y_min, y_max], color="0.88", linewidth=0.4, zorder=0)
-    for line in y_max - np.arange(story.grid.height + 1) * story.grid.side:
-        axes.plot([x_min, x_max], [line, line], color="0.88", linewidth=0.4, zorder=0)
-    for number, obstacle in enumerate(story.world.obstacles):
-        name = "destroyed" if number in np.asarray(story.solution.destroyed) else "firm" if number == 1 else None
-        colour = "#cc79a7" if name == "destroyed" else "0.55"
-        axes.add_patch(Polygon(np.array(obstacle.parts[0][0]), facecolor=colour, edgecolor="none", label=name, zorder=2))
-    colours = ("#0072b2", "#009e73", "#e69f00")
+    figure, axes = column_figure(height=3.0)
+    _draw_world(axes, story)
     for number, (points, _, deviation, _) in enumerate(story.legs):
-        _corridor(axes, points, deviation, colours[number % 3], number + 1)
+        _corridor(axes, points, deviation, ("#0072b2", "#009e73", "#e69f00")[number % 3], number + 1)
     contour = point_of(story.grid, np.argwhere(np.asarray(story.solution.contour)).astype(np.int32))
-    axes.plot(*contour.T, "s", color="#d55e00", markersize=2.4, label="contour", zorder=3)
-    axes.add_patch(Polygon(_outline(story.sector), facecolor="#f0e442", edgecolor="0.2", linewidth=0.7, zorder=3))
-    (x, y), side = story.square
-    axes.add_patch(Rectangle((x - side / 2, y - side / 2), side, side, fill=False, edgecolor="0.1", linewidth=0.9, zorder=4))
-    for corner in from_polar(sector_corners(story.sector), AGENT, np.float64(HEADING))[:2]:
-        axes.plot(*zip(AGENT, corner), color="0.45", linewidth=0.5, linestyle=(0, (4, 3)), zorder=1)
-    axes.add_patch(Circle(tuple(AGENT), RADIUS, facecolor="white", edgecolor="black", linewidth=0.8, zorder=5))
-    ahead = AGENT + 7 * np.array([math.cos(HEADING), math.sin(HEADING)])
-    axes.annotate(
-        "", ahead, AGENT, arrowprops={"arrowstyle": "-|>", "linewidth": 0.8, "shrinkA": 0, "color": "black"}, zorder=6
-    )
-    axes.text(AGENT[0] - 1, AGENT[1] - 7.2, "agent", ha="center")
-    axes.text(x + side, y + 1.1 * side, "goal: sector\nand square", ha="left", va="bottom")
+    axes.plot(*contour.T, "s", color="#d55e00", markersize=2.6, label="contour", zorder=3)
+    _draw_goal(axes, story)
+    _draw_agent(axes)
+    x_min, y_min, x_max, y_max = story.world.bounds
     axes.set_xlim(x_min, x_max)
     axes.set_ylim(y_min, y_max)
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+def _draw_world(axes: Any, story: Story) -> None:
+    """The grid, and the obstacles upon it."""
+    from matplotlib.patches import Polygon
+
+    x_min, y_min, x_max, y_max = story.world.bounds
+    look = {"color": "0.88", "linewidth": 0.4, "zorder": 0}
+    axes.vlines(np.arange(story.grid.width + 1) * story.grid.side + x_min, y_min, y_max, **look)
+    axes.hlines(y_max - np.arange(story.grid.height + 1) * story.grid.side, x_min, x_max, **look)
+    for number, obstacle in enumerate(story.world.obstacles):
+        name = "destroyed" if number in np.asarray(story.solution.destroyed) else "firm" if number == 1 else None
+        colour = "#cc79a7" if name == "destroyed" else "0.55"
+        axes.add_patch(Polygon(np.array(obstacle.parts[0][0]), facecolor=colour, edgecolor="none", label=name, zorder=2))
+
+
+def _draw_goal(axes: Any, story: Story) -> None:
+    """The sector of the goal's sign, its rays from the agent, and the square that holds it."""
+    from matplotlib.patches import Polygon, Rectangle
+
+    sector = Polygon(
+        _outline(story.sector), facecolor="#f0e442", edgecolor="0.2", linewidth=0.7, label="goal's sector", zorder=3
+    )
+    axes.add_patch(sector)
+    (x, y), side = story.square
+    options: Any = {"fill": False, "edgecolor": "0.1", "linewidth": 0.9, "label": "goal's square", "zorder": 4}
+    axes.add_patch(Rectangle((x - side / 2, y - side / 2), side, side, **options))
+    for corner in from_polar(sector_corners(story.sector), AGENT, np.float64(HEADING))[:2]:
+        axes.plot(*zip(AGENT, corner), color="0.45", linewidth=0.5, linestyle=(0, (4, 3)), zorder=1)
+    axes.text(x + 0.7 * side, y, "goal", va="center")
+
+
+def _draw_agent(axes: Any) -> None:
+    from matplotlib.patches import Circle
+
+    axes.add_patch(Circle(tuple(AGENT), RADIUS, facecolor="white", edgecolor="black", linewidth=0.8, zorder=5))
+    ahead = AGENT + 7 * np.array([math.cos(HEADING), math.sin(HEADING)])
+    look = {"arrowstyle": "-|>", "linewidth": 0.8, "shrinkA": 0, "color": "black"}
+    axes.annotate("", ahead, AGENT, arrowprops=look, zorder=6)
+    axes.text(AGENT[0] - 1, AGENT[1] - 7.6, "agent", ha="center")
 
 
 def _corridor(axes: Any, points: np.ndarray, deviation: float, colour: str, number: int) -> None:
     """A leg's trace, its straight link, and the points that stray from the link no more than is permitted."""
     start, end = points[0], points[-1]
     axes.plot(*points.T, color=colour, linewidth=1.6, label=f"$L_{number}$", zorder=4)
-    axes.plot(*zip(start, end), color=colour, linewidth=0.6, linestyle=":", zorder=4)
+    axes.plot(*zip(start, end), color=colour, linewidth=0.7, linestyle=":", zorder=4)
     if not math.isfinite(deviation):
         return
     along = math.atan2(*(end - start)[::-1])
     turns = np.linspace(math.pi / 2, 3 * math.pi / 2, 24)
     around = [start + deviation * np.array([math.cos(along + turn), math.sin(along + turn)]) for turn in turns]
     around += [end - deviation * np.array([math.cos(along + turn), math.sin(along + turn)]) for turn in turns]
-    axes.fill(*np.array(around).T, color=colour, alpha=0.13, linewidth=0, label=f"$H_{number}$ = {deviation:g} m", zorder=1)
+    axes.fill(*np.array(around).T, color=colour, alpha=0.15, linewidth=0, label=f"$H_{number}$ = {deviation:g} m", zorder=1)
+    _measure(axes, start + 0.35 * (end - start), along, deviation, colour, number)
+
+
+def _measure(axes: Any, foot: np.ndarray, along: float, deviation: float, colour: str, number: int) -> None:
+    """How far H reaches from the link, as a measured length with its name at the end."""
+    across = np.array([-math.sin(along), math.cos(along)])
+    tip = foot + deviation * across
+    axes.annotate(
+        "", tip, foot, arrowprops={"arrowstyle": "<->", "color": colour, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
+    )
+    axes.text(*(tip + 2.6 * across), f"$H_{number}$", color=colour, ha="center", va="center")
 
 
 def _outline(sector: Sector) -> np.ndarray:

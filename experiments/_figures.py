@@ -1,5 +1,7 @@
 """Figures for a column of a paper: 3.4 inches wide, letters of 7 points, colours that colour-blind people can tell apart."""
 
+import math
+from collections.abc import Iterable
 from typing import Any
 
 COLUMN_WIDTH = 3.4
@@ -59,3 +61,11 @@ def grouped_bars(axes: Any, groups: list[str], series: dict[str, list[dict[str, 
         axes.bar(places, medians, width * 0.92, color=COLOURS[number % len(COLOURS)], label=name)
         axes.errorbar(places, medians, [below, above], fmt="none", ecolor="0.25", elinewidth=0.6, capsize=1.2, capthick=0.6)
     axes.set_xticks(range(len(groups)), groups)
+
+
+def plain_ticks(axes: Any, values: Iterable[float]) -> None:
+    """Makes the y axis logarithmic, from the power of ten below all values to that above them, labelled 0.1, 1, 10."""
+    there = [value for value in values if value > 0]  # NaN is not
+    axes.set_yscale("log")
+    axes.set_ylim(10.0 ** math.floor(math.log10(min(there))), 10.0 ** math.ceil(math.log10(max(there))))
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")

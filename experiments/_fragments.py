@@ -1,9 +1,9 @@
 """Fragments of cities on square grids: windows of the shipped Helsinki, crops of MovingAI's street maps, OSM extracts."""
 
-import importlib
+import math
 import os
 import pathlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +11,18 @@ import numpy as np
 from srt_jax.components import label
 from srt_jax.data import Place, helsinki
 from srt_jax.formats.movingai import read_map
+from srt_jax.formats.osm import read_osm
 from srt_jax.raster import cover, square_grid
 from srt_jax.types import FREE
 
 SHARED = pathlib.Path(os.environ.get("SRT_SHARED_DATA", "../shared/data"))
 """Outside maps, used where they are there."""
+
+
+Bounds = tuple[float, float, float, float]
+
+_LEAST_CELL = 0.1
+"""Metres: an extract with smaller cells is no city."""
 
 
 class Fragment(NamedTuple):
@@ -46,26 +53,43 @@ def street_maps(size: int, folder: pathlib.Path = SHARED / "street") -> Iterator
         yield Fragment(path.stem, labels, "MovingAI street maps; (c) OpenStreetMap contributors, ODbL 1.0")
 
 
-def extracts(paths: Iterable[pathlib.Path], size: int) -> Iterator[Fragment]:
-    """Yields the largest square in the middle of each OpenStreetMap extract.
+def extracts(paths: Iterable[pathlib.Path], size: int, log: Callable[[str], None]) -> Iterator[Fragment]:
+    """Yields a window of each OpenStreetMap extract, at most 1000 m a side: that with the most buildings.
 
     Raises:
-      ValueError: this version has no reader for such files, or a file cannot be read.
+      ValueError: a file cannot be read, or holds no building, or is too small for so many cells.
     """
-    paths = list(paths)
-    if not paths:
-        return
-    try:
-        read = importlib.import_module("srt_jax.formats.osm").read_osm
-    except (ImportError, AttributeError) as error:
-        raise ValueError(f"{paths[0]}: there is no reader for OpenStreetMap extracts here: {error}") from error
     for path in paths:
-        found = read(path)
-        place = getattr(found, "place", found)
-        yield _window(pathlib.Path(path).name.split(".")[0], place, place.bounds, size)
+        log(f"reading {path}")
+        place = read_osm(path)
+        if not place.obstacles:
+            raise ValueError(f"{path}: no building in it: name an extract of a built-up area")
+        bounds = _densest(place)
+        side = bounds[2] - bounds[0]
+        if side / size < _LEAST_CELL:
+            raise ValueError(f"{path}: {side:.3g} m a side is too small for {size} x {size} cells: name a larger extract")
+        log(f"{path}: {len(place.obstacles)} obstacles; a window of {side:.0f} m is taken")
+        yield _window(pathlib.Path(path).name.split(".")[0], place, bounds, size)
 
 
-def _window(name: str, place: Place, bounds: tuple[float, float, float, float], size: int) -> Fragment:
+def _densest(place: Place) -> Bounds:
+    """Returns the square, at most 1000 m a side, that holds the most middles of obstacles; the first of a row-wise lattice."""
+    x_min, y_min, x_max, y_max = place.bounds
+    side = min(1000.0, x_max - x_min, y_max - y_min)
+    middles = np.array(
+        [np.mean([point for part in obstacle.parts for point in part[0]], axis=0) for obstacle in place.obstacles]
+    )
+
+    def starts(low: float, high: float) -> np.ndarray:
+        return np.linspace(low, high - side, max(1, math.ceil(4 * (high - low) / side) - 3))
+
+    corners = [(x, y) for y in starts(y_min, y_max) for x in starts(x_min, x_max)]
+    counts = [((middles >= corner) & (middles < np.add(corner, side))).all(axis=1).sum() for corner in corners]
+    x, y = corners[int(np.argmax(counts))]
+    return float(x), float(y), float(x + side), float(y + side)
+
+
+def _window(name: str, place: Place, bounds: Bounds, size: int) -> Fragment:
     return Fragment(name, cover(place.obstacles, square_grid(bounds, size)), place.attribution)
 
 

@@ -65,10 +65,11 @@ def cut_off(fragments: Iterable[Fragment], seed: int, log: Log) -> Iterator[Case
 
 
 def measured(case: Case, log: Log) -> dict[str, Any]:
-    """Returns seconds of each stage by the reference and by C++, counts, and whether the two agree.
+    """Returns seconds of each stage by the reference and by C++, counts, and what of it agrees.
 
     {"fragment", "blockage", "start", "goal", "reference": {stage: seconds}, "C++" where there is a compiler, "expansions",
-    "explored": share of the cells reached with no blocker, "seed", "contour": cells, "length": with no blocker, "agrees"}.
+    "explored": share of the cells reached with no blocker, "seed", "contour": cells, "length": with no blocker,
+    "checks": {"no path", "lengths", "C++", "kernels": bool}, the last by `measured_kernels`, "agrees": all of them}.
     """
     log(f"{case.fragment}, {case.blockage}")
     free, start, goal = case.free, case.start, case.goal
@@ -87,16 +88,20 @@ def measured(case: Case, log: Log) -> dict[str, Any]:
         "seed": seed,
         "contour": len(set(walk)),
         "length": unblocked.cost,
-        "agrees": jumped.cost == explored.cost == float("inf") and unblocked.cost == astar(case.opened, start, goal).cost,
+        "checks": {
+            "no path": jumped.cost == explored.cost == float("inf"),
+            "lengths": unblocked.cost == astar(case.opened, start, goal).cost,
+        },
     }
-    return row | _in_cpp(case, row, explored.closed)
+    _add_cpp(case, row, explored.closed)
+    return row | {"agrees": all(row["checks"].values())}
 
 
-def _in_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> dict[str, Any]:
-    """Returns {"C++": {stage: seconds}, "agrees"}; nothing where there is no compiler."""
+def _add_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> None:
+    """Puts the seconds of each stage in C++ and what agrees into the row; nothing where there is no compiler."""
     native = paper_pipeline()
     if native is None:
-        return {}
+        return
     (cost, _), jps_seconds = _timed(lambda: native.jps(case.free, case.start, case.goal), 5)
     (_, own_closed), astar_seconds = _timed(lambda: native.astar(case.free, case.start, case.goal), 3)
 
@@ -106,11 +111,9 @@ def _in_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> dict[str, An
 
     (seed, contour), obstacle_seconds = _timed(obstacle, 5)
     (length, _), unblocked_seconds = _timed(lambda: native.jps(case.opened, case.start, case.goal), 5)
-    agrees = cost == float("inf") and (own_closed == closed).all() and np.isclose(length, row["length"], rtol=1e-9)
-    return {
-        "C++": dict(zip((*STAGES, "unblocked JPS"), (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds))),
-        "agrees": row["agrees"] and bool(agrees) and (seed, int(contour.sum())) == (row["seed"], row["contour"]),
-    }
+    row["C++"] = dict(zip((*STAGES, "unblocked JPS"), (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds)))
+    is_same = cost == float("inf") and (own_closed == closed).all() and np.isclose(length, row["length"], rtol=1e-9)
+    row["checks"]["C++"] = bool(is_same) and (seed, int(contour.sum())) == (row["seed"], row["contour"])
 
 
 def _obstacle(free: np.ndarray, closed: np.ndarray, goal: Cell) -> tuple[Cell, list[Cell]]:
@@ -129,43 +132,50 @@ def measured_kernels(
 ) -> dict[str, dict[str, list[float]]]:
     """Returns seconds a map of each stage's kernel, {blockage: {stage: one for each repeat}}, all fragments in one batch.
 
-    What the kernels find is held against the reference's: a row where they differ no longer "agrees".
+    What the kernels find is held against the reference's: the rows' "checks" receive "kernels".
     """
+    times = {}
+    for blockage in BLOCKAGES:
+        log(f"kernels, {blockage}: {repeats} repeats")
+        chosen = [place for place, case in enumerate(cases) if case.blockage == blockage]
+        times[blockage] = _measured_batch([cases[place] for place in chosen], [rows[place] for place in chosen], repeats)
+    return times
+
+
+def _measured_batch(cases: list[Case], rows: list[dict[str, Any]], repeats: int) -> dict[str, list[float]]:
     import jax
 
     import srt_jax
 
-    times: dict[str, dict[str, list[float]]] = {}
-    for blockage in BLOCKAGES:
-        log(f"kernels, {blockage}: {repeats} repeats")
-        chosen = [place for place, case in enumerate(cases) if case.blockage == blockage]
-        free, opened = (np.stack([getattr(cases[place], name) for place in chosen]) for name in ("free", "opened"))
-        start, goal = (np.array([getattr(cases[place], end) for place in chosen], np.int32) for end in ("start", "goal"))
-        free, opened, start, goal = jax.device_put((free, opened, start, goal))
-        reached = srt_jax.reach(free, start)
-        seed = srt_jax.seed_cell(reached, goal)
-
-        def obstacle(free=free, goal=goal, reached=reached, seed=seed):
-            return srt_jax.seed_cell(reached, goal), srt_jax.contour(free, seed, goal)
-
-        stages = {
-            "JPS": lambda free=free, start=start: srt_jax.reach(free, start),
-            "A*": lambda free=free, start=start: srt_jax.cost_to_come(free, start),
-            "obstacle": obstacle,
-        }
-        times[blockage] = {}
-        for stage, work in stages.items():
-            jax.block_until_ready(work())
-            taken = [_timed(lambda work=work: jax.block_until_ready(work()))[1] for _ in range(repeats)]
-            times[blockage][stage] = [seconds / len(chosen) for seconds in taken]
-        contours = np.asarray(srt_jax.contour(free, seed, goal))
-        lengths = np.asarray(srt_jax.cost_to_come(opened, start))
-        for place, mask, cell, contour, length in zip(chosen, np.asarray(reached), np.asarray(seed), contours, lengths):
-            row = rows[place]
-            row["agrees"] &= int(mask.sum()) == row["expansions"]["A*"] and tuple(cell.tolist()) == row["seed"]
-            row["agrees"] &= int(contour.sum()) == row["contour"]
-            row["agrees"] &= bool(np.isclose(length[cases[place].goal], row["length"], rtol=1e-5))
+    free, opened = (np.stack([getattr(case, name) for case in cases]) for name in ("free", "opened"))
+    start, goal = (np.array([getattr(case, end) for case in cases], np.int32) for end in ("start", "goal"))
+    free, opened, start, goal = jax.device_put((free, opened, start, goal))
+    reached = srt_jax.reach(free, start)
+    seed = srt_jax.seed_cell(reached, goal)
+    stages = {
+        "JPS": lambda: srt_jax.reach(free, start),
+        "A*": lambda: srt_jax.cost_to_come(free, start),
+        "obstacle": lambda: (srt_jax.seed_cell(reached, goal), srt_jax.contour(free, seed, goal)),
+    }
+    times = {}
+    for stage, work in stages.items():
+        jax.block_until_ready(work())
+        taken = [_timed(lambda work=work: jax.block_until_ready(work()))[1] for _ in range(repeats)]
+        times[stage] = [seconds / len(cases) for seconds in taken]
+    found = (reached, seed, srt_jax.contour(free, seed, goal), srt_jax.cost_to_come(opened, start))
+    for case, row, *answers in zip(cases, rows, *map(np.asarray, found)):
+        row["checks"]["kernels"] = _is_same(case, row, *answers)
+        row["agrees"] &= row["checks"]["kernels"]
     return times
+
+
+def _is_same(
+    case: Case, row: dict[str, Any], reached: np.ndarray, seed: np.ndarray, contour: np.ndarray, length: np.ndarray
+) -> bool:
+    """Whether one map's kernels found what the reference found."""
+    counts = int(reached.sum()), tuple(seed.tolist()), int(contour.sum())
+    is_same = counts == (row["expansions"]["A*"], row["seed"], row["contour"])
+    return is_same and bool(np.isclose(length[case.goal], row["length"], rtol=1e-5))
 
 
 def _timed(work: Callable[[], Any], repeats: int = 1) -> tuple[Any, float]:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import pathlib
 import sys
 import time
@@ -81,16 +82,26 @@ class Outcome:
         record = {
             "experiment": self.name,
             "command": self._command,
+            "date": time.strftime("%Y-%m-%d"),
             "machine": self._machine,
             "seconds": round(time.perf_counter() - self._began, 1),
             "tables": [table._asdict() for table in self._tables],
             "figures": self._figures,
-            "data": self._data,
+            "data": _plain(self._data),
         }
         with written(self.out / f"{self.name}.json") as file:
-            json.dump(record, file, indent=1)
+            json.dump(record, file, indent=1, allow_nan=False)
         figures = "".join(f", {figure['file']} and .svg" for figure in self._figures)
         print(f"\n{told(self._machine)}\nIn {self.out}: {self.name}.json{figures}.")
+
+
+def _plain(data: Any) -> Any:
+    """Returns the data with None for what JSON has no number for: NaN and the infinities."""
+    if isinstance(data, dict):
+        return {name: _plain(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_plain(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def as_text(table: Table) -> str:

@@ -24,17 +24,12 @@ from typing import Any
 
 import numpy as np
 
+from experiments._blocks_figures import CAPTION, PAPER, SERIES_CAPTION, by_blocks, figure2, figure_of_series
 from experiments._blocks_tasks import BlocksTask, paper_tasks, series
-from experiments._figures import COLOURS, MARKS, column_figure, grouped_bars, style
+from experiments._figures import style
 from experiments._outcome import Outcome, Table, options, run, timed
 from experiments._planners import Answer, Planner, own_planners, peers
 from srt_jax.bench.machine import spread
-
-PAPER = {
-    "BLOCKS-4-0": {"MAP": (6, 0.22), "A*": (6, 0.0077), "W*": (6, 0.0068)},
-    "BLOCKS-4-1": {"MAP": (10, 0.31), "A*": (10, 0.0068), "W*": (10, 0.0060)},
-}
-"""Length and seconds in Figure 2, on the machine of 2016."""
 
 STAGES = ("parse", "ground", "network", "search", "validate")
 _PATIENCE = 3
@@ -63,8 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         outcome.add(_paper_table(first))
         for table in (_split_table(rows), _series_table(rows, planners), _times_table(rows, planners)):
             outcome.add(table)
-        outcome.figure(_figure2(first), "figure2", _CAPTION)
-        outcome.figure(_figure_of_series(rows, planners), "figure2-series", _SERIES_CAPTION)
+        outcome.figure(figure2(first), "figure2", CAPTION)
+        outcome.figure(figure_of_series(rows, list(planners)), "figure2-series", SERIES_CAPTION)
     outcome.save()
     is_same = all(first[task][name]["length"] == length for task, told in PAPER.items() for name, (length, _) in told.items())
     return 0 if is_same else 1
@@ -123,17 +118,15 @@ def _paper_table(first: dict[str, Any]) -> Table:
         "Figure 2: plan length and milliseconds on the paper's two tasks, medians (quartiles)",
         ("task", "planner", "length", "PY16", "ms", "PY16", "ms: " + " / ".join(STAGES)),
         lines,
-        "ours: from the PDDL text to the replayed plan, in one process; peers: with the start of their process.",
+        "ours: from the PDDL text to the replayed plan, in one process; peers: with the start of their process. PY16: the "
+        "numbers its authors published for its Figure 2. Its text has none and names no task: that they are these two is "
+        "inferred from the lengths.",
     )
-
-
-def _by_blocks(rows: list[dict[str, Any]]) -> dict[int, list[dict[str, Any]]]:
-    return {blocks: [row for row in rows if row["blocks"] == blocks] for blocks in sorted({row["blocks"] for row in rows})}
 
 
 def _split_table(rows: list[dict[str, Any]]) -> Table:
     lines = []
-    for blocks, group in _by_blocks(rows).items():
+    for blocks, group in by_blocks(rows).items():
         parts = [row["answers"]["MAP"]["parts"] for row in group if "MAP" in row["answers"]]
         medians = [1e3 * float(np.median([part[stage] for part in parts])) for stage in STAGES]
         total = sum(medians)
@@ -162,7 +155,7 @@ def _series_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> T
 
 def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Table:
     lines = []
-    for blocks, group in _by_blocks(rows).items():
+    for blocks, group in by_blocks(rows).items():
         line = [str(blocks)]
         for name in planners:
             records = [row["answers"][name] for row in group if name in row["answers"]]
@@ -175,78 +168,6 @@ def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Ta
 
 def _told(record: dict[str, Any] | None, tell: Any) -> str:
     return "" if record is None else "-" if record["length"] is None else tell(record)
-
-
-_CAPTION = (
-    "Plan length (left) and runtime (right) of the behaviour planners on the paper's two tasks (PY16, Figure 2); diamonds are "
-    "the paper's numbers."
-)
-_SERIES_CAPTION = (
-    "The same planners, and peers (FD: Fast Downward), over the growing series: medians of what was solved, by number of "
-    "blocks. Lengths are over the optimum, or over the shortest plan found where that is not known."
-)
-
-
-def _figure2(first: dict[str, Any]) -> Any:
-    figure, (lengths, times) = column_figure(1, 2, height=2.0)
-    names, tasks = ("MAP", "A*", "W*"), list(first)
-    for axes, key in ((lengths, "length"), (times, "seconds")):
-        found = {name: [first[task][name][key] for task in tasks] for name in names}
-        series = {name: [spread([one or 0]) if key == "length" else one for one in row] for name, row in found.items()}
-        grouped_bars(axes, [task.removeprefix("BLOCKS-") for task in tasks], series)
-        for number, name in enumerate(names):
-            places = [group + (number - 1) * 0.8 / 3 for group in range(len(tasks))]
-            theirs = [PAPER[task][name][0 if key == "length" else 1] for task in tasks]
-            label = "PY16" if number == 0 else None
-            axes.plot(places, theirs, "D", color="white", markeredgecolor="black", markeredgewidth=0.7, label=label)
-        axes.set_xlabel("task BLOCKS-")
-    lengths.set_ylabel("plan length, steps")
-    times.set_ylabel("runtime, s")
-    times.set_yscale("log")
-    handles, _ = lengths.get_legend_handles_labels()
-    figure.legend(
-        handles=sorted(handles, key=lambda handle: handle.get_label() == "PY16"),
-        loc="outside lower center",
-        ncols=4,
-        frameon=False,
-    )
-    return figure
-
-
-def _figure_of_series(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Any:
-    figure, (ratios, times) = column_figure(2, 1, height=4.2, sharex=True)
-    groups = _by_blocks(rows)
-    for number, name in enumerate(planners):
-        points = []
-        for blocks, group in groups.items():
-            solved = [row for row in group if row["answers"].get(name, {}).get("length") is not None]
-            if solved:
-                ratio = np.median([row["answers"][name]["length"] / _least(row) for row in solved])
-                seconds = np.median([row["answers"][name]["seconds"]["median"] for row in solved])
-                points.append((blocks + 0.05 * (number - len(planners) / 2), ratio, seconds))
-        if points:
-            x, ratio, seconds = zip(*points)
-            look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)], "label": name}
-            ratios.plot(x, ratio, **look)
-            times.plot(x, seconds, **look)
-    ratios.set_ylabel("plan length / optimum")
-    times.set_ylabel("runtime, s")
-    times.set_xlabel("blocks (planners side by side)")
-    times.set_xticks(list(groups), list(groups))
-    ratios.set_yscale("log")
-    ticks = [1, 1.5, 2, 3, 5, 10, 20]
-    ratios.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    ratios.set_yticks([], minor=True)
-    ratios.set_ylim(0.9, max(2.0, 1.1 * ratios.dataLim.y1))
-    times.set_yscale("log")
-    figure.legend(*ratios.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
-    return figure
-
-
-def _least(row: dict[str, Any]) -> int:
-    """The optimum where it is known, else the shortest plan that any planner found."""
-    lengths = [record["length"] for record in row["answers"].values() if record["length"] is not None]
-    return row["optimum"] or min(lengths)
 
 
 if __name__ == "__main__":

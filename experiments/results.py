@@ -1,7 +1,8 @@
 """Writes docs/results.md: runs the experiments and measurements one after the other, and puts what they found on one page.
 
-Every number on the page stands under the command that made it, with the machine and the versions. The full runs take about a
-quarter of an hour on 2 idle cores, --quick three minutes. Longer campaigns are commands of their own (experiments.campaign).
+Every number on the page stands under the command that made it, with the machine and the versions. The full runs take about 20
+minutes on 2 idle cores, --quick five; each run and the whole tell how long they took. A run that fails leaves the section of an
+older one, and the page says so. Longer campaigns are commands of their own (experiments.campaign).
 
 examples:
   python -m experiments.results
@@ -30,6 +31,7 @@ MINUTES = {
     "solve": 1.5,
     "plan": 3.0,
     "learning": 1.0,
+    "envs": 6.0,
     "kernels": 5.0,
 }
 """What is run, in the order of the page, and about how long each takes on 2 idle cores."""
@@ -43,6 +45,7 @@ TITLES = {
     "solve": "Whole answers",
     "plan": "Planning",
     "learning": "What training loops wait for",
+    "envs": "Environments beside others'",
     "kernels": "Kernels",
 }
 
@@ -63,13 +66,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="small cases: to try the command, not to be published")
     parser.add_argument("--no-run", action="store_true", help="write the page from the results there are")
     given = parser.parse_args(arguments)
+    began = time.perf_counter()
     failed = [] if given.no_run else [name for name in given.only if not _ran(name, given)]
     records = {name: record for name in MINUTES if (record := _record(name, given.results)) is not None}
+    if not given.no_run:
+        _tell(f"all runs took {time.perf_counter() - began:.0f} s")
     if not records:
         raise ValueError(f"{given.results} holds no results: run without --no-run first")
     make_folder(given.page.parent / given.page.stem)
     with written(given.page) as file:
-        file.write(page(records, given.results, given.page))
+        file.write(page(records, given.results, given.page, failed))
     print(f"Wrote {given.page}: {', '.join(records)}" + (f"; failed: {', '.join(failed)}" if failed else ""))
     return int(bool(failed))
 
@@ -81,11 +87,16 @@ def _ran(name: str, given: argparse.Namespace) -> bool:
     else:
         command = ["-m", "srt_jax", "bench", name, *quick, "--out", str(given.results / "bench")]
     minutes = "under a minute" if given.quick else f"about {MINUTES[name]:g} minutes"
-    print(f"{time.strftime('%H:%M:%S')} python {' '.join(command)}   ({minutes})", file=sys.stderr, flush=True)
+    _tell(f"python {' '.join(command)}   ({minutes})")
+    began = time.perf_counter()
     done = subprocess.run([sys.executable, *command], stdout=subprocess.DEVNULL)
-    if done.returncode:
-        print(f"{name} ended with code {done.returncode}", file=sys.stderr, flush=True)
+    outcome = "took" if done.returncode == 0 else f"failed with code {done.returncode} after"
+    _tell(f"{name} {outcome} {time.perf_counter() - began:.0f} s")
     return done.returncode == 0
+
+
+def _tell(told: str) -> None:
+    print(f"{time.strftime('%H:%M:%S')} {told}", file=sys.stderr, flush=True)
 
 
 def _record(name: str, results: pathlib.Path) -> dict[str, Any] | None:
@@ -93,19 +104,31 @@ def _record(name: str, results: pathlib.Path) -> dict[str, Any] | None:
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
 
 
-def page(records: dict[str, dict[str, Any]], results: pathlib.Path, target: pathlib.Path) -> str:
-    """Returns the page as Markdown; figures are copied into the folder beside it that bears its name."""
+def page(records: dict[str, dict[str, Any]], results: pathlib.Path, target: pathlib.Path, failed: Sequence[str] = ()) -> str:
+    """Returns the page as Markdown; figures are copied into the folder beside it that bears its name.
+
+    failed: runs that ended with an error; they, and those without a record, are named on the page.
+    """
     parts = [_HEAD]
-    for name, record in records.items():
-        facts = record.get("made_on") or record["machine"]
-        parts.append(f"## {TITLES[name]}\n\n`{_command(record)}`\n\n*{told(facts)}*")
-        for figure in record.get("figures", []):
-            shutil.copyfile(results / name / figure["file"], target.parent / target.stem / figure["file"])
-            parts.append(f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*")
-        parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
-        if "told" in record:
-            parts.append(f"```\n{record['told']}\n```")
+    for name, title in TITLES.items():
+        parts.append(f"## {title}")
+        if name in failed:
+            parts.append("*The latest run failed; what stands here is of an older one, if anything.*")
+        parts += _section(name, records[name], results, target) if name in records else ["*Not run yet.*"]
     return "\n\n".join(parts) + "\n"
+
+
+def _section(name: str, record: dict[str, Any], results: pathlib.Path, target: pathlib.Path) -> list[str]:
+    """Returns the paragraphs of one run: command, date, machine, figures, tables."""
+    date = f"{record['date']}, " if "date" in record else ""
+    parts = [f"`{_command(record)}`", f"*{date}{told(record.get('made_on') or record['machine'])}*"]
+    for figure in record.get("figures", []):
+        shutil.copyfile(results / name / figure["file"], target.parent / target.stem / figure["file"])
+        parts.append(f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*")
+    parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
+    if "told" in record:
+        parts.append(f"```\n{record['told']}\n```")
+    return parts
 
 
 def _command(record: dict[str, Any]) -> str:

@@ -43,61 +43,70 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the experiment; exit code 1 where an answer fails its replay, or beats the proven bound."""
     parser = options("smart_relocation", __doc__ or "")
     parser.add_argument("--count", type=int, metavar="N", help="tasks of each kind (default: 128; quick: 16)")
-    parser.add_argument("--size", type=int, metavar="CELLS", help="cells a side (default: 96; quick: 48)")
+    parser.add_argument("--size", type=int, metavar="CELLS", help="cells a side (default: 96; quick: 50)")
     given = parser.parse_args(arguments)
-    count, size = given.count or (16 if given.quick else 128), given.size or (48 if given.quick else 96)
+    count, size = given.count or (16 if given.quick else 128), given.size or (50 if given.quick else 96)
     outcome = Outcome("smart_relocation", given, sys.argv[1:] if arguments is None else arguments)
     with style():
         outcome.progress("Figure 1: a world from its goal's sign to the executed plan")
         story = told_and_walked()
         outcome.figure(drawn(story), "figure1", _CAPTION)
     outcome.add(_story_table(story))
-    modes, rows, num_wrong = [mode for mode in MODES if mode in solver.MODES], [], 0
-    for mode in set(MODES) - set(modes):
-        outcome.progress(f"mode {mode} is left out: this version of solve has {', '.join(solver.MODES)}")
-    for kind, batch in _padded(kinds(count, size, seed=given.seed, log=outcome.progress)).items():
-        answers = {}
-        for mode in modes:
-            outcome.progress(f"{kind}: {len(batch.start)} tasks, mode {mode}")
-            answers[mode] = _solved(batch, mode, repeats=1 if given.quick else 5)
-        problems = [
-            f"{kind} {place}, {mode}: {problem}"
-            for mode, (solution, _) in answers.items()
-            for place in range(len(batch.start))
-            for problem in check(_one(batch, place), _one(solution, place))
-        ]
-        for problem in problems:
-            outcome.progress(problem)
-        num_wrong += len(problems)
-        rows += _rows(kind, answers)
+    batches = _padded(kinds(count, size, seed=given.seed, log=outcome.progress))
+    rows, num_wrong = _compared(batches, 1 if given.quick else 5, outcome)
     outcome.keep(goal=GOAL, plan=story.plan, modes=rows, problems=num_wrong)
     outcome.add(_comparison(rows))
     outcome.save()
     return int(num_wrong > 0 or any(row["below_bound"] for row in rows))
 
 
+def _compared(batches: dict[str, Task], repeats: int, outcome: Outcome) -> tuple[list[dict[str, Any]], int]:
+    """Returns a row for each kind and mode, and how many answers failed their replay."""
+    modes, rows, num_wrong = [mode for mode in MODES if mode in solver.MODES], [], 0
+    for mode in set(MODES) - set(modes):
+        outcome.progress(f"mode {mode} is left out: this version of solve has {', '.join(solver.MODES)}")
+    for kind, batch in batches.items():
+        answers = {}
+        for mode in modes:
+            outcome.progress(f"{kind}: {len(batch.start)} tasks, mode {mode}")
+            answers[mode] = _solved(batch, mode, len(batches["cities"].start), repeats=repeats)
+            for place in range(len(batch.start)):
+                for problem in check(_one(batch, place), _one(answers[mode][0], place)):
+                    outcome.progress(f"{kind} {place}, {mode}: {problem}")
+                    num_wrong += 1
+        rows += _rows(kind, answers)
+    return rows, num_wrong
+
+
 def _padded(tasks: dict[str, list[Task]]) -> dict[str, Task]:
-    """Returns a batch of each kind; all but NAMO's padded to one shape, so that a mode is compiled once for them."""
-    same = {kind: some for kind, some in tasks.items() if kind != "NAMO"}
+    """Returns a batch of each kind, padded to one shape, so that a mode is compiled once; larger NAMO scenes apart."""
+    same = {kind: some for kind, some in tasks.items() if kind != "NAMO" or _largest(some) <= _largest(tasks["cities"])}
     whole, first, batches = stack([task for some in same.values() for task in some]), 0, {}
     for kind, some in same.items():
         batches[kind] = jax.tree.map(lambda array, first=first, some=some: array[first : first + len(some)], whole)
         first += len(some)
-    return batches | {kind: stack(some) for kind, some in tasks.items() if kind == "NAMO"}
+    return batches | {kind: stack(some) for kind, some in tasks.items() if kind not in same}
+
+
+def _largest(tasks: list[Task]) -> int:
+    return max(max(task.labels.shape[-2:]) for task in tasks)
 
 
 def _one(batch: Any, place: int) -> Any:
     return jax.tree.map(lambda array: np.asarray(array)[place], batch)
 
 
-def _solved(batch: Task, mode: str, *, repeats: int) -> tuple[Solution, dict[str, float]]:
-    """Returns the answers, and seconds a task once all is compiled."""
+def _solved(batch: Task, mode: str, count: int, *, repeats: int) -> tuple[Solution, dict[str, float]]:
+    """Returns the answers, and seconds a task once all is compiled; a batch of fewer than `count` is filled up with copies."""
+    num_tasks = len(batch.start)
+    places = np.arange(max(count, num_tasks)) % num_tasks
+    filled = jax.tree.map(lambda array: array[places], batch)
     room, seconds = 32 * max(batch.labels.shape[-2:]), []
     for _ in range(repeats + 1):
         began = time.perf_counter()
-        solution = jax.block_until_ready(solve(batch, mode=mode, max_destroyed=MOST_DESTROYED, max_cells=room))
-        seconds.append((time.perf_counter() - began) / len(batch.start))
-    return jax.tree.map(np.asarray, solution), spread(seconds[1:])
+        solution = jax.block_until_ready(solve(filled, mode=mode, max_destroyed=MOST_DESTROYED, max_cells=room))
+        seconds.append((time.perf_counter() - began) / len(places))
+    return jax.tree.map(lambda array: np.asarray(array)[:num_tasks], solution), spread(seconds[1:])
 
 
 def _rows(kind: str, answers: dict[str, tuple[Solution, dict[str, float]]]) -> list[dict[str, Any]]:
@@ -135,6 +144,11 @@ def _mean(values: Any) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
 
 
+def _told(value: float, form: str) -> str:
+    """Returns a dash for a mean over no task."""
+    return format(value, form) if value == value else "-"
+
+
 def _more(value: float, than: float) -> str:
     """Returns by how much `value` exceeds another; a dash where no task was compared or nothing had to go."""
     return f"{100 * (value / than - 1):+.0f}%" if than > 0 else "-"
@@ -148,11 +162,11 @@ def _comparison(rows: list[dict[str, Any]]) -> Table:
                 row["kind"],
                 row["mode"],
                 f"{row['solved']} of {row['solvable']}",
-                f"{row['destroyed']:.2f}",
-                f"{row['cost']:.2f}",
+                _told(row["destroyed"], ".2f"),
+                _told(row["cost"], ".2f"),
                 _more(row["cost"], row["bound"]),
                 f"{row['at_bound']} of {row['solved']}",
-                f"{row['route']:.1f}",
+                _told(row["route"], ".1f"),
                 _more(row["route"], row["least_route"]),
                 timed(row["seconds"]),
             ]
@@ -173,8 +187,8 @@ def _comparison(rows: list[dict[str, Any]]) -> Table:
         ),
         lines,
         "destroyed, cost and route: means over the tasks that the mode and the least removal solve; route in cells. bound: the "
-        "proven lower bound on the removal cost. solvable: not proven unsolvable. ms: median (quartiles) of a batch, "
-        "compiling apart; all but NAMO are padded to the same numbers of layers and obstacles.",
+        "proven lower bound on the removal cost. solvable: not proven unsolvable. -: nothing to compare. ms: median "
+        "(quartiles) of a batch, compiling apart, all padded to the same size, layers and obstacles.",
     )
 
 

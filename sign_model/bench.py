@@ -34,7 +34,8 @@ _SECONDS_A_ROW = 15.0
 def run(
     quick: bool = False, *, data: str | os.PathLike | None = None, log: Callable[[str], None] = lambda told: None
 ) -> dict[str, Any]:
-    """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start", "peers" [...]}.
+    """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start", "peers" [...],
+    "missing": names of peers not installed}.
 
     Args:
       quick: fewer and smaller tasks, under a minute on idle cores; else about three.
@@ -60,17 +61,25 @@ def run(
         "known_optima": list(_known_optima(folder, sign, quick, log)) if (folder / "fd_optimal.csv").is_file() else [],
         "cold_start": _cold_start(),
         "peers": list(_peers(3 if quick else 10, log)),
+        "missing": [
+            peer for peer in ("pyperplan", "Fast Downward") if not any(name.startswith(peer) for name in _peer_commands())
+        ],
     }
 
 
 def table(result: dict[str, Any]) -> str:
     """Returns the measurements as text."""
     learning = result["learning"]
-    lines = [f"learning on {learning['tasks']} tasks of {learning['blocks']} blocks: {learning['seconds']:.1f} s"]
+    facts = result["machine"]
+    lines = [
+        f"jax {facts['jax']}, numpy {facts['numpy']}, Python {facts['python']}, {facts['cores']} cores; medians (quartiles)",
+        f"learning on {learning['tasks']} tasks of {learning['blocks']} blocks: {learning['seconds']:.1f} s",
+    ]
     for row in result["random_blocks"]:
         bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
         lines.append(
-            f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s{bar}, "
+            f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s "
+            f"({row['quartiles'][0]:,.0f}-{row['quartiles'][1]:,.0f}){bar}, "
             f"{row['tasks_a_cpu_second']:,.0f} a second of CPU, "
             f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, "
             f"compile {row['compile_seconds']:.1f} s"
@@ -88,8 +97,10 @@ def table(result: dict[str, Any]) -> str:
     for row in result["peers"]:
         lines.append(
             f"{row['blocks']} blocks, {row['name']:28s} solved {row['solved']} of {row['tasks']}, "
-            f"length / optimum {row['ratio']:.2f}, {row['seconds']:.3f} s each"
+            f"length / optimum {row['ratio']:.2f}, {row['seconds']:.3f} s each "
+            f"({row['quartiles'][0]:.3f}-{row['quartiles'][1]:.3f})"
         )
+    lines += [f"{name} is not installed and left out (pip install 'srt-jax[bench]')" for name in result["missing"]]
     return "\n".join(lines)
 
 
@@ -123,6 +134,7 @@ def _throughput(num_blocks: int, count: int, sign: HeuristicSign | None, log: Ca
         "blocks": num_blocks,
         "sign": "unlearned" if sign is None else "learned",
         "tasks_a_second": count / float(np.median(seconds[1:])),
+        "quartiles": (count / np.percentile(seconds[1:], (75, 25))).tolist(),
         "best_tasks_a_second": count / min(seconds[1:]),
         "tasks_a_cpu_second": count / float(np.median(cpu_seconds[1:])),
         "compile_seconds": seconds[0] - min(seconds[1:]),
@@ -201,14 +213,18 @@ def _peers(count: int, log: Callable[[str], None]) -> Iterator[dict[str, Any]]:
     num_blocks, tasks = 8, random_blocks_tasks(8, count, seed=7)
     optima = _optima(tasks, num_blocks)
     for name, command in {"MAP, one by one": None, **_peer_commands()}.items():
-        began, lengths = time.perf_counter(), []
+        lengths, taken = [], []
         for task in tasks:
+            began = time.perf_counter()
             lengths.append(len(plan(task).actions) if command is None else _peer_length(command, task))
-        spent = (time.perf_counter() - began) / count
+            taken.append(time.perf_counter() - began)
+        quartiles = np.percentile(taken, (25, 75)).tolist()
+        spent = float(np.median(taken))
         solved = [(length, optimum) for length, optimum in zip(lengths, optima.tolist()) if length is not None]
         ratio = float(np.mean([length / optimum for length, optimum in solved])) if solved else float("nan")
         log(f"{name}: solved {len(solved)} of {count}, length / optimum {ratio:.2f}, {spent:.2f} s each")
-        yield {"name": name, "blocks": num_blocks, "tasks": count, "solved": len(solved), "ratio": ratio, "seconds": spent}
+        row = {"name": name, "blocks": num_blocks, "tasks": count, "solved": len(solved), "ratio": ratio}
+        yield row | {"seconds": spent, "quartiles": quartiles}
 
 
 def _peer_commands() -> dict[str, list[str]]:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.bench import kernels, maps, peers, scaling
+from srt_jax.bench import envs, kernels, maps, peers, scaling
 from srt_jax.bench.machine import machine
 from srt_jax.distance import UNREACHED, cost_field
 
@@ -52,3 +52,11 @@ def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
     assert (reach["memory"]["result"], cost["memory"]["result"]) == (1.0, 4.0)
     assert before is None or os.sched_getaffinity(0) == before
     assert all(row["kernel"] in scaling.table(rows) for row in rows)
+
+
+def test_the_table_of_environments_compares_best_runs_of_what_does_as_much_and_tells_their_spread():
+    facts = {"cpu": "a", "cores": 2, "load": None, "system": "b", "python": "3", "packages": {}, "device": "cpu"}
+    spread = {"median": 9.0, "low": 8.0, "high": 10.0, "count": 5}
+    rows = [{"name": name, "steps_per_second": rate, "spread": spread} for name, rate in (("ours", 10.0), ("navix Empty", 5.0))]
+    text = envs.table({"machine": facts, "rows": [*rows, {"name": "jumanji Maze", "missing": "no module named jumanji"}]})
+    assert "2.00  9 (8-10)" in text and "no module named jumanji" in text

@@ -10,11 +10,16 @@ import sys
 import numpy as np
 import pytest
 
-from experiments import _blocks_tasks, _figure1, _planners, blocks_world, path_planning, results, smart_relocation
+from experiments import _blocks_tasks, _figure1, _fragments, _planners, blocks_world, path_planning, results, smart_relocation
+from experiments import repeat as repeated
 from experiments._figures import style
+from experiments._loop_tables import checks
 from experiments._outcome import Table, as_markdown, as_text
 from sign_model import load
 from sign_model.polar import from_polar, sector_corners
+from srt_jax import Obstacle
+from srt_jax.bench.machine import machine
+from srt_jax.place import Place
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")
@@ -51,6 +56,35 @@ def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(fi
     # A line belongs to the goal's share, so on an empty map of 250 x 250 these are exact.
     assert [row["A*"] for row in data["empty"]] == [31_250, 46_875, 52_500, 60_000, 62_400]
     assert [row["JPS"] for row in data["empty"]][:2] == [1, 1]
+
+
+def test_figure_3_tells_what_has_to_hold_and_that_it_does(figure3):
+    record = result(figure3, "path_planning")
+    table = next(table for table in record["tables"] if table["title"] == "Checks")
+    assert len(table["rows"]) == len(record["data"]["checks"]) >= 3 and {row[-1] for row in table["rows"]} == {"yes"}
+
+
+def test_on_the_papers_size_a_wrong_count_on_the_empty_map_is_told():
+    theirs = {"half": (125_000, 1), "quarter": (187_500, 1), "bagel-100": (240_000, 5), "bagel-50": (247_500, 5)}
+    rows = [{"blockage": name, "A*": a, "JPS": j, "explored": a / 500**2} for name, (a, j) in theirs.items()]
+    assert [holds for _, _, holds in checks([], rows, 500)] == [True, True]
+    rows[0] |= {"A*": 120_000, "explored": 0.48}
+    assert [(found, holds) for _, found, holds in checks([], rows, 500)] == [("off by 2.00 at most", False), ("3 of 4", False)]
+
+
+def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, monkeypatch):
+    houses = [Obstacle.polygon([(x, 40), (x + 9, 40), (x + 9, 60), (x, 60)]) for x in (100, 2600, 2700, 2800)]
+    monkeypatch.setattr(_fragments, "read_osm", lambda path: Place((0, 0, 3000, 1200), tuple(houses), "none"))
+    (fragment,) = _fragments.extracts([tmp_path / "town.osm.pbf"], 100, lambda told: None)
+    assert fragment.name == "town" and len(np.unique(fragment.labels)) == 4
+    monkeypatch.setattr(
+        _fragments, "read_osm", lambda path: Place((0, 0, 5, 5), (Obstacle.polygon([(1, 1), (2, 1), (1, 2)]),), "")
+    )
+    with pytest.raises(ValueError, match="5 m a side is too small for 500 x 500 cells"):
+        list(_fragments.extracts([tmp_path / "tiny.osm"], 500, lambda told: None))
+    monkeypatch.setattr(_fragments, "read_osm", lambda path: Place((0, 0, 500, 500), (), ""))
+    with pytest.raises(ValueError, match="no building in it"):
+        list(_fragments.extracts([tmp_path / "fields.osm"], 500, lambda told: None))
 
 
 def test_figure_3_is_drawn_and_its_record_says_how(figure3):
@@ -155,6 +189,29 @@ def test_the_page_of_results_holds_every_table_with_its_command_and_figure(figur
     assert "![figure2.png](page/figure2.png)" in told and (tmp_path / "page" / "figure2.png").is_file()
     assert "`srt-jax bench solve`" in told and "ours 1.00 ms" in told
     assert all(f"**{table['title']}**" in told for table in record["tables"])
+
+
+def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monkeypatch):
+    (tmp_path / "bench").mkdir()
+    record = {"command": "srt-jax bench solve", "date": "2026-01-02", "made_on": machine(), "told": "ours 1.00 ms"}
+    (tmp_path / "bench" / "solve.json").write_text(json.dumps(record))
+    monkeypatch.setattr(results, "_ran", lambda name, given: False)
+    page = tmp_path / "page.md"
+    assert results.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
+    told = page.read_text()
+    assert "The latest run failed" in told and "ours 1.00 ms" in told and "2026-01-02" in told
+    assert told.count("*Not run yet.*") == len(results.TITLES) - 1 and results.TITLES.keys() == results.MINUTES.keys()
+
+
+def test_two_runs_are_held_together_but_for_their_times():
+    one = {"rows": [{"length": 6, "seconds": {"median": 1.0}, "checks": {"kernels": True}}], "kernels": [1.0]}
+    same = {"rows": [{"length": 6, "seconds": {"median": 2.0}, "checks": {"kernels": True}}], "kernels": [2.0]}
+    assert list(repeated.differences(one, same)) == []
+    same["rows"][0] |= {"length": 7, "checks": {"kernels": False}}
+    assert list(repeated.differences(one, same)) == [
+        "data.rows[0].checks.kernels: True and False",
+        "data.rows[0].length: 6 and 7",
+    ]
 
 
 def test_without_results_the_page_is_refused(tmp_path):

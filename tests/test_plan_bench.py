@@ -29,13 +29,21 @@ def test_a_peer_that_finds_nothing_counts_as_unsolved(tmp_path):
 def test_the_table_has_a_line_for_every_measurement():
     row = {"blocks": 8, "sign": "learned", "tasks_a_second": 5e4, "tasks_a_cpu_second": 4e4, "solved": 1.0, "ratio": 1.0}
     known = {"domain": "hanoi", "sign": "unlearned", "tasks": 8, "solved": 8, "ratio": 1.0, "worst": 1.0, "optimal": 1.0}
+    spent = {"quartiles": [0.9, 1.1]}
     text = bench.table(
         {
+            "machine": {"jax": "1", "numpy": "2", "python": "3", "cores": 2},
             "learning": {"tasks": 10, "blocks": 6, "seconds": 1.0},
-            "random_blocks": [row | {"optimal": 1.0, "compile_seconds": 2.0}],
+            "random_blocks": [row | {"quartiles": [4e4, 6e4], "optimal": 1.0, "compile_seconds": 2.0}],
             "known_optima": [known | {"slowest_seconds": 0.1}],
             "cold_start": {"seconds": 0.4, "cpu_seconds": 0.2},
-            "peers": [{"name": "peer", "blocks": 8, "tasks": 3, "solved": 0, "ratio": np.nan, "seconds": 1.0}],
+            "peers": [{"name": "peer", "blocks": 8, "tasks": 3, "solved": 0, "ratio": np.nan, "seconds": 1.0} | spent],
+            "missing": ["pyperplan"],
         }
     )
-    assert "50,000 tasks/s (bar 30,000" in text and "hanoi" in text and "solved 0 of 3" in text
+    assert (
+        "50,000 tasks/s (40,000-60,000) (bar 30,000" in text
+        and "pyperplan is not installed" in text
+        and "hanoi" in text
+        and "solved 0 of 3" in text
+    )

@@ -20,6 +20,9 @@ import jax
 import jax.numpy as jnp
 from jax.sharding import AxisType, PartitionSpec
 
+from srt_jax.bench.machine import machine, spread
+from srt_jax.bench.machine import told as told_machine
+
 NUM_ENVS = 64
 BAR = 1e6
 """Steps a second that ours is to reach on two cores."""
@@ -28,43 +31,51 @@ ROWS = (
     *("ours", "ours, window seen", "ours, map seen", "jumanji Maze", "jumanji Maze, seen", "jumanji Maze, no resets"),
     *("jumanji Maze, no resets, seen", "navix Empty", "navix Empty, seen"),
 )
+_SLOW = ("jumanji Maze", "jumanji Maze, seen")
+"""Their resets take a hundred times as long as all else: left out of a quick run."""
 _SIZE = 16
 _DEVICES = 2
 
 
 def run(quick: bool = False) -> dict[str, Any]:
-    """Returns {"machine", "rows": [{name, steps_per_second} or {name, missing}]}."""
-    steps = 500 if quick else 4000
+    """Returns {"machine", "rows": [{name, steps_per_second, spread} or {name, missing}]}.
+
+    steps_per_second: the best run, by which all are compared; spread: {"median", "low", "high", "count"} of all runs.
+    """
+    names = [name for name in ROWS if not (quick and name in _SLOW)]
+    facts = machine("jumanji", "navix") | {"jax": jax.__version__, "device": jax.devices()[0].platform}
+    return {"machine": facts, "rows": [_row(name, 500 if quick else 4000) for name in names]}
+
+
+def _row(name: str, steps: int) -> dict[str, Any]:
+    """Measures one of ROWS in a process of its own."""
+    print(f"bench envs: {name}", file=sys.stderr, flush=True)
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={_DEVICES}"
-    rows = []
-    for name in ROWS:
-        command = [sys.executable, "-m", "srt_jax.bench.envs", name, "--steps", str(steps)]
-        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "XLA_FLAGS": flags})
-        last = (done.stderr.strip().splitlines() or ["no reason told"])[-1]
-        rows.append({"name": name, **(json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else {"missing": last})})
-    return {"machine": {"jax": jax.__version__, "device": jax.devices()[0].platform}, "rows": rows}
+    command = [sys.executable, "-m", "srt_jax.bench.envs", name, "--steps", str(steps)]
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "XLA_FLAGS": flags})
+    if done.returncode:
+        return {"name": name, "missing": (done.stderr.strip().splitlines() or ["no reason told"])[-1]}
+    rates = json.loads(done.stdout.splitlines()[-1])["rates"]
+    return {"name": name, "steps_per_second": max(rates), "spread": spread(rates)}
 
 
 def table(result: dict[str, Any]) -> str:
     """Returns the measurements as text, and as multiples of the fastest peer that does as much (seen or not)."""
-    machine = result["machine"]
+    facts, rows = result["machine"], [row for row in result["rows"] if "missing" not in row]
     lines = [
-        f"jax {machine['jax']} on {machine['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; bar for ours {BAR:.0e}",
-        f"{'environment':30s}{'steps a second':>16s}{'x fastest peer':>16s}",
+        told_machine(facts),
+        f"on {facts['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; bar for ours {BAR:.0e}; best run, and the median",
+        f"{'environment':30s}{'steps a second':>16s}{'x fastest peer':>16s}  median (quartiles)",
     ]
     for row in result["rows"]:
         if "missing" in row:
             lines.append(f"{row['name']:30s}  {row['missing']}")
             continue
-        alike = [
-            other["steps_per_second"]
-            for other in result["rows"]
-            if "missing" not in other
-            and not other["name"].startswith("ours")
-            and _is_seen(other["name"]) == _is_seen(row["name"])
-        ]
-        ratio = f"{row['steps_per_second'] / max(alike):16.2f}" if alike else ""
-        lines.append(f"{row['name']:30s}{row['steps_per_second']:16,.0f}{ratio}")
+        peers = [other for other in rows if not other["name"].startswith("ours")]
+        alike = [other["steps_per_second"] for other in peers if _is_seen(other["name"]) == _is_seen(row["name"])]
+        ratio = f"{row['steps_per_second'] / max(alike):.2f}" if alike else ""
+        median, low, high = (f"{row['spread'][part]:,.0f}" for part in ("median", "low", "high"))
+        lines.append(f"{row['name']:30s}{row['steps_per_second']:16,.0f}{ratio:>16s}  {median} ({low}-{high})")
     return "\n".join(lines)
 
 
@@ -129,8 +140,8 @@ def _navix(seen: str) -> tuple[Callable, Callable]:
     return begin, step
 
 
-def measured(name: str, steps: int) -> float:
-    """Returns the steps a second of one of ROWS, the best of five runs."""
+def measured(name: str, steps: int) -> list[float]:
+    """Returns the steps a second of one of ROWS in each of five runs."""
     who, _, seen = name.partition(",")
     begin, step = {"ours": _ours, "jumanji Maze": _jumanji, "navix Empty": _navix}[who](seen.strip())
     if who != "jumanji Maze":
@@ -162,7 +173,7 @@ def measured(name: str, steps: int) -> float:
         start = time.perf_counter()
         jax.block_until_ready(roll(keys(seed), states))
         taken.append(time.perf_counter() - start)
-    return steps * NUM_ENVS / min(taken)
+    return [steps * NUM_ENVS / seconds for seconds in taken]
 
 
 if __name__ == "__main__":
@@ -170,4 +181,4 @@ if __name__ == "__main__":
     parser.add_argument("name", choices=ROWS)
     parser.add_argument("--steps", type=int, default=4000)
     options = parser.parse_args()
-    print(json.dumps({"steps_per_second": measured(options.name, options.steps)}))
+    print(json.dumps({"rates": measured(options.name, options.steps)}))

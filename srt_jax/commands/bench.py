@@ -3,6 +3,7 @@
 import json
 import pathlib
 import sys
+import time
 from typing import Annotated, Any
 
 import typer
@@ -32,7 +33,8 @@ def bench(
         if not as_json:
             print(told, flush=True)
         make_folder(out)
-        record = {"command": f"srt-jax bench {one}{' --quick' if quick else ''}", "made_on": machine(), "told": told, **result}
+        command = f"srt-jax bench {one}{' --quick' if quick else ''}"
+        record = {"command": command, "date": time.strftime("%Y-%m-%d"), "made_on": machine(), "told": told, **result}
         with written(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
     if as_json:
