@@ -18,6 +18,7 @@ from srt_jax.distance import cost_to_come
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
 from srt_jax.objects import cells_of, open_cells
+from srt_jax.shapes import batch_bucket
 from srt_jax.task import stack, unstack
 from srt_jax.types import Array, Solution, Task
 
@@ -62,7 +63,9 @@ def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLab
         "length": np.array([one.cost for one in solutions]),
     }
     is_solved = np.isfinite(told["length"])
-    maps = jax.tree.map(np.asarray, _maps(batch.labels, removed, blocking, batch.start, batch.goal, is_solved))
+    room = [(0, 0), (0, batch_bucket(M) - M)]  # shards differ by an obstacle or two: that need not compile anew
+    sets = np.pad(removed, room), np.pad(blocking, room)
+    maps = jax.tree.map(np.asarray, _maps(batch.labels, *sets, batch.start, batch.goal, is_solved))
     return TaskLabels(**told, least_removal=removed, **maps)
 
 

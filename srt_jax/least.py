@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.dtypes import float0
 
+from srt_jax.shapes import is_traced
 from srt_jax.solver import solve
 from srt_jax.types import Array, Task
 
@@ -25,9 +26,14 @@ def least_removal(
       max_destroyed, max_cells: as for `solve`; a budget that is spent gives inf.
       with_route: whether to return the length of the route as well. It changes only where the set changes: its derivative is 0.
 
+    Raises:
+      ValueError: a removal cost is not positive (where its value is known, hence not inside jit).
+
     Returns:
       float32 [...]; with the route, a pair of these, the route inf where there is none.
     """
+
+    _check_costs(task)
 
     @jax.custom_jvp
     def costs(removal_cost: Array, rest: Task) -> tuple[Array, Array, Array]:
@@ -46,6 +52,18 @@ def least_removal(
     rest = task.replace(removal_cost=jax.lax.stop_gradient(task.removal_cost))
     removal, route, _ = costs(task.removal_cost, rest)
     return (removal, route) if with_route else removal
+
+
+def _check_costs(task: Task) -> None:
+    if is_traced(task):
+        return
+    costs, flags = np.asarray(task.removal_cost), np.asarray(task.destroyable)
+    wrong = np.argwhere(flags & ~(costs > 0)) if flags.shape == costs.shape else []
+    if len(wrong):
+        place = tuple(wrong[0].tolist())
+        raise ValueError(
+            f"removal_cost at {list(place)} is {costs[place]}: it must be positive; learn its logarithm, or clip it"
+        )
 
 
 def _is_destroyed(destroyed: Array, num_obstacles: int) -> Array:

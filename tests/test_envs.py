@@ -212,3 +212,19 @@ def test_the_rules_read_no_more_than_the_cells_around():
     effect = jax.make_jaxpr(lambda action: act(levels, state, action))(jnp.int32(0))
     largest = max(variable.aval.size for equation in effect.eqns for variable in equation.outvars)
     assert largest < 16 * 16, "an array of a map's size is made in a step"
+
+
+def test_what_is_given_wrongly_is_named_with_the_remedy():
+    levels, _ = pool()
+    env, params = envs.make(levels=levels)
+    key, state = jax.random.key(0), env.reset_to(0, params)[1]
+    with pytest.raises(TypeError, match=r"whole number 0\.\.15, got float32"):
+        env.step(key, state, jnp.float32(1.5), params)
+    with pytest.raises(ValueError, match=r"jax.vmap\(env.step"):
+        env.step(key, state, jnp.zeros(3, jnp.int32), params)
+    with pytest.raises(TypeError, match=r"envs\.make_levels"):
+        envs.make(levels=envs.to_tasks(levels))
+    with pytest.raises(TypeError, match="got ndarray"):
+        envs.make_levels(np.ones((4, 4), bool))
+    with pytest.raises(ValueError, match=r"\[task\] for one"):
+        envs.make_levels(jax.tree.map(lambda array: array[0], envs.to_tasks(levels)))

@@ -37,6 +37,8 @@ def test_gymnasium_finds_nothing_wrong():
         made = gymnasium.make("srt_jax.envs.gym:SmartRelocation-v0", env=env, params=params)
         _, told = made.reset(seed=1, options={"level": 1})
     assert told == {"level": 1}
+    with pytest.raises(ValueError, match=r"whole number 0..15, got 20"):
+        made.unwrapped.step(20)
     *_, truncated, info = made.step(4)
     assert not truncated and info["length"] == 1 and isinstance(info["regret"], float)
 

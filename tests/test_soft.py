@@ -84,6 +84,38 @@ def test_options_out_of_range_are_refused(samples, temperature):
         perturbed(jnp.min, num_samples=samples, temperature=temperature)
 
 
+def test_the_gradient_of_smooth_least_costs_equals_differences_of_their_values_from_the_same_noise():
+    free, start, goal = np.ones((6, 6), bool), np.zeros(2, np.int32), np.array([5, 5], np.int32)
+    costs = jnp.asarray(np.random.default_rng(3).uniform(1, 3, (6, 6)), jnp.float32)
+    smooth = perturbed(
+        lambda costs: srt_jax.path_cost(free, start, goal, costs), num_samples=4096, temperature=0.3, pathwise=True
+    )
+    gradient = jax.grad(smooth, argnums=1)(KEY, costs)
+    for seed in range(3):
+        way = np.random.default_rng(seed).choice([-1, 1], costs.shape).astype(np.float32) / 64
+        difference = smooth(KEY, costs + way) - smooth(KEY, costs - way)
+        assert float(difference) / 2 == pytest.approx(float((gradient * way).sum()), rel=5e-3, abs=2e-5)
+
+
+def test_the_score_is_within_five_standard_errors_of_the_differences_of_the_value():
+    costs = jnp.array([2.0, 2.4, 2.2], jnp.float32)
+    jump = perturbed(lambda c: (c.argmin(axis=-1) == 0).astype(jnp.float32), num_samples=20_000, temperature=0.3)
+    seeds = jax.random.split(KEY, 32)
+    gradients = jax.vmap(jax.grad(jump, argnums=1), in_axes=(0, None))(seeds, costs)
+    eps = np.float32(1 / 16)  # curvature within it is far below the tolerance
+    for index in range(3):
+        step = np.eye(3, dtype=np.float32)[index] * eps
+        differences = jax.vmap(lambda key, step=step: (jump(key, costs + step) - jump(key, costs - step)) / (2 * eps))(seeds)
+        error = gradients[:, index] - differences  # the same noise in both
+        assert abs(error.mean()) < 5 * error.std(ddof=1) / len(seeds) ** 0.5 + 1e-3
+
+
+def test_a_removal_cost_that_is_not_positive_is_named():
+    task = srt_jax.make_task(np.arange(9)[None] != np.full((9, 9), 4), (0, 0), (8, 8))
+    with pytest.raises(ValueError, match=r"removal_cost at \[0\] is -1.0: it must be positive"):
+        least_removal(task.replace(removal_cost=-task.removal_cost))
+
+
 TASKS = random_tasks(31, 12, overlap=False, max_side=12)
 
 

@@ -49,7 +49,10 @@ def make(name: str = ID, *, levels: Levels | None = None, **options: Any) -> tup
 
     Raises:
       ValueError: another name.
+      TypeError: levels are no `Levels`.
     """
+    if levels is not None and not isinstance(levels, Levels):
+        raise TypeError(f"levels must be Levels, got {type(levels).__name__}: write envs.make_levels(tasks)")
     if name != ID:
         raise ValueError(f"no environment is called {name!r}: the one there is is {ID!r}")
     env = SmartRelocation(**options)

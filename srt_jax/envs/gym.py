@@ -56,6 +56,8 @@ class GymnasiumEnv(gymnasium.Env):
         """Returns observation, reward, terminated, truncated and info, as `SmartRelocation.step_env` tells them."""
         if self.state is None:
             raise ValueError("step was called before reset: call reset first")
+        if not self.action_space.contains(action):
+            raise ValueError(f"action must be a whole number 0..{NUM_ACTIONS - 1}, got {action!r}")
         seen, self.state, reward, terminated, info = self._step(self._key, self.state, np.int32(action), self.params)
         truncated = bool(self.env.is_truncated(self.state, self.params))
         told = {name: value.item() for name, value in info.items()} | {"level": int(self.state.level)}

@@ -50,11 +50,17 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
       oracle: whether to solve them; without it every task becomes a level and regret is NaN.
 
     Raises:
+      TypeError: something else than tasks.
       ValueError: no task, or none that has a solution.
     """
+    if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
+        raise TypeError(f"tasks must be a Task or a list of them, as make_task makes, got {type(tasks).__name__}")
     batch = tasks if isinstance(tasks, Task) else stack(tasks)
     if np.ndim(batch.labels) != 4:
-        raise ValueError(f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: make one batch with stack")
+        raise ValueError(
+            f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: "
+            "give a list of tasks, [task] for one, or one batch made with stack"
+        )
     nothing = np.full(len(batch.start), np.nan, np.float32)
     levels = Levels(
         labels=np.asarray(batch.labels),

@@ -180,6 +180,7 @@ class SmartRelocation:
 
     def _moved(self, state: EnvState, action: Array, params: EnvParams) -> tuple[EnvState, Array, Array, dict[str, Array]]:
         """Returns the next state, its reward, whether it is the goal, and the entries of info."""
+        _check(state, action)
         effect = act(params.levels, state, action)
         is_there = (effect.cell == params.levels.goal[state.level]).all()
         reward = (
@@ -209,6 +210,16 @@ class SmartRelocation:
         N = params.levels.start.shape[0]
         drawn = jax.random.bits(key, (), jnp.uint32) % jnp.uint32(N)  # even but for N parts in 2**32
         return _begun(drawn.astype(jnp.int32), params)
+
+
+def _check(state: EnvState, action: Array) -> None:
+    if not jnp.issubdtype(jnp.result_type(action), jnp.integer):
+        raise TypeError(f"action must be a whole number 0..{NUM_ACTIONS - 1}, got {jnp.result_type(action)}")
+    if jnp.ndim(action) or jnp.ndim(state.cell) != 1:
+        raise ValueError(
+            f"step takes one state and one action, got state.cell of shape {list(jnp.shape(state.cell))} and action of shape "
+            f"{list(jnp.shape(action))}: for many write jax.vmap(env.step, in_axes=(0, 0, 0, None))"
+        )
 
 
 def oracle_score(params: EnvParams) -> Array:
