@@ -53,6 +53,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
       TypeError: something else than tasks.
       ValueError: no task, or none that has a solution.
     """
+    tasks = tasks if isinstance(tasks, Task | jax.Array | np.ndarray) else list(tasks)
     if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
         raise TypeError(f"tasks must be a Task or a list of them, as make_task makes, got {type(tasks).__name__}")
     batch = tasks if isinstance(tasks, Task) else stack(tasks)
