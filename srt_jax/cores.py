@@ -43,7 +43,9 @@ def is_on_host(*arrays: Array) -> bool:
     home = _home()
     if home is None or jax.config.jax_default_device is not None:  # pyright: ignore
         return False
-    return all(isinstance(array, np.ndarray) or array.devices() == home for array in arrays)
+    return all(
+        not hasattr(array, "devices") or array.devices() == home for array in arrays
+    )  # else numpy's, or made while tracing
 
 
 @functools.cache

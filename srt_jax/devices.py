@@ -60,7 +60,13 @@ def _unchecked(fun: Callable, axes: tuple, args: tuple) -> Any:
     assert _varying_checked is not None
     with _varying_checked(False):
         out = jax.jit(undeclared)(*args)
-    return jax.tree.map(lambda leaf: lax.pcast(leaf, axes, to="varying"), out)
+    return jax.tree.map(lambda leaf: _declared(leaf, axes), out)
+
+
+def _declared(leaf: Array, axes: tuple) -> Array:
+    if hasattr(lax, "pcast"):
+        return lax.pcast(leaf, axes, to="varying")
+    return lax.pvary(leaf, axes)  # before JAX 0.9  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _type(value: Array) -> Any:
