@@ -43,9 +43,8 @@ def is_on_host(*arrays: Array) -> bool:
     home = _home()
     if home is None or jax.config.jax_default_device is not None:  # pyright: ignore
         return False
-    return all(
-        not hasattr(array, "devices") or array.devices() == home for array in arrays
-    )  # else numpy's, or made while tracing
+    placed = [array for array in arrays if hasattr(array, "devices")]  # the others are numpy's, or were made while tracing
+    return all(array.devices() == home for array in placed)
 
 
 @functools.cache
