@@ -93,12 +93,15 @@ def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> A
         return jax.tree.leaves(run(_part(arrays, part)))
 
     key = (*key, size, *(array.shape[1:] for array in jax.tree.leaves(arrays)))
+    ahead: list[Any] = []
     if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
-        leaves, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
-        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
+        ahead, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
+        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in ahead], structure
     forms, structure = _forms[key]
     whole = [empty((count, *shape), dtype) for shape, dtype in forms]
-    run_parts(leaves_of, count, size, whole)
+    for array, leaf in zip(whole, ahead):
+        np.copyto(array[:size], np.asarray(leaf))
+    run_parts(leaves_of, count, size, whole, begin=size if ahead else 0)
     return jax.tree.unflatten(structure, whole)
 
 
@@ -106,24 +109,24 @@ def _part(arrays: Any, part: slice) -> Any:
     return jax.tree.map(lambda array: np.asarray(array)[part], arrays)
 
 
-def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray]) -> None:
-    """Fills `out`, arrays with leading axis `count`, with the results of run(slice) for each part of `size` maps.
+def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray], begin: int = 0) -> None:
+    """Fills `out`, arrays with leading axis `count`, from `begin` on with the results of run(slice) for each part of `size` maps.
 
     Whatever a part raises is raised here, after all threads have ended.
     """
-    ahead = itertools.count(0, size)  # its next() is one step under the interpreter's lock: each part is taken once
+    firsts = itertools.count(begin, size)  # its next() is one step under the interpreter's lock: each part is taken once
     raised: list[BaseException] = []
 
     def work() -> None:
         try:
-            while not raised and (first := next(ahead)) < count:
+            while not raised and (first := next(firsts)) < count:
                 part = slice(first, min(first + size, count))
                 for whole, result in zip(out, run(part)):
                     np.copyto(whole[part], np.asarray(result))
         except BaseException as error:
             raised.append(error)
 
-    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-count // size)) - 1)]
+    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-(count - begin) // size)) - 1)]
     for thread in threads:
         thread.start()
     work()

@@ -151,13 +151,17 @@ def _on_one_core() -> Iterator[None]:
     """Keeps all threads of the process on one core; where the system cannot, eager calls only use one thread."""
     tasks = pathlib.Path("/proc/self/task")
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") and tasks.is_dir() else None
+    asked = os.environ.get("SRT_JAX_CORES")
     os.environ["SRT_JAX_CORES"] = "1"
     try:
         if cores:
             _keep(tasks, {max(cores)})
         yield
     finally:
-        del os.environ["SRT_JAX_CORES"]
+        if asked is None:
+            del os.environ["SRT_JAX_CORES"]
+        else:
+            os.environ["SRT_JAX_CORES"] = asked
         if cores:
             _keep(tasks, cores)
 
