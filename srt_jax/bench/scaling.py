@@ -64,7 +64,7 @@ def _measure(quick: bool) -> list[dict[str, Any]]:
     import jax
 
     jax.devices()  # starts its threads, as many as there are cores now
-    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 64, 5)
+    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 256, 5)
     with _on_one_core():
         batch_ms = _by_batch(size, batches, repeats, in_jit=False)
         small_ms = _by_batch(SMALL, batches, 2 * repeats, in_jit=True)
