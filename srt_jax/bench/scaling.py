@@ -64,13 +64,13 @@ def _measure(quick: bool) -> list[dict[str, Any]]:
     import jax
 
     jax.devices()  # starts its threads, as many as there are cores now
-    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 256, 5)
+    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 1024, 5)
     with _on_one_core():
         batch_ms = _by_batch(size, batches, repeats, in_jit=False)
         small_ms = _by_batch(SMALL, batches, 2 * repeats, in_jit=True)
     rows = []
     for kernel, call in _calls(size, batch).items():
-        one, every = _on_one_and_all(call, 3 * repeats)
+        one, every = _on_one_and_all(call, repeats)
         spent = batch_ms[kernel].values()
         rows.append(
             {
