@@ -53,7 +53,7 @@ def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, a
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
         as_quads = on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS
-        part = cores.part_size(bucket[0], cells, is_light=is_light or on_quads is not None)
+        part = cores.part_size(bucket[0], cells, cores.LIGHT if is_light or on_quads else cores.FIELD)
         if as_quads or part < bucket[0]:
             run = _jitted(on_quads if as_quads else kernel, options, part < bucket[0])
             return _call_in_parts(run, arrays, (part, *bucket[1:]), as_quads=as_quads)

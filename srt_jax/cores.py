@@ -14,18 +14,28 @@ import itertools
 import os
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from srt_jax.types import Array
 
-_LARGEST = 1 << 22  # cells of a part: as float32 16 MiB, which malloc hands out again without asking the system
-_SMALLEST = 1 << 17  # cells of a part worth a thread: a field of costs of as many takes 500 us
-_LARGEST_LIGHT = 1 << 21  # cells of a part of light work: as bool 2 MiB, so that what two cores work on stays in their caches
-_SMALLEST_LIGHT = 1 << 21  # as a flood 500 us, as a search for seeds 200 us
-_FINE = 16  # maps of a part worth cutting further, to even out; fewer no longer fill the lanes of a flood
+
+class Work(NamedTuple):
+    """What decides how a batch is cut, in cells of maps: the most in a part, and the fewest that are worth a thread."""
+
+    most: int
+    fewest: int
+
+
+SOLVE = Work(1 << 22, 1 << 17)  # smaller parts no longer fill the lanes of its floods
+FIELD = Work(1 << 20, 1 << 17)  # a field of costs of the fewest takes 500 us; the copy of the most, 4 MiB, stays in the caches
+LIGHT = Work(1 << 21, 1 << 21)  # a flood takes 500 us, a search for seeds 200 us; of masks the most are 2 MiB
+"""The solver; a field of costs; what does little more for each cell than to read it."""
+
+_AT_ONCE = 1 << 22  # cells that one core does in one part: as float32 16 MiB, which malloc keeps for the next call
+_FINE = 16  # maps of a part worth cutting further, to even out
 
 _forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
 """Of each part that has been run the shapes and dtypes of its results, an entry each, and the tree they hang in."""
@@ -53,24 +63,23 @@ def _home() -> set[Any] | None:
     return {jax.local_devices()[0]} if jax.default_backend() == "cpu" else None
 
 
-def part_size(bucket: int, cells: int, *, is_light: bool = False) -> int:
+def part_size(bucket: int, cells: int, work: Work) -> int:
     """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be cut.
 
     Args:
       bucket: size of the batch, a power of two.
       cells: of one map.
-      is_light: whether so little is done for each cell that reading and writing the maps counts.
+      work: what is done with them.
     """
     cores, size = num_cores(), bucket
-    largest, smallest = (_LARGEST_LIGHT, _SMALLEST_LIGHT) if is_light else (_LARGEST, _SMALLEST)
-    if is_light and bucket * cells <= 2 * smallest:
+    if bucket * cells <= (_AT_ONCE if cores == 1 else 2 * work.fewest):
         return bucket
 
     def is_too_large(size: int) -> bool:
-        if size * cells > largest:
+        if size * cells > work.most:
             return True
         num_parts = bucket // size
-        is_worth_it = cores > 1 and size * cells > 2 * smallest
+        is_worth_it = cores > 1 and size * cells > 2 * work.fewest
         return is_worth_it and (num_parts < cores or (num_parts < 4 * cores and size > _FINE))
 
     while size > 1 and is_too_large(size):
@@ -93,12 +102,15 @@ def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> A
         return jax.tree.leaves(run(_part(arrays, part)))
 
     key = (*key, size, *(array.shape[1:] for array in jax.tree.leaves(arrays)))
+    ahead: list[Any] = []
     if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
-        leaves, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
-        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in leaves], structure
+        ahead, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
+        _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in ahead], structure
     forms, structure = _forms[key]
     whole = [empty((count, *shape), dtype) for shape, dtype in forms]
-    run_parts(leaves_of, count, size, whole)
+    for array, leaf in zip(whole, ahead):
+        np.copyto(array[:size], np.asarray(leaf))
+    run_parts(leaves_of, count, size, whole, begin=size if ahead else 0)
     return jax.tree.unflatten(structure, whole)
 
 
@@ -106,24 +118,30 @@ def _part(arrays: Any, part: slice) -> Any:
     return jax.tree.map(lambda array: np.asarray(array)[part], arrays)
 
 
-def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray]) -> None:
-    """Fills `out`, arrays with leading axis `count`, with the results of run(slice) for each part of `size` maps.
+def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray], begin: int = 0) -> None:
+    """Fills `out`, arrays with leading axis `count`, from `begin` on: run(slice) gives what belongs there, for `size` maps.
 
     Whatever a part raises is raised here, after all threads have ended.
     """
-    ahead = itertools.count(0, size)  # its next() is one step under the interpreter's lock: each part is taken once
+    firsts = itertools.count(begin, size)  # its next() is one step under the interpreter's lock: each part is taken once
     raised: list[BaseException] = []
 
     def work() -> None:
         try:
-            while not raised and (first := next(ahead)) < count:
+            ahead = None
+            while not raised and (first := next(firsts)) < count:
                 part = slice(first, min(first + size, count))
-                for whole, result in zip(out, run(part)):
-                    np.copyto(whole[part], np.asarray(result))
+                behind, ahead = ahead, (part, run(part))  # runs while the part before is copied
+                fill(behind)
+            fill(ahead)
         except BaseException as error:
             raised.append(error)
 
-    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-count // size)) - 1)]
+    def fill(done: Any) -> None:
+        for whole, result in zip(out, done[1] if done else ()):
+            np.copyto(whole[done[0]], np.asarray(result))
+
+    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-(count - begin) // size)) - 1)]
     for thread in threads:
         thread.start()
     work()

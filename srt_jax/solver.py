@@ -91,7 +91,7 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
 
-    size = cores.part_size(bucket[0], H * W * L) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
+    size = cores.part_size(bucket[0], H * W * L, cores.SOLVE) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
     solve_in_bucket = _solver(mode, max_destroyed, capacity, max_branches, size < B)
 
     def run(part: Task) -> Solution:

@@ -12,8 +12,8 @@ from srt_jax import bucketed, cores
 @pytest.fixture
 def in_small_parts(monkeypatch):
     """Batches of small maps are cut as large ones are."""
-    for name in ("_LARGEST", "_LARGEST_LIGHT", "_SMALLEST_LIGHT"):
-        monkeypatch.setattr(cores, name, 1 << 16)
+    for name in ("FIELD", "LIGHT"):
+        monkeypatch.setattr(cores, name, cores.Work(1 << 16, 1 << 15))
     monkeypatch.setattr(cores, "num_cores", lambda: 3)
     monkeypatch.setattr(bucketed, "_FOR_QUADS", 0)
 
@@ -21,7 +21,7 @@ def in_small_parts(monkeypatch):
 def test_a_batch_in_parts_gives_the_bits_of_each_map_alone(in_small_parts):
     free, starts, _ = random_maps(5, 37, 60, 50)
     goals = np.random.default_rng(2).integers(0, 50, (37, 2)).astype(np.int32)
-    assert cores.part_size(64, 64 * 64) == 16
+    assert cores.part_size(64, 64 * 64, cores.FIELD) == cores.part_size(64, 64 * 64, cores.LIGHT) == 16
     for run in (
         lambda free, start, goal: srt_jax.reach(free, start),
         lambda free, start, goal: srt_jax.cost_to_come(free, start),
@@ -71,20 +71,20 @@ def test_an_error_in_one_part_reaches_the_caller(monkeypatch):
 
 
 def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypatch):
+    def sizes(work, cells=512 * 512):
+        return [cores.part_size(batch, cells, work) for batch in (1, 2, 16, 64, 256)]
+
     monkeypatch.setattr(cores, "num_cores", lambda: 1)
-    assert [cores.part_size(batch, 512 * 512) for batch in (1, 16, 64)] == [1, 16, 16]
-    assert cores.part_size(4096, 64 * 64) == 1024
+    assert sizes(cores.SOLVE) == [1, 2, 16, 16, 16]
+    assert sizes(cores.FIELD) == [1, 2, 16, 4, 4]
+    assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
     monkeypatch.setattr(cores, "num_cores", lambda: 2)
-    assert [cores.part_size(batch, 512 * 512) for batch in (1, 2, 16, 64)] == [1, 1, 8, 16]
-    assert cores.part_size(16, 64 * 64) == 16
-    assert cores.part_size(1, 4096 * 4096) == 1
-
-
-def test_a_flood_is_cut_finer_than_a_field_of_costs_but_only_where_there_is_much_of_it(monkeypatch):
-    for count in (1, 2):
-        monkeypatch.setattr(cores, "num_cores", lambda count=count: count)
-        assert [cores.part_size(batch, 512 * 512, is_light=True) for batch in (1, 16, 64, 256)] == [1, 16, 8, 8]
-        assert cores.part_size(4096, 64 * 64, is_light=True) == 512
+    assert sizes(cores.SOLVE) == [1, 1, 8, 16, 16]
+    assert sizes(cores.FIELD) == [1, 1, 4, 4, 4]
+    assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
+    assert [cores.part_size(4096, 64 * 64, work) for work in (cores.SOLVE, cores.FIELD, cores.LIGHT)] == [512, 256, 512]
+    assert cores.part_size(16, 64 * 64, cores.FIELD) == 16
+    assert cores.part_size(1, 4096 * 4096, cores.FIELD) == 1
 
 
 def test_the_environment_may_ask_for_fewer_cores(monkeypatch):

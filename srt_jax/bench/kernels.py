@@ -151,9 +151,6 @@ def main() -> None:
     options = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    import jax
-
-    jax.config.update("jax_cpu_enable_async_dispatch", False)  # no thread to wake: the call is what is measured
     print(json.dumps(_measure(options.quick)) if options.json else table(_measure(options.quick)))
 
 

@@ -64,13 +64,13 @@ def _measure(quick: bool) -> list[dict[str, Any]]:
     import jax
 
     jax.devices()  # starts its threads, as many as there are cores now
-    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 64, 5)
+    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 1024, 5)
     with _on_one_core():
         batch_ms = _by_batch(size, batches, repeats, in_jit=False)
         small_ms = _by_batch(SMALL, batches, 2 * repeats, in_jit=True)
     rows = []
     for kernel, call in _calls(size, batch).items():
-        one, every = _on_one_and_all(call, 3 * repeats)
+        one, every = _on_one_and_all(call, repeats)
         spent = batch_ms[kernel].values()
         rows.append(
             {
@@ -151,13 +151,17 @@ def _on_one_core() -> Iterator[None]:
     """Keeps all threads of the process on one core; where the system cannot, eager calls only use one thread."""
     tasks = pathlib.Path("/proc/self/task")
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") and tasks.is_dir() else None
+    asked = os.environ.get("SRT_JAX_CORES")
     os.environ["SRT_JAX_CORES"] = "1"
     try:
         if cores:
             _keep(tasks, {max(cores)})
         yield
     finally:
-        del os.environ["SRT_JAX_CORES"]
+        if asked is None:
+            del os.environ["SRT_JAX_CORES"]
+        else:
+            os.environ["SRT_JAX_CORES"] = asked
         if cores:
             _keep(tasks, cores)
 
