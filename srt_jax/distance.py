@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, cones, fixed_point, frontier, gradient, shapes, wavefront
+from srt_jax import bucketed, cones, fixed_point, frontier, gradient, packing, shapes, wavefront
 from srt_jax import types as records
 from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
 from srt_jax.target import Target, target_of
@@ -95,6 +95,28 @@ def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:
     and it takes about half the time: `path.trace_field` reads the same path off either.
     """
     return Field(*(_cost_maps(free, start) if goal is None else _costs_towards(free, start, goal)))
+
+
+def cheapest(field: Field, among: Array) -> Array:
+    """Returns the cheapest cell of each mask, uint32 [B, H, words], the first in row order, int32 [B, 2]; (-1, -1) of none."""
+    return compiled_whole(functools.partial(each, _cheapest))(field.cost, among)
+
+
+def _cheapest(cost: Array, among: Array) -> Array:
+    """The first of the cells that are the first least of their column (argmin over a map would be a scalar loop on CPU)."""
+    height, width = cost.shape
+
+    def row_step(best: tuple[Array, Array], row: Array) -> tuple:
+        own = packing.unpack(lax.dynamic_index_in_dim(among, row)[None], width)[0, 0]
+        own = jnp.where(own, lax.dynamic_index_in_dim(cost, row, keepdims=False), UNREACHED)
+        least, rows = best
+        return (jnp.minimum(least, own), jnp.where(own < least, row, rows)), None
+
+    start = (jnp.full(width, UNREACHED, jnp.int32), jnp.zeros(width, jnp.int32))
+    (least, rows), _ = lax.scan(row_step, start, jnp.arange(height, dtype=jnp.int32))
+    place = jnp.where(least == jnp.min(least), rows * width + jnp.arange(width, dtype=jnp.int32), height * width)
+    first = jnp.min(place)
+    return jnp.where(jnp.min(least) < UNREACHED, jnp.stack([first // width, first % width]), -1)
 
 
 def field_length(field: Field) -> Array:

@@ -14,16 +14,18 @@ literally, only what lies ahead of the seed is attended to, and the loop stops s
 from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import lax
 
 from srt_jax.contour import obstacle_ahead
-from srt_jax.distance import cost_field, field_length
-from srt_jax.moves import octile_distance
-from srt_jax.objects import around, cells_of, open_cells, owners_at, value_at
-from srt_jax.packing import pack
+from srt_jax.distance import cheapest, cost_field
+from srt_jax.objects import owners_at
+from srt_jax.openings import FAR, all_cells_of, all_nearest_of, all_open_cells, around, holds
+from srt_jax.packing import pack, unpack
 from srt_jax.path import trace_field
 from srt_jax.planner import Blockage, find_blockage
+from srt_jax.reach import reach_words
 from srt_jax.types import Act, Array, Path, Task
 
 
@@ -97,26 +99,24 @@ def _standing_still(task: Task, among: Array, symbolic: Symbolic, max_destroyed:
 
 
 def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
-    num_obstacles, K = task.destroyable.shape[1], walk.destroyed.shape[1]
+    W, num_obstacles, K = task.labels.shape[3], task.destroyable.shape[1], walk.destroyed.shape[1]
     here = _last_cell(walk)
-    free = open_cells(task.labels, walk.gone)
-    field = cost_field(free & walk.is_active[:, None, None], here)
-    length = field_length(field)
-    reached = jnp.isfinite(length)
-    is_there = walk.is_active & value_at(reached, task.goal)
+    free = jnp.where(walk.is_active[:, None, None], all_open_cells(task.labels, walk.gone), jnp.uint32(0))
+    reached = reach_words(free, here, width=W)
+    is_there = walk.is_active & jax.vmap(holds)(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
-    found = find_blockage(
-        task.labels, pack(free), pack(reached), task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off
-    )
-    ids = _attended(task, walk, free, found, symbolic)
+    found = find_blockage(task.labels, free, reached, task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off)
+    contour = pack(found.contour)
+    ids = _attended(task, walk, free, found, contour, symbolic)
     act, slot, is_proof = symbolic.plan(ids >= 0, jnp.take_along_axis(task.destroyable, ids.clip(0), axis=1))
     is_act = jnp.where(is_cut_off[:, None], act, -1) >= 0
     steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)  # [2, B, T]
     goes_on = is_act.any(axis=1) & (walk.num_destroyed < K)
     target = jnp.where(steps[0] == Act.DESTROY, steps[1], -1).max(axis=1)
     chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[:, None]
-    beside_it = found.contour & around(cells_of(task.labels, chosen))
-    stop = jnp.where(is_there[:, None], task.goal, _least(jnp.where(beside_it, length, jnp.inf)))
+    beside_it = contour & around(all_cells_of(task.labels, chosen))
+    field = cost_field(unpack(free, W), here)
+    stop = jnp.where(is_there[:, None], task.goal, cheapest(field, beside_it))
     leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
     moved = _append(walk, leg, is_there | goes_on)
     arrived = _note(moved, moved.pending, is_there & (moved.num_cells > 1))
@@ -127,44 +127,22 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     )
 
 
-def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Symbolic) -> Array:
+def _attended(task: Task, walk: Walk, free: Array, found: Blockage, contour: Array, symbolic: Symbolic) -> Array:
     """Returns the obstacles attended to, int32 [B, S], -1 after the last: those that can be destroyed first, by nearness."""
     blocking = found.on_contour
+    W, num_obstacles = task.labels.shape[3], blocking.shape[1]
     if symbolic.is_literal:
-        blocking = owners_at(task.labels, obstacle_ahead(free, found.seed, task.goal), blocking.shape[1])
+        blocking = owners_at(task.labels, obstacle_ahead(unpack(free, W), found.seed, task.goal), num_obstacles)
     blocking &= ~walk.gone  # where obstacles overlap, what is gone still has its labels
-    h = jnp.where(task.destroyable, 0.0, _BEYOND) + _distance_to_goal(task, found.contour)
-    ids = jnp.arange(blocking.shape[1], dtype=jnp.int32)[None]
+    h = all_nearest_of(task.labels, around(contour), task.goal, num_obstacles)
+    h = jnp.where(task.destroyable, h, h + FAR)
+    ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
 
     def take(left: Array, _: None) -> tuple[Array, Array]:
-        best = jnp.where(left, h, jnp.inf).argmin(axis=1).astype(jnp.int32)
+        best = jnp.where(left, h, 2 * FAR + 1).argmin(axis=1).astype(jnp.int32)
         return left & (ids != best[:, None]), jnp.where(left.any(axis=1), best, -1)
 
     return lax.scan(take, blocking, None, length=symbolic.num_slots)[1].T
-
-
-_BEYOND = 1e6
-"""More than any distance on a map, in cell sides."""
-
-
-def _distance_to_goal(task: Task, contour: Array) -> Array:
-    """Returns how near the goal each obstacle comes with its cells beside the contour: float32 [B, M], at most `_BEYOND`."""
-    B, L, H, W = task.labels.shape
-    cells = jnp.stack(jnp.meshgrid(jnp.arange(H, dtype=jnp.int32), jnp.arange(W, dtype=jnp.int32), indexing="ij"), axis=-1)
-    h = octile_distance(cells[None], task.goal[:, None, None])
-    near = jnp.where(around(contour), h, jnp.inf)[:, None]
-    num_obstacles = task.destroyable.shape[1]
-    ids = jnp.where(task.labels < 0, num_obstacles, task.labels).reshape(B, -1)
-    near = jnp.broadcast_to(near, (B, L, H, W)).reshape(B, -1)
-    batch = jnp.arange(B, dtype=jnp.int32)[:, None]
-    return jnp.full((B, num_obstacles), _BEYOND, jnp.float32).at[batch, ids].min(near, mode="drop")
-
-
-def _least(length: Array) -> Array:
-    """Returns the cell of least `length` [B, H, W], the first in row order: int32 [B, 2]."""
-    W = length.shape[2]
-    place = length.reshape(length.shape[0], -1).argmin(axis=1).astype(jnp.int32)
-    return jnp.stack([place // W, place % W], axis=-1)
 
 
 def _last_cell(walk: Walk) -> Array:

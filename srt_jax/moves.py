@@ -41,3 +41,14 @@ def octile_distance(cell: Array, goal: Array) -> Array:
     apart = jnp.abs(jnp.asarray(cell, jnp.int32) - jnp.asarray(goal, jnp.int32))
     long, short = apart.max(axis=-1), apart.min(axis=-1)
     return (long - short).astype(jnp.float32) + short.astype(jnp.float32) * jnp.float32(2**0.5)
+
+
+def octile_order(down: Array, across: Array) -> Array:
+    """Returns an int32 by which cells are ordered as by their octile distance, from rows and columns apart: int32 each.
+
+    In the finest fixed point, whose order is that of sqrt 2 on maps of up to 5741 cells a side, since no fraction with a
+    smaller denominator is nearer. At most 2 ** 26 on maps of 8192.
+    """
+    straight, diagonal = FIXED_POINTS[0]
+    down, across = jnp.abs(down), jnp.abs(across)
+    return jnp.maximum(down, across) * straight + jnp.minimum(down, across) * (diagonal - straight)

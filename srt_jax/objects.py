@@ -4,7 +4,6 @@ All functions take one leading batch axis B; H x W cells, L layers of labels, M 
 """
 
 import jax.numpy as jnp
-from jax import lax
 
 from srt_jax.types import FREE, Array
 
@@ -36,31 +35,12 @@ def opens_at(labels: Array, cell: Array, gone: Array) -> Array:
     return is_open.all(axis=1) & is_inside
 
 
-def value_at(mask: Array, cell: Array) -> Array:
-    """Returns the entry of `mask` [B, H, W] at `cell` (int32 [B, 2]): [B]; False where the cell lies outside the array."""
-    value, is_inside = _at(mask, cell)
-    return value & is_inside
-
-
 def _at(array: Array, cell: Array) -> tuple[Array, Array]:
     """Returns the entry of `array` [B, H, W, ...] at `cell`, or the nearest it has, and whether it has `cell` (bool [B])."""
     _, H, W = array.shape[:3]
     row, col = cell[:, 0], cell[:, 1]
     is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
     return array[jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)], is_inside
-
-
-def around(cells: Array) -> Array:
-    """Returns `cells` (bool [B, H, W]) and their neighbours by a side or a corner."""
-    return _spread(_spread(cells, 1), 2)
-
-
-def _spread(cells: Array, axis: int) -> Array:
-    padding = [(0, 0)] * 3
-    padding[axis] = (1, 1)
-    wide = jnp.pad(cells, padding)
-    length = cells.shape[axis]
-    return cells | lax.slice_in_dim(wide, 0, length, axis=axis) | lax.slice_in_dim(wide, 2, length + 2, axis=axis)
 
 
 def _of_obstacle(labels: Array, which: Array) -> Array:

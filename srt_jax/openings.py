@@ -5,14 +5,19 @@ would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import packing
-from srt_jax.kernel import apart, compiled_whole, each, read, runs_in_place, write
+from srt_jax.kernel import apart, compiled_whole, each, read, read_apart, runs_in_place, write
+from srt_jax.moves import octile_order
 from srt_jax.types import FREE
+
+FAR = 2**28
+"""Farther than any two cells of a map, in `octile_order`."""
 
 _MOST_SELECTED = 16
 """Words of obstacles up to which picking one by comparing is faster than a table look-up per cell."""
@@ -45,81 +50,124 @@ def open_cells(labels: Labels, gone: Array) -> Array:
     words = as_words(gone)
 
     def row_words(row: Array) -> Array:
-        is_open = functools.reduce(jnp.logical_and, (_is_open(labels.row(i, row), words) for i in range(num_layers)))
+        ids = (labels.row(i, row) for i in range(num_layers))
+        is_open = functools.reduce(jnp.logical_and, ((own == FREE) | _is_one_of(own, words) for own in ids))
         return packing.pack(is_open[None, None])[0, 0]
 
     return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
 
 
-def _is_open(ids: Array, gone: Array) -> Array:
-    if len(gone) <= _MOST_SELECTED:
+def cells_of(labels: Labels, which: Array) -> Array:
+    """Returns the cells that at least one of the obstacles `which` (bool [M]) covers."""
+    _, num_layers, height, _ = labels.all.shape
+    words = as_words(which)
+
+    def row_words(row: Array) -> Array:
+        is_theirs = functools.reduce(jnp.logical_or, (_is_one_of(labels.row(i, row), words) for i in range(num_layers)))
+        return packing.pack(is_theirs[None, None])[0, 0]
+
+    return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
+
+
+def _is_one_of(ids: Array, which: Array) -> Array:
+    if len(which) <= _MOST_SELECTED:
         word = jnp.zeros(ids.shape, jnp.uint32)
-        for i in range(len(gone)):
-            word = jnp.where(ids >> 5 == i, gone[i], word)
+        for i in range(len(which)):
+            word = jnp.where(ids >> 5 == i, which[i], word)
     else:
-        word = jnp.where(ids >= 0, jnp.take(gone, (ids >> 5).clip(0)), jnp.uint32(0))
-    return (ids == FREE) | (word >> (ids & 31).astype(jnp.uint32) & jnp.uint32(1) != 0)
+        word = jnp.where(ids >= 0, jnp.take(which, (ids >> 5).clip(0)), jnp.uint32(0))
+    return word >> (ids & 31).astype(jnp.uint32) & jnp.uint32(1) != 0
 
 
 def all_open_cells(labels: Array, gone: Array) -> Array:
     """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
+    return _of_all(open_cells, labels, gone)
 
-    def all_maps(labels: Array, gone: Array) -> Array:
-        return each(lambda which, gone: open_cells(Labels(labels, which), gone), _numbers(labels), gone)
 
-    return compiled_whole(all_maps)(labels, gone)
+def all_cells_of(labels: Array, which: Array) -> Array:
+    """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B, H, words]."""
+    return _of_all(cells_of, labels, which)
 
 
 def all_met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
     """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool [B, M]."""
-
-    def all_maps(labels: Array, cells: Array) -> Array:
-        def one_map(which: Array, cells: Array) -> Array:
-            return met_by(Labels(labels, which), cells, num_obstacles)
-
-        return each(one_map, _numbers(labels), cells)
-
-    return compiled_whole(all_maps)(labels, cells)
+    return _of_all(functools.partial(met_by, num_obstacles=num_obstacles), labels, cells)
 
 
-def _numbers(labels: Array) -> Array:
-    return jnp.arange(len(labels), dtype=jnp.int32)
+def all_nearest_of(labels: Array, cells: Array, goal: Array, num_obstacles: int) -> Array:
+    """Returns `nearest_of` of a batch: as `all_met_by`, goal int32 [B, 2] -> int32 [B, M]."""
+    return _of_all(functools.partial(nearest_of, num_obstacles=num_obstacles), labels, cells, goal)
+
+
+def _of_all(fun: Callable[..., Array], labels: Array, *args: Array) -> Array:
+    """Returns fun(labels of one map, ...) of each map of a batch."""
+
+    def all_maps(labels: Array, *args: Array) -> Array:
+        return each(lambda which, *args: fun(Labels(labels, which), *args), jnp.arange(len(labels), dtype=jnp.int32), *args)
+
+    return compiled_whole(all_maps)(labels, *args)
 
 
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
-    if runs_in_place():
-        return _met_cell_by_cell(labels, cells, num_obstacles)
-    width = labels.all.shape[3]
-    asked = packing.unpack(cells[None], width)[0]
+    if not runs_in_place():
+        ids, is_asked = _owners(labels, cells, num_obstacles)
+        return jnp.zeros(num_obstacles, bool).at[jnp.where(is_asked, ids, num_obstacles)].set(True, mode="drop")
+
+    def note(met: Array, owner: Array, row: Array, col: Array) -> Array:
+        return write(met, jnp.uint32(1), owner)
+
+    return _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+
+
+def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) -> Array:
+    """Returns how near `goal` (int32 [2]) each obstacle comes with those of `cells` that it covers: int32 [M].
+
+    In the order of `octile_order`; FAR for an obstacle that covers none.
+    """
+    far = jnp.full(num_obstacles + 1, FAR, jnp.int32)
+    if not runs_in_place():
+        ids, is_asked = _owners(labels, cells, num_obstacles)
+        rows, cols = (place.astype(jnp.int32) for place in jnp.indices(labels.all.shape[2:]))
+        h = jnp.broadcast_to(octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]).reshape(-1)
+        return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
+
+    def note(near: Array, owner: Array, row: Array, col: Array) -> Array:
+        return write(near, jnp.minimum(octile_order(row - goal[0], col - goal[1]), read_apart(near, owner)), owner)
+
+    return _noted(labels, cells, note, far)[:num_obstacles]
+
+
+def _owners(labels: Labels, cells: Array, num_obstacles: int) -> tuple[Array, Array]:
+    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for: [L * H * W] each."""
     own = labels.all[labels.which]
-    ids = jnp.where(asked[None] & (own >= 0), own, num_obstacles)
-    return jnp.zeros(num_obstacles, bool).at[ids.reshape(-1)].set(True, mode="drop")
+    asked = packing.unpack(cells[None], own.shape[2])
+    return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
 
 
-def _met_cell_by_cell(labels: Labels, cells: Array, num_obstacles: int) -> Array:
-    """Takes the lowest bit of the word in hand; when that was the last, the next word."""
-    per_row, one = jnp.uint32(cells.shape[1]), jnp.uint32(1)
+def _noted(labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array) -> Array:
+    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the last owner is nobody.
+
+    Takes the lowest bit of the word in hand; when that was the last, the next word.
+    """
+    per_row, one, nobody = jnp.uint32(cells.shape[1]), jnp.uint32(1), len(out) - 1
     words = jnp.pad(cells.reshape(-1), (0, 1))
     num_words = jnp.uint32(words.shape[0])
 
     def step(state: tuple) -> tuple:
-        ahead, word, met = state
+        ahead, word, out = state
         which = ahead - one
         bit = lax.population_count((word & -word) - one) & jnp.uint32(31)  # of an empty word: a cell that is not noted
-        row, col = which // per_row, which % per_row * jnp.uint32(packing.WORD) + bit
+        row, col = ((which // per_row).astype(jnp.int32), (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32))
         for layer in range(labels.all.shape[1]):
-            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
-                labels, row.astype(jnp.int32), col.astype(jnp.int32)
-            )
-            met = write(met, one, jnp.where((word != 0) & (owner >= 0), owner, num_obstacles).astype(jnp.uint32))
+            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(labels, row, col)
+            out = note(out, jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32), row, col)
         word = word & (word - one)
         is_spent = word == 0
-        return ahead + is_spent.astype(jnp.uint32), jnp.where(is_spent, read(words, ahead), word), met
+        return ahead + is_spent.astype(jnp.uint32), jnp.where(is_spent, read(words, ahead), word), out
 
-    state = (one, words[0], jnp.zeros(num_obstacles + 1, jnp.uint32))
-    met = lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
-    return met[:num_obstacles] != 0
+    state = (one, words[0], out)
+    return lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
 
 
 def owners_of(labels: Labels, cell: Array, num_obstacles: int) -> Array:

@@ -6,9 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, moves, shapes
+from srt_jax import bucketed, shapes
 from srt_jax import types as records
 from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.moves import octile_order
 
 _FAR = 2**31 - 1
 
@@ -46,11 +47,9 @@ def _nearest(reached: Array, goal: Array) -> Array:
     """The nearest of the cells that are nearest within their column: of those above the goal's row the last, else the first.
 
     jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair; here a scan over rows keeps
-    two rows a column. The fixed point 5741 : 8119 orders distances as sqrt 2 does on maps of up to 5741 cells a side, since no
-    fraction with a smaller denominator is nearer.
+    two rows a column.
     """
     height, width = reached.shape
-    straight, diagonal = moves.FIXED_POINTS[0]
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32  # the narrower, the more columns in one step
     none = np.array(height, dtype)
 
@@ -66,9 +65,7 @@ def _nearest(reached: Array, goal: Array) -> Array:
     (above, below), _ = lax.scan(row_step, start, (jnp.arange(height, dtype=jnp.int32), reached))
     rows = jnp.concatenate([above, below]).astype(jnp.int32)
     cols = jnp.tile(jnp.arange(width, dtype=jnp.int32), 2)
-    down, across = jnp.abs(rows - goal[0]), jnp.abs(cols - goal[1])
-    h = jnp.maximum(down, across) * straight + jnp.minimum(down, across) * (diagonal - straight)
-    h = jnp.where((rows >= 0) & (rows < height), h, _FAR)
+    h = jnp.where((rows >= 0) & (rows < height), octile_order(rows - goal[0], cols - goal[1]), _FAR)
     least = jnp.min(h)
     place = jnp.min(jnp.where(h == least, rows * width + cols, _FAR))
     return jnp.where(least < _FAR, jnp.stack([place // width, place % width]), -1)

@@ -7,7 +7,8 @@ from maps import any_start, city, maze, noise, random_maps, read_map, rooms, sna
 from slow import costs_by_scipy, lengths_by_heap
 
 import srt_jax
-from srt_jax.distance import UNREACHED, cost_field, field_length
+from srt_jax import packing
+from srt_jax.distance import UNREACHED, Field, cheapest, cost_field, field_length
 from srt_jax.moves import FIXED_POINTS
 
 _field = jax.jit(cost_field)
@@ -158,3 +159,17 @@ def test_every_scenario_of_a_street_map_has_its_published_length(shared_data):
     lengths = np.asarray(srt_jax.cost_to_come(np.broadcast_to(free, (64, 256, 256)), starts[-64:]))
     got = lengths[np.arange(64), goals[-64:, 0], goals[-64:, 1]]
     np.testing.assert_allclose(got, [float(row[8]) for row in rows[-64:]], rtol=1e-6)
+
+
+@pytest.mark.parametrize("share", [0, 0.01, 1])
+def test_the_cheapest_cell_of_a_mask_is_the_first_of_the_least(share):
+    rng = np.random.default_rng(7)
+    for height, width in ((1, 1), (5, 31), (9, 33), (40, 70)):
+        cost = rng.integers(0, 12, (3, height, width)).astype(np.int32)
+        cost[rng.random(cost.shape) < 0.3] = UNREACHED
+        among = rng.random(cost.shape) < share
+        got = jax.jit(cheapest)(Field(cost, np.zeros(3, np.int32)), packing.pack(jnp.asarray(among)))
+        for values, asked, cell in zip(cost, among, got):
+            values = np.where(asked, values, UNREACHED)
+            best = np.unravel_index(values.argmin(), values.shape) if values.min() < UNREACHED else (-1, -1)
+            assert tuple(cell.tolist()) == tuple(int(place) for place in best)

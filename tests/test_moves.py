@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -24,6 +25,16 @@ def test_octile_distance_is_the_length_on_an_empty_map_and_a_lower_bound_on_any_
     free = noise(np.random.default_rng(0), 9, 12, 0.3)
     free[4, 7] = True
     assert (h <= lengths_by_heap(free, (4, 7)) + 1e-5).all()
+
+
+def test_the_order_of_cells_is_that_of_octile_distance():
+    rng = np.random.default_rng(0)
+    down, across = rng.integers(-5740, 5741, (2, 20_000)).astype(np.int32)
+    order = np.asarray(moves.octile_order(down, across)).tolist()
+    exact = [abs(abs(d) - abs(a)) + min(abs(d), abs(a)) * math.sqrt(2) for d, a in zip(down.tolist(), across.tolist())]
+    ranked = sorted(zip(order, exact))
+    assert all(one[1] <= two[1] + 1e-9 for one, two in itertools.pairwise(ranked))
+    assert max(order) < 2**26
 
 
 def test_no_shortest_path_has_more_cells_than_the_bound():

@@ -37,6 +37,34 @@ def test_a_cell_is_open_when_all_its_owners_are_gone(shape):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
+def test_the_cells_of_obstacles_are_those_that_any_of_them_covers(shape):
+    labels, rng = random_labels(shape)
+    which = rng.random((shape[0], shape[4])) < 0.5
+    got = jax.jit(batch_kernel(openings.all_cells_of))(labels, which)
+    for one, theirs, words in zip(labels, which, got):
+        expected = ((one >= 0) & theirs[one.clip(0)]).any(axis=0)
+        assert np.array_equal(unpacked(words[None], shape[3])[0], expected)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("share", [0, 0.2, 1])
+def test_how_near_an_obstacle_comes_is_told_by_its_nearest_cell(shape, share):
+    labels, rng = random_labels(shape, seed=3)
+    B, _, H, W, M = shape
+    cells = rng.random((B, H, W)) < share
+    goals = np.stack([rng.integers(0, H, B), rng.integers(0, W, B)], axis=1).astype(np.int32)
+    words = packing.pack(jnp.asarray(cells))
+    fast = jax.jit(batch_kernel(lambda *args: openings.all_nearest_of(*args, M)))(labels, words, goals)
+    for which, (one, asked, (row, col)) in enumerate(zip(labels, cells, goals)):
+        down, across = (abs(place) for place in np.mgrid[-row : H - row, -col : W - col])
+        order = np.maximum(down, across) * 5741 + np.minimum(down, across) * 2378
+        expected = [min(order[((one == i).any(axis=0)) & asked], default=openings.FAR) for i in range(M)]
+        assert fast[which].tolist() == expected
+        plain = openings.nearest_of(openings.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], goals[which], M)
+        assert plain.tolist() == expected  # outside a marked call, as on a GPU, by another way
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("share", [0, 0.2, 1])
 def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
     labels, rng = random_labels(shape, seed=1)

@@ -153,7 +153,7 @@ def main() -> None:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     import jax
 
-    # A thread of JAX's that is about to sleep spins, which costs nothing beside other cores but half a light kernel on this one.
+    # A thread of JAX's that is about to sleep spins: nothing beside other cores, but half a light kernel on this one.
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     print(json.dumps(_measure(options.quick)) if options.json else table(_measure(options.quick)))
 
