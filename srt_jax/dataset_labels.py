@@ -17,7 +17,8 @@ import numpy as np
 from srt_jax.distance import cost_to_come
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
-from srt_jax.objects import cells_of, open_cells
+from srt_jax.openings import all_cells_of, all_open_cells
+from srt_jax.packing import unpack
 from srt_jax.shapes import batch_bucket
 from srt_jax.task import stack, unstack
 from srt_jax.types import Array, Solution, Task
@@ -81,7 +82,7 @@ def _as_sets(solutions: list[Solution], name: str, num_obstacles: int) -> np.nda
 def _maps(labels: Array, removed: Array, blocking: Array, start: Array, goal: Array, is_solved: Array) -> dict[str, Array]:
     """Returns the labels that are maps, [B, H, W] each."""
     _, _, H, W = labels.shape
-    free = open_cells(labels, removed) & is_solved[:, None, None]
+    free = unpack(all_open_cells(labels, removed), W) & is_solved[:, None, None]
     to_go, come = cost_to_come(free, goal), cost_to_come(free, start)
     cells = jnp.stack(jnp.meshgrid(*(jnp.arange(side, dtype=jnp.int32) for side in (H, W)), indexing="ij"), axis=-1)
     octile = octile_distance(cells[None], goal[:, None, None, :])
@@ -91,7 +92,7 @@ def _maps(labels: Array, removed: Array, blocking: Array, start: Array, goal: Ar
     through = come + to_go
     focal = jnp.where(through > 0, jnp.minimum(least / through, jnp.float32(1)), jnp.float32(1))
     return {
-        "first_blocker": cells_of(labels, blocking),
+        "first_blocker": unpack(all_cells_of(labels, blocking), W),
         "cost_to_go": to_go,
         "correction": jnp.where(is_reached, correction, jnp.float32(0)),
         "focal": jnp.where(jnp.isfinite(through), focal, jnp.float32(0)),

@@ -22,7 +22,7 @@ from srt_jax.contour import obstacle_ahead
 from srt_jax.distance import cheapest, cost_field
 from srt_jax.objects import owners_at
 from srt_jax.openings import FAR, all_cells_of, all_nearest_of, all_open_cells, around, holds
-from srt_jax.packing import pack, unpack
+from srt_jax.packing import unpack
 from srt_jax.path import trace_field
 from srt_jax.planner import Blockage, find_blockage
 from srt_jax.reach import reach_words
@@ -106,15 +106,14 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     is_there = walk.is_active & jax.vmap(holds)(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
     found = find_blockage(task.labels, free, reached, task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off)
-    contour = pack(found.contour)
-    ids = _attended(task, walk, free, found, contour, symbolic)
+    ids = _attended(task, walk, free, found, symbolic)
     act, slot, is_proof = symbolic.plan(ids >= 0, jnp.take_along_axis(task.destroyable, ids.clip(0), axis=1))
     is_act = jnp.where(is_cut_off[:, None], act, -1) >= 0
     steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)  # [2, B, T]
     goes_on = is_act.any(axis=1) & (walk.num_destroyed < K)
     target = jnp.where(steps[0] == Act.DESTROY, steps[1], -1).max(axis=1)
     chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[:, None]
-    beside_it = contour & around(all_cells_of(task.labels, chosen))
+    beside_it = found.contour & around(all_cells_of(task.labels, chosen))
     field = cost_field(unpack(free, W), here)
     stop = jnp.where(is_there[:, None], task.goal, cheapest(field, beside_it))
     leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
@@ -127,14 +126,14 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     )
 
 
-def _attended(task: Task, walk: Walk, free: Array, found: Blockage, contour: Array, symbolic: Symbolic) -> Array:
+def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Symbolic) -> Array:
     """Returns the obstacles attended to, int32 [B, S], -1 after the last: those that can be destroyed first, by nearness."""
     blocking = found.on_contour
     W, num_obstacles = task.labels.shape[3], blocking.shape[1]
     if symbolic.is_literal:
         blocking = owners_at(task.labels, obstacle_ahead(unpack(free, W), found.seed, task.goal), num_obstacles)
     blocking &= ~walk.gone  # where obstacles overlap, what is gone still has its labels
-    h = all_nearest_of(task.labels, around(contour), task.goal, num_obstacles)
+    h = all_nearest_of(task.labels, around(found.contour), task.goal, num_obstacles)
     h = jnp.where(task.destroyable, h, h + FAR)
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
 

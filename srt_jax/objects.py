@@ -1,4 +1,4 @@
-"""Obstacles and the cells they cover: which cells open when obstacles go, which obstacles a set of cells meets.
+"""Single cells and the obstacles that cover them (`openings` does the same for masks of cells).
 
 All functions take one leading batch axis B; H x W cells, L layers of labels, M obstacles.
 """
@@ -6,19 +6,6 @@ All functions take one leading batch axis B; H x W cells, L layers of labels, M 
 import jax.numpy as jnp
 
 from srt_jax.types import FREE, Array
-
-
-def open_cells(labels: Array, gone: Array) -> Array:
-    """Returns the cells that are free once the obstacles `gone` (bool [B, M]) are: bool [B, H, W].
-
-    A cell that several obstacles cover opens when all of them are gone.
-    """
-    return ((labels == FREE) | _of_obstacle(labels, gone)).all(axis=1)
-
-
-def cells_of(labels: Array, which: Array) -> Array:
-    """Returns the cells that at least one of the obstacles `which` (bool [B, M]) covers: bool [B, H, W]."""
-    return _of_obstacle(labels, which).any(axis=1)
 
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:
@@ -41,10 +28,3 @@ def _at(array: Array, cell: Array) -> tuple[Array, Array]:
     row, col = cell[:, 0], cell[:, 1]
     is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
     return array[jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)], is_inside
-
-
-def _of_obstacle(labels: Array, which: Array) -> Array:
-    """Returns `which` (bool [B, M]) looked up by label: bool [B, L, H, W], False where no obstacle is."""
-    B = labels.shape[0]
-    ids = labels.clip(0).reshape(B, -1)
-    return jnp.take_along_axis(which, ids, axis=1).reshape(labels.shape) & (labels >= 0)

@@ -6,7 +6,7 @@ would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 
 import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jax import Array, lax
@@ -46,25 +46,23 @@ def as_words(which: Array) -> Array:
 
 def open_cells(labels: Labels, gone: Array) -> Array:
     """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a cell has to go."""
-    _, num_layers, height, _ = labels.all.shape
     words = as_words(gone)
-
-    def row_words(row: Array) -> Array:
-        ids = (labels.row(i, row) for i in range(num_layers))
-        is_open = functools.reduce(jnp.logical_and, ((own == FREE) | _is_one_of(own, words) for own in ids))
-        return packing.pack(is_open[None, None])[0, 0]
-
-    return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
+    return _row_by_row(labels, lambda ids: (ids == FREE) | _is_one_of(ids, words), jnp.logical_and)
 
 
 def cells_of(labels: Labels, which: Array) -> Array:
     """Returns the cells that at least one of the obstacles `which` (bool [M]) covers."""
-    _, num_layers, height, _ = labels.all.shape
     words = as_words(which)
+    return _row_by_row(labels, lambda ids: _is_one_of(ids, words), jnp.logical_or)
+
+
+def _row_by_row(labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]) -> Array:
+    """Returns the cells whose labels pass the test, of all layers joined, as a mask."""
+    _, num_layers, height, _ = labels.all.shape
 
     def row_words(row: Array) -> Array:
-        is_theirs = functools.reduce(jnp.logical_or, (_is_one_of(labels.row(i, row), words) for i in range(num_layers)))
-        return packing.pack(is_theirs[None, None])[0, 0]
+        passes = functools.reduce(join, (test(labels.row(i, row)) for i in range(num_layers)))
+        return packing.pack(passes[None, None])[0, 0]
 
     return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
 
@@ -81,28 +79,28 @@ def _is_one_of(ids: Array, which: Array) -> Array:
 
 def all_open_cells(labels: Array, gone: Array) -> Array:
     """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
-    return _of_all(open_cells, labels, gone)
+    return of_all(open_cells, labels, gone)
 
 
 def all_cells_of(labels: Array, which: Array) -> Array:
     """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B, H, words]."""
-    return _of_all(cells_of, labels, which)
+    return of_all(cells_of, labels, which)
 
 
 def all_met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
     """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool [B, M]."""
-    return _of_all(functools.partial(met_by, num_obstacles=num_obstacles), labels, cells)
+    return of_all(functools.partial(met_by, num_obstacles=num_obstacles), labels, cells)
 
 
 def all_nearest_of(labels: Array, cells: Array, goal: Array, num_obstacles: int) -> Array:
     """Returns `nearest_of` of a batch: as `all_met_by`, goal int32 [B, 2] -> int32 [B, M]."""
-    return _of_all(functools.partial(nearest_of, num_obstacles=num_obstacles), labels, cells, goal)
+    return of_all(functools.partial(nearest_of, num_obstacles=num_obstacles), labels, cells, goal)
 
 
-def _of_all(fun: Callable[..., Array], labels: Array, *args: Array) -> Array:
-    """Returns fun(labels of one map, ...) of each map of a batch."""
+def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
+    """Returns fun(labels of one map, ...) of each map of a batch, in a marked call."""
 
-    def all_maps(labels: Array, *args: Array) -> Array:
+    def all_maps(labels: Array, *args: Array) -> Any:
         return each(lambda which, *args: fun(Labels(labels, which), *args), jnp.arange(len(labels), dtype=jnp.int32), *args)
 
     return compiled_whole(all_maps)(labels, *args)
@@ -111,7 +109,7 @@ def _of_all(fun: Callable[..., Array], labels: Array, *args: Array) -> Array:
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells, num_obstacles)
+        ids, is_asked = _owners(labels, cells)
         return jnp.zeros(num_obstacles, bool).at[jnp.where(is_asked, ids, num_obstacles)].set(True, mode="drop")
 
     def note(met: Array, owner: Array, row: Array, col: Array) -> Array:
@@ -127,7 +125,7 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     """
     far = jnp.full(num_obstacles + 1, FAR, jnp.int32)
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells, num_obstacles)
+        ids, is_asked = _owners(labels, cells)
         rows, cols = (place.astype(jnp.int32) for place in jnp.indices(labels.all.shape[2:]))
         h = jnp.broadcast_to(octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]).reshape(-1)
         return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
@@ -138,7 +136,7 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     return _noted(labels, cells, note, far)[:num_obstacles]
 
 
-def _owners(labels: Labels, cells: Array, num_obstacles: int) -> tuple[Array, Array]:
+def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
     """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for: [L * H * W] each."""
     own = labels.all[labels.which]
     asked = packing.unpack(cells[None], own.shape[2])

@@ -21,7 +21,7 @@ class Blockage(NamedTuple):
     """What keeps the agent from the goal; all empty where nothing does.
 
     seed: int32 [B, 2], the reached cell nearest the goal, (-1, -1) where nothing blocks.
-    contour: bool [B, H, W], reached cells that touch the separating piece by a side or a corner.
+    contour: uint32 [B, H, words], packed, reached cells that touch the separating piece by a side or a corner.
     on_contour: bool [B, M], the objects of that piece that touch the contour.
     """
 
@@ -49,4 +49,4 @@ def find_blockage(
     piece = flood_words(blocked, packing.words_of_cell(ahead, H, W), through_corners=True)
     contour = around(piece) & reached
     on_contour = openings.all_met_by(labels, around(contour) & piece, num_obstacles)
-    return Blockage(seed, packing.unpack(contour, W), on_contour)
+    return Blockage(seed, contour, on_contour)

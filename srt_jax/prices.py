@@ -18,7 +18,6 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import openings
-from srt_jax.kernel import compiled_whole, each
 from srt_jax.openings import Labels
 from srt_jax.packing import num_words
 from srt_jax.reach import flood_group
@@ -65,11 +64,8 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         reached, _, price = _levels(labels, start, goal, nothing, cost, never, most)
         return jnp.where(is_asked, reached, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
-    def all_maps(labels: Array, *rest: Array) -> tuple[Array, Array]:
-        return each(lambda which, *rest: one_map(Labels(labels, which), *rest), jnp.arange(len(labels), dtype=jnp.int32), *rest)
-
     cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    return compiled_whole(all_maps)(task.labels, cost, task.start, task.goal, among)
+    return openings.of_all(one_map, task.labels, cost, task.start, task.goal, among)
 
 
 def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:

@@ -28,7 +28,7 @@ def blockages(task: Task, reached: Array, *, is_cut_off: Array, is_inside: Array
       is_inside: bool [B], those of them whose goal lies in something firm.
       is_apart: bool [B], those whose goal is not reached even with all that is destroyable gone, though it is open then.
     """
-    B, _, H, W = task.labels.shape
+    B, _, _, W = task.labels.shape
     M = task.destroyable.shape[1]
 
     def look(state: tuple) -> tuple:
@@ -44,7 +44,7 @@ def blockages(task: Task, reached: Array, *, is_cut_off: Array, is_inside: Array
         first = jax.tree.map(lambda old, new: jnp.where(is_last, old, new), first, found)
         return number + 1, first, found.on_contour & ~task.destroyable & is_last
 
-    nothing = Blockage(jnp.full((B, 2), -1, jnp.int32), jnp.zeros((B, H, W), bool), jnp.zeros((B, M), bool))
+    nothing = Blockage(jnp.full((B, 2), -1, jnp.int32), jnp.zeros_like(reached), jnp.zeros((B, M), bool))
     num_rounds = jnp.where(is_apart.any(), 2, 1)
     # Ends: after one round or two.
     _, first, firm = lax.while_loop(lambda state: state[0] < num_rounds, look, (jnp.int32(0), nothing, nothing.on_contour))

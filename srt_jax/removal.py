@@ -24,7 +24,6 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import openings, packing
-from srt_jax.kernel import compiled_whole, each
 from srt_jax.openings import Labels
 from srt_jax.prices import Prices, Terms, prices_of
 from srt_jax.route import NEVER, Route, route_through
@@ -56,16 +55,9 @@ def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_n
     number of cells. `max_nodes`: branches looked at, at most.
     """
 
-    def one_map(labels: Array, which: Array, *rest: Array) -> tuple:
-        search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
-        return search(Labels(labels, which), *rest)
-
-    def all_maps(labels: Array, *rest: Array) -> tuple:
-        return each(lambda which, *rest: one_map(labels, which, *rest), jnp.arange(len(labels), dtype=jnp.int32), *rest)
-
+    search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
     cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    reached, bound, route, needed = compiled_whole(all_maps)(task.labels, cost, task.start, task.goal, room, among)
-    return Removal(reached, bound, route, needed)
+    return Removal(*openings.of_all(search, task.labels, cost, task.start, task.goal, room, among))
 
 
 class _Best(NamedTuple):

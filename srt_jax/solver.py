@@ -15,6 +15,7 @@ from srt_jax.greedy import Symbolic, greedy_walk
 from srt_jax.kernel import batch_kernel, jitted
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
+from srt_jax.packing import unpack
 from srt_jax.prices import goal_prices
 from srt_jax.proof import blockages, covering
 from srt_jax.removal import least_removal
@@ -185,7 +186,7 @@ def _solve_batch(
         removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
         removal_bound=bound,
         seed=first.seed,
-        contour=first.contour,
+        contour=unpack(first.contour, task.labels.shape[3]),
         blocking=_as_ids(first.on_contour),
         plan=jnp.where(has_route[:, None, None], way.plan, -1),
         plan_at=jnp.where(has_route[:, None], way.plan_at, -1),

@@ -26,24 +26,24 @@ def unpacked(words, width):
     return np.asarray(packing.unpack(jnp.asarray(words), width))
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_cell_is_open_when_all_its_owners_are_gone(shape):
-    labels, rng = random_labels(shape)
-    gone = rng.random((shape[0], shape[4])) < 0.5
-    got = jax.jit(batch_kernel(openings.all_open_cells))(labels, gone)
-    for one, which, words in zip(labels, gone, got):
-        expected = ((one == -1) | ((one >= 0) & which[one.clip(0)])).all(axis=0)
-        assert np.array_equal(unpacked(words[None], shape[3])[0], expected)
+def open_without(labels, gone):
+    return ((labels == -1) | ((labels >= 0) & gone[labels.clip(0)])).all(axis=0)
+
+
+def covered_by_any(labels, which):
+    return ((labels >= 0) & which[labels.clip(0)]).any(axis=0)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_cells_of_obstacles_are_those_that_any_of_them_covers(shape):
+@pytest.mark.parametrize(
+    ("cells", "expected"), [(openings.all_open_cells, open_without), (openings.all_cells_of, covered_by_any)]
+)
+def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_covers_it(shape, cells, expected):
     labels, rng = random_labels(shape)
-    which = rng.random((shape[0], shape[4])) < 0.5
-    got = jax.jit(batch_kernel(openings.all_cells_of))(labels, which)
-    for one, theirs, words in zip(labels, which, got):
-        expected = ((one >= 0) & theirs[one.clip(0)]).any(axis=0)
-        assert np.array_equal(unpacked(words[None], shape[3])[0], expected)
+    sets = rng.random((shape[0], shape[4])) < 0.5
+    got = jax.jit(batch_kernel(cells))(labels, sets)
+    for one, which, words in zip(labels, sets, got):
+        assert np.array_equal(unpacked(words[None], shape[3])[0], expected(one, which))
 
 
 @pytest.mark.parametrize("shape", SHAPES)

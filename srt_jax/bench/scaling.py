@@ -10,6 +10,7 @@ import os
 import pathlib
 from collections.abc import Callable, Iterator
 from typing import Any
+from unittest import mock
 
 from srt_jax.bench.machine import spread
 from srt_jax.bench.timing import in_turn, measured_apart
@@ -154,19 +155,14 @@ def _on_one_core() -> Iterator[None]:
     """Keeps all threads of the process on one core; where the system cannot, eager calls only use one thread."""
     tasks = pathlib.Path("/proc/self/task")
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") and tasks.is_dir() else None
-    asked = os.environ.get("SRT_JAX_CORES")
-    os.environ["SRT_JAX_CORES"] = "1"
-    try:
-        if cores:
-            _keep(tasks, {max(cores)})
-        yield
-    finally:
-        if asked is None:
-            del os.environ["SRT_JAX_CORES"]
-        else:
-            os.environ["SRT_JAX_CORES"] = asked
-        if cores:
-            _keep(tasks, cores)
+    with mock.patch.dict(os.environ, SRT_JAX_CORES="1"):
+        try:
+            if cores:
+                _keep(tasks, {max(cores)})
+            yield
+        finally:
+            if cores:
+                _keep(tasks, cores)
 
 
 def _keep(tasks: pathlib.Path, cores: set[int]) -> None:
