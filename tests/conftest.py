@@ -1,10 +1,9 @@
-"""Strict switches for the whole suite, maps drawn as pictures, and where the outside data lies."""
+"""Strict switches for the whole suite, and where the outside data lies."""
 
 import os
 import pathlib
 
 import jax
-import numpy as np
 import pytest
 
 jax.config.update("jax_numpy_rank_promotion", "raise")
@@ -24,11 +23,3 @@ def shared_data() -> pathlib.Path:
     if not folder.is_dir():
         pytest.skip("the outside ground truth (shared/data) is not on this machine")
     return folder
-
-
-def drawn(picture: str) -> tuple[np.ndarray, dict[str, tuple[int, int]]]:
-    """Reads a map from a picture: '@' is blocked, all else free; returns free [H, W] and where each letter stands."""
-    rows = [line.strip() for line in picture.strip().splitlines()]
-    free = np.array([[sign != "@" for sign in row] for row in rows])
-    places = {sign: (r, c) for r, row in enumerate(rows) for c, sign in enumerate(row) if sign not in ".@"}
-    return free, places

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from conftest import drawn
 from scipy import ndimage
 
 from srt_jax import maps
 from srt_jax.blockage import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
 from srt_jax.reference.removal import least_removal
+from tests.helpers.pictures import drawn
 
 CORNERS_TOO = np.ones((3, 3), bool)
 

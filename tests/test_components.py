@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from conftest import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from maps import noise, snake
 from scipy import ndimage
 
 from srt_jax.components import label
+from tests.helpers.maps import noise, snake
+from tests.helpers.pictures import drawn
 
 
 def _twin(blocked):

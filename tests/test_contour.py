@@ -2,12 +2,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import drawn
-from maps import any_start, noise, random_maps
-from slow import contour_by_label
 
 import srt_jax
 from srt_jax.contour import obstacle_ahead
+from tests.helpers.maps import any_start, noise, random_maps
+from tests.helpers.pictures import drawn
+from tests.helpers.slow import contour_by_label
 
 
 def _blocked_by(free, start, goal):

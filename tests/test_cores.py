@@ -3,10 +3,10 @@ import threading
 import jax
 import numpy as np
 import pytest
-from maps import random_maps
 
 import srt_jax
 from srt_jax import bucketed, cores
+from tests.helpers.maps import random_maps
 
 
 @pytest.fixture

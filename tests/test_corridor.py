@@ -3,11 +3,11 @@
 import jax
 import numpy as np
 import pytest
-from conftest import drawn
 
 from srt_jax import path_within
 from srt_jax.corridor import corridor
 from srt_jax.reference.astar import astar
+from tests.helpers.pictures import drawn
 
 
 def strays(start, goal, size=16):

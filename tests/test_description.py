@@ -1,12 +1,11 @@
 """World models in words and as drawings."""
 
-from sign_worlds import face_signs
-
 from sign_model.description import describe, describe_steps, to_dot, told_matrix
 from sign_model.matrix import Component
 from sign_model.refine import REALISE, SPECIFY, Step
 from sign_model.sign import Sign, causal, sequence, with_elementary
 from sign_model.world_model import from_signs
+from tests.helpers.sign_worlds import face_signs
 
 
 def test_a_sign_is_told_with_its_matrices_and_links():

@@ -2,14 +2,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import drawn
-from maps import any_start, city, maze, noise, random_maps, read_map, rooms, snake
-from slow import costs_by_scipy, lengths_by_heap
 
 import srt_jax
 from srt_jax import packing
 from srt_jax.distance import UNREACHED, Field, cheapest, cost_field, field_length
 from srt_jax.moves import FIXED_POINTS
+from tests.helpers.maps import any_start, city, maze, noise, random_maps, read_map, rooms, snake
+from tests.helpers.pictures import drawn
+from tests.helpers.slow import costs_by_scipy, lengths_by_heap
 
 _field = jax.jit(cost_field)
 

@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import drawn
 
 from srt_jax import check, envs, make_task, solve, stack, unstack
 from srt_jax.envs.rules import act
 from srt_jax.generate import generate
 from srt_jax.moves import MOVES
 from srt_jax.reference.dijkstra import dijkstra
+from tests.helpers.pictures import drawn
 
 EAST, SOUTH_EAST, NORTH = (MOVES.index(move) for move in ((0, 1), (1, 1), (-1, 0)))
 DESTROY = len(MOVES)

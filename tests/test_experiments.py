@@ -41,14 +41,14 @@ def test_help_teaches_and_needs_none_of_the_extras(name):
 
 
 @pytest.fixture(scope="module")
-def figure3(tmp_path_factory):
+def third_figure(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figure3")
     assert path_planning.main(["--quick", "--size", "250", "--no-pictures", "--out", str(folder)]) == 0
     return folder
 
 
-def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(figure3):
-    data = result(figure3, "path_planning")["data"]
+def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(third_figure):
+    data = result(third_figure, "path_planning")["data"]
     assert [case["blockage"] for case in data["cases"]] == list(path_planning.BLOCKAGES)
     assert all(case["agrees"] and case["contour"] > 0 and 0 < case["explored"] < 1 for case in data["cases"])
     explored = {case["blockage"]: case["explored"] for case in data["cases"]}
@@ -58,8 +58,8 @@ def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(fi
     assert [row["JPS"] for row in data["empty"]][:2] == [1, 1]
 
 
-def test_figure_3_tells_what_has_to_hold_and_that_it_does(figure3):
-    record = result(figure3, "path_planning")
+def test_figure_3_tells_what_has_to_hold_and_that_it_does(third_figure):
+    record = result(third_figure, "path_planning")
     table = next(table for table in record["tables"] if table["title"] == "Checks")
     assert len(table["rows"]) == len(record["data"]["checks"]) >= 3 and {row[-1] for row in table["rows"]} == {"yes"}
 
@@ -87,16 +87,16 @@ def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, mon
         list(_fragments.extracts([tmp_path / "fields.osm"], 500, lambda told: None))
 
 
-def test_figure_3_is_drawn_and_its_record_says_how(figure3):
-    record = result(figure3, "path_planning")
+def test_figure_3_is_drawn_and_its_record_says_how(third_figure):
+    record = result(third_figure, "path_planning")
     assert record["command"].startswith("python -m experiments.path_planning --quick") and record["machine"]["packages"]["jax"]
-    assert (figure3 / "figure3.png").read_bytes().startswith(b"\x89PNG")
-    drawn = (figure3 / "figure3.svg").read_text()
+    assert (third_figure / "figure3.png").read_bytes().startswith(b"\x89PNG")
+    drawn = (third_figure / "figure3.svg").read_text()
     assert all(word in drawn for word in ("runtime, ms", "JPS", "A*", "Bagel-100", "obstacle detection"))
 
 
 @pytest.fixture(scope="module")
-def figure2(tmp_path_factory, monkeypatch_module):
+def second_figure(tmp_path_factory, monkeypatch_module):
     folder = tmp_path_factory.mktemp("figure2")
     monkeypatch_module.setattr(_blocks_tasks, "SHARED", folder / "absent")
     assert blocks_world.main(["--quick", "--no-peers", "--most-blocks", "5", "--out", str(folder)]) == 0
@@ -109,17 +109,17 @@ def monkeypatch_module():
         yield patch
 
 
-def test_figure_2_has_the_papers_lengths_on_its_two_tasks(figure2):
-    paper = result(figure2, "blocks_world")["data"]["paper"]
+def test_figure_2_has_the_papers_lengths_on_its_two_tasks(second_figure):
+    paper = result(second_figure, "blocks_world")["data"]["paper"]
     for task, length in (("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10)):
         assert {paper[task][name]["length"] for name in ("MAP", "A*", "W*", "authors' rule")} == {length}
     assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(blocks_world.STAGES)
     assert paper["BLOCKS-4-0"]["MAP"]["parts"]["network"] > 0
-    assert (figure2 / "figure2.svg").is_file() and (figure2 / "figure2-series.png").is_file()
+    assert (second_figure / "figure2.svg").is_file() and (second_figure / "figure2-series.png").is_file()
 
 
-def test_the_series_is_solved_at_its_optimum_by_astar(figure2):
-    rows = result(figure2, "blocks_world")["data"]["series"]
+def test_the_series_is_solved_at_its_optimum_by_astar(second_figure):
+    rows = result(second_figure, "blocks_world")["data"]["series"]
     assert [row["blocks"] for row in rows] == [4, 4, 4, 5, 5, 5]
     for row in rows:
         lengths = {name: answer["length"] for name, answer in row["answers"].items()}
@@ -175,9 +175,9 @@ def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
         assert row["solved"] == row["solvable"] or mode == "literal"
 
 
-def test_the_page_of_results_holds_every_table_with_its_command_and_figure(figure2, tmp_path):
+def test_the_page_of_results_holds_every_table_with_its_command_and_figure(second_figure, tmp_path):
     place = tmp_path / "results" / "blocks_world"
-    shutil.copytree(figure2, place)
+    shutil.copytree(second_figure, place)
     (tmp_path / "results" / "bench").mkdir()
     record = result(place, "blocks_world")
     bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}

@@ -5,7 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-from odd import refusals
 
 from srt_jax.formats import geometry
 from srt_jax.formats.geojson import read_geojson, write_geojson
@@ -13,6 +12,7 @@ from srt_jax.formats.geometry import obstacles_of, place_of
 from srt_jax.notes import Notes
 from srt_jax.place import Place
 from srt_jax.world import Obstacle
+from tests.helpers.odd import refusals
 
 shapely = pytest.importorskip("shapely")
 

@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import drawn
-from maps import any_start, random_maps, snake
-from slow import weighted_costs_by_scipy
 
 import srt_jax
 from srt_jax import path_cost
+from tests.helpers.maps import any_start, random_maps, snake
+from tests.helpers.pictures import drawn
+from tests.helpers.slow import weighted_costs_by_scipy
 
 FREE, STARTS, _ = random_maps(21, 200, 16, 18)
 RNG = np.random.default_rng(22)

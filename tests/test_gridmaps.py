@@ -5,8 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import drawn
-from odd import refusals
 
 from srt_jax.formats.gridmap import GridMap, free_map
 from srt_jax.formats.movingai import read_map, write_map
@@ -14,6 +12,8 @@ from srt_jax.formats.pictures import read_image, write_image
 from srt_jax.formats.ros_map import read_ros_map, write_ros_map
 from srt_jax.formats.xml_map import read_xml_map, write_xml_map
 from srt_jax.notes import Notes
+from tests.helpers.odd import refusals
+from tests.helpers.pictures import drawn
 
 Image = pytest.importorskip("PIL.Image")
 pytest.importorskip("yaml")

@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from strips import random_task, reachable_states
 
 from sign_model.bits import pack, popcount, unpack
 from sign_model.blocks import random_blocks_tasks
@@ -13,6 +12,7 @@ from sign_model.landmarks import landmark_table, relaxed_plan_table
 from sign_model.mutex import mutex_groups, mutexes
 from sign_model.rating import kind_of, make_rating
 from sign_model.regression import RegressionSpace, regression_space
+from tests.helpers.strips import random_task, reachable_states
 
 
 def spaces(count: int):

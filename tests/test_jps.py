@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from conftest import drawn
 from test_reference import half, quarter, random_maps, ring, walks
 
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
+from tests.helpers.pictures import drawn
 
 
 def seed_of(closed, goal):

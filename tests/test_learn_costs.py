@@ -1,12 +1,9 @@
 """The example that learns traversal costs, run in small."""
 
 import importlib
-import pathlib
-import sys
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 learn_costs = importlib.import_module("examples.learn_costs")
 
 

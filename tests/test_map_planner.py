@@ -5,7 +5,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from strips import random_task, shortest_length
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
 from sign_model.grounding import load
@@ -18,6 +17,7 @@ from sign_model.result import PlanStatus
 from sign_model.shorten import shorten
 from sign_model.task import task_from_arrays
 from sign_model.validate import validate
+from tests.helpers.strips import random_task, shortest_length
 
 
 def small(conditions: str, adds: str, deletes: str, start: str, goal: str):

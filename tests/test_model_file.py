@@ -5,10 +5,10 @@ import json
 import chex
 import pytest
 from hypothesis import HealthCheck, given, settings
-from sign_worlds import face_signs, sign_worlds
 
 from sign_model.model_file import load_model, save_model
 from sign_model.world_model import from_signs
+from tests.helpers.sign_worlds import face_signs, sign_worlds
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -2,10 +2,10 @@ import itertools
 import math
 
 import numpy as np
-from maps import noise
-from slow import lengths_by_heap
 
 from srt_jax import moves, octile_distance
+from tests.helpers.maps import noise
+from tests.helpers.slow import lengths_by_heap
 
 
 def test_there_are_eight_moves_in_row_order():

@@ -4,11 +4,11 @@ import os
 
 import numpy as np
 import pytest
-from conftest import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from srt_jax.formats.movingai import ScenRow, read_map, read_scen, write_map, write_scen
+from tests.helpers.pictures import drawn
 
 HEADER = "type octile\nheight 2\nwidth 4\nmap\n"
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from odd import refusals
 
 from srt_jax import rasterize
 from srt_jax.formats.namo_svg import read_namo
 from srt_jax.formats.svg_path import filled, outlines, transform_of
 from srt_jax.notes import Notes
 from srt_jax.types import FREE
+from tests.helpers.odd import refusals
 
 SCENE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 300" width="400cm" height="300cm">
   <namo_config cell_size_cm="10"><agent agent_id="robot"><goal goal_id="end"/></agent></namo_config>

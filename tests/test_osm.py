@@ -8,7 +8,6 @@ import sys
 
 import numpy as np
 import pytest
-from odd import refusals
 
 from srt_jax.data import helsinki
 from srt_jax.formats import osm
@@ -19,6 +18,7 @@ from srt_jax.formats.tag_rules import TagRule, default_rules, matching, read_rul
 from srt_jax.notes import Notes
 from srt_jax.raster import cover, square_grid
 from srt_jax.types import FREE
+from tests.helpers.odd import refusals
 
 pytest.importorskip("osmium")
 shapely = pytest.importorskip("shapely")

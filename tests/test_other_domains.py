@@ -1,11 +1,7 @@
 """Domains of our own, none of them blocks: every task that A* decides is decided alike, and no plan is much longer."""
 
-import pathlib
-import sys
-
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from experiments.pddl_domains import OTHER_DOMAINS
 from sign_model import PlanStatus, load, plan, validate
 

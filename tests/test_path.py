@@ -1,13 +1,13 @@
 import jax
 import numpy as np
 import pytest
-from conftest import drawn
-from maps import any_start, noise, random_maps, snake
 
 import srt_jax
 from srt_jax.distance import cost_field
 from srt_jax.moves import max_path_cells
 from srt_jax.path import trace_field
+from tests.helpers.maps import any_start, noise, random_maps, snake
+from tests.helpers.pictures import drawn
 
 
 def _assert_shortest(free, start, goal, cells, num, cost):

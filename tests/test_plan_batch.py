@@ -6,7 +6,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from strips import random_task, shortest_length
 
 from sign_model.batch import Rung, plan_batch
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
@@ -24,6 +23,7 @@ from sign_model.regression import regression_space
 from sign_model.result import PlanStatus
 from sign_model.start_tables import landmark_table, relaxed_plan_table
 from sign_model.validate import validate
+from tests.helpers.strips import random_task, shortest_length
 
 LADDER = (Rung(beam=4, branch=8, steps=32, lanes=16), Rung(beam=32, branch=8, steps=48, lanes=8))
 

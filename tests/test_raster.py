@@ -4,7 +4,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from conftest import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from srt_jax import raster, scanlines
 from srt_jax.raster import Grid, cover, grid_over, rasterize
 from srt_jax.types import FREE
 from srt_jax.world import Obstacle, World
+from tests.helpers.pictures import drawn
 
 GRID = Grid(origin=(0, 6), side=1, height=6, width=7)
 

@@ -2,13 +2,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import drawn
-from maps import city, maze, noise, random_maps, read_map, rooms, snake
-from slow import reach_by_label, reach_by_steps
 
 import srt_jax
 from srt_jax import bucketed, packing
 from srt_jax.reach import cells_in_group, flood, reach_maps
+from tests.helpers.maps import city, maze, noise, random_maps, read_map, rooms, snake
+from tests.helpers.pictures import drawn
+from tests.helpers.slow import reach_by_label, reach_by_steps
 
 
 def test_the_flood_fills_what_the_wall_leaves_open_and_cuts_no_corner():

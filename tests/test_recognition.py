@@ -4,11 +4,11 @@ import chex
 import jax
 import numpy as np
 import pytest
-from sign_worlds import NAMES, ROOM, face_signs, model_of
 
 from sign_model.matrix import ColumnKind, Component
 from sign_model.recognition import attention, recognise
 from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
+from tests.helpers.sign_worlds import NAMES, ROOM, face_signs, model_of
 
 
 def flow_of(model, *steps, length=5):

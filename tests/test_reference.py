@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import drawn
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
 
 from srt_jax.reference.astar import astar, length_of
 from srt_jax.reference.dijkstra import DIAGONAL, STRAIGHT, dijkstra
+from tests.helpers.pictures import drawn
 
 ROOT = 2**0.5
 

@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from labelled import random_tasks, walled_tasks
 
 from experiments._exact import exact_removal
 from srt_jax import Status, check, solve, stack
 from srt_jax.openings import Labels
 from srt_jax.prices import Terms, goal_prices, prices_of
 from srt_jax.reference.removal import least_removal
+from tests.helpers.labelled import random_tasks, walled_tasks
 
 WHOLE = [
     *random_tasks(1, 110, overlap=False, unit_costs=True, max_side=20, max_obstacles=8),

@@ -5,10 +5,10 @@ import sys
 
 import numpy as np
 import pytest
-from odd import refusals
 
 from srt_jax import make_task, solve_many
 from srt_jax.results import as_record, read_results, write_results
+from tests.helpers.odd import refusals
 
 TASKS = {
     "open": (np.ones((4, 6), bool), True),

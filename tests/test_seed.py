@@ -1,10 +1,10 @@
 import jax
 import numpy as np
 import pytest
-from maps import random_maps
-from slow import seed_by_sorting
 
 import srt_jax
+from tests.helpers.maps import random_maps
+from tests.helpers.slow import seed_by_sorting
 
 
 def test_it_equals_the_twin_that_compares_distances_without_rounding():

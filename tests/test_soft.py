@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from labelled import random_tasks
 
 import srt_jax
 from srt_jax import least_removal, perturbed
+from tests.helpers.labelled import random_tasks
 
 KEY = jax.random.key(0)
 COSTS = jnp.array([2.0, 2.4], jnp.float32)

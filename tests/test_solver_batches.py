@@ -4,9 +4,9 @@ import chex
 import jax
 import numpy as np
 import pytest
-from labelled import random_tasks
 
 from srt_jax import make_task, solve, solve_many, stack
+from tests.helpers.labelled import random_tasks
 
 
 @pytest.mark.parametrize("mode", ["least", "paper", "literal"])

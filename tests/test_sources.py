@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-from conftest import drawn
 
 from srt_jax.ends import opposite_cells
 from srt_jax.formats.batch import read_batch
@@ -22,6 +21,7 @@ from srt_jax.sources import ENDINGS, Reading, read_source
 from srt_jax.targets import write_source
 from srt_jax.types import FREE
 from srt_jax.world import Obstacle
+from tests.helpers.pictures import drawn
 
 MAP, PLACES = drawn("""
     ......@.

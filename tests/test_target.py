@@ -4,10 +4,10 @@ import chex
 import jax
 import numpy as np
 import pytest
-from maps import any_start, city, maze, noise, random_maps, rooms, snake
 
 from srt_jax.distance import UNREACHED, cost_field
 from srt_jax.path import trace_field
+from tests.helpers.maps import any_start, city, maze, noise, random_maps, rooms, snake
 
 
 @jax.jit

@@ -3,12 +3,12 @@
 import chex
 import numpy as np
 import pytest
-from conftest import drawn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import FREE, OUTSIDE, Task
+from tests.helpers.pictures import drawn
 
 EMPTY = np.ones((3, 4), bool)
 LABELS = np.array([[-1, 0, -1], [2, -1, 1]])

@@ -10,10 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from labelled import random_tasks
-from maps import any_start, noise
 
 import srt_jax
+from tests.helpers.labelled import random_tasks
+from tests.helpers.maps import any_start, noise
 
 B, H, W = 4, 11, 13
 

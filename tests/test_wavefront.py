@@ -3,10 +3,10 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from maps import any_start, noise, random_maps
-from slow import costs_by_scipy
 
 from srt_jax import cones, frontier, packing, wavefront
+from tests.helpers.maps import any_start, noise, random_maps
+from tests.helpers.slow import costs_by_scipy
 
 STRAIGHT, DIAGONAL = np.uint32(5741), np.uint32(8119)
 

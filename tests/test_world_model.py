@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sign_worlds import NAMES, face_signs, model_of, prediction_matrices, sign_worlds
 
 from sign_model import matrix as tables
 from sign_model.matrix import ColumnKind, Component
 from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
 from sign_model.world_model import from_signs
+from tests.helpers.sign_worlds import NAMES, face_signs, model_of, prediction_matrices, sign_worlds
 
 
 @settings(max_examples=30, deadline=None)

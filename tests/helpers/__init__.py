@@ -1,0 +1,1 @@
+"""What several tests use: maps, slow twins, spoilt answers, random planning tasks."""
