@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from sign_model.memory import Memory, load_memory, save_memory
     from sign_model.planner import plan
     from sign_model.result import PlanResult, PlanStatus
+    from sign_model.signs.from_tasks import world_model_of
     from sign_model.syntax import PddlError
     from sign_model.task import PlanningTask
-    from sign_model.translate import world_model_of
 
 __all__ = [
     "HeuristicSign",

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from sign_model.matrix import ColumnKind, Component, num_matrices
-from sign_model.network import is_procedural, networks
 from sign_model.refine import SPECIFY, Step
-from sign_model.sign import PredictionMatrix, Sign
-from sign_model.world_model import WorldModel
+from sign_model.signs.matrix import ColumnKind, Component, num_matrices
+from sign_model.signs.network import is_procedural, networks
+from sign_model.signs.sign import PredictionMatrix, Sign
+from sign_model.signs.world_model import WorldModel
 
 NETWORK_NAMES = {Component.IMAGE: "W_p", Component.SIGNIFICANCE: "W_m", Component.MEANING: "W_a"}
 COMPONENT_NAMES = {Component.IMAGE: "image", Component.SIGNIFICANCE: "significance", Component.MEANING: "personal meaning"}

@@ -18,7 +18,7 @@ import numpy as np
 from jax import lax
 
 from sign_model.attention import Attention
-from sign_model.matrix import Array
+from sign_model.signs.matrix import Array
 
 _WORD = 32
 _NEVER = np.int32(2**31 - 1)

@@ -9,11 +9,11 @@ import dataclasses
 from collections.abc import Collection, Mapping
 
 from sign_model.grounding import load
-from sign_model.matrix import Component
-from sign_model.sign import Sign, sequence
+from sign_model.signs.from_tasks import world_model_of
+from sign_model.signs.matrix import Component
+from sign_model.signs.sign import Sign, sequence
+from sign_model.signs.world_model import WorldModel, from_signs
 from sign_model.task import PlanningTask
-from sign_model.translate import world_model_of
-from sign_model.world_model import WorldModel, from_signs
 
 AGENT = "i"
 DESTROY = "action destroy"

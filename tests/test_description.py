@@ -1,10 +1,10 @@
 """World models in words and as drawings."""
 
 from sign_model.description import describe, describe_steps, to_dot, told_matrix
-from sign_model.matrix import Component
 from sign_model.refine import REALISE, SPECIFY, Step
-from sign_model.sign import Sign, causal, sequence, with_elementary
-from sign_model.world_model import from_signs
+from sign_model.signs.matrix import Component
+from sign_model.signs.sign import Sign, causal, sequence, with_elementary
+from sign_model.signs.world_model import from_signs
 from tests.helpers.sign_worlds import face_signs
 
 

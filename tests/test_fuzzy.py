@@ -22,9 +22,9 @@ from sign_model.fuzzy import (
 )
 from sign_model.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation, load_table, save_table
 from sign_model.polar import Sector, from_polar, in_sector, in_square, square_of_sector, to_polar, wrapped
-from sign_model.recognition import recognise
+from sign_model.signs.recognition import recognise
+from sign_model.signs.world_model import from_signs
 from sign_model.spatial import path_features, point_features, spatial_signs
-from sign_model.world_model import from_signs
 
 COARSE = FuzzyTable(
     directions=(Direction("front", -100.0, 80.0), Direction("back", 80.0, 260.0)),

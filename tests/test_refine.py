@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sign_model.grounding import load
-from sign_model.matrix import Component
 from sign_model.refine import (
     HAS_FINER_LEVEL,
     IS_ABSTRACT,
@@ -18,7 +17,8 @@ from sign_model.refine import (
     specified,
     sub_tasks,
 )
-from sign_model.sign import sequence
+from sign_model.signs.matrix import Component
+from sign_model.signs.sign import sequence
 from sign_model.validate import validate
 
 COARSE = load(

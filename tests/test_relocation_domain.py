@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from sign_model.fuzzy_table import DEFAULT_TABLE
-from sign_model.matrix import Component
-from sign_model.network import network
 from sign_model.planner import plan
 from sign_model.relocation_domain import DOMAIN, Scene, abilities_of, problem_text, scene_signs, scene_task
 from sign_model.result import PlanStatus
-from sign_model.sign import sequence
+from sign_model.signs.from_tasks import task_matrices
+from sign_model.signs.matrix import Component
+from sign_model.signs.network import network
+from sign_model.signs.sign import sequence
 from sign_model.spatial import spatial_signs
-from sign_model.translate import task_matrices
 
 RINGS = Scene(
     start="yard",

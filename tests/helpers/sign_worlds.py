@@ -2,9 +2,9 @@
 
 from hypothesis import strategies as st
 
-from sign_model.matrix import ColumnKind, Component
-from sign_model.sign import Column, PredictionMatrix, Sign, sequence, with_elementary
-from sign_model.world_model import from_signs
+from sign_model.signs.matrix import ColumnKind, Component
+from sign_model.signs.sign import Column, PredictionMatrix, Sign, sequence, with_elementary
+from sign_model.signs.world_model import from_signs
 
 FACE = Sign(
     "face",

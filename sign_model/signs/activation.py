@@ -6,7 +6,7 @@ import chex
 import jax
 import jax.numpy as jnp
 
-from sign_model.matrix import Array, Component, Matrices
+from sign_model.signs.matrix import Array, Component, Matrices
 
 
 @functools.partial(jax.jit, static_argnames=("steps",))

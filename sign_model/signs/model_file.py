@@ -11,9 +11,9 @@ import json
 import os
 import pathlib
 
-from sign_model.matrix import ColumnKind
-from sign_model.sign import Column, PredictionMatrix, Sign
-from sign_model.world_model import WorldModel, from_signs
+from sign_model.signs.matrix import ColumnKind
+from sign_model.signs.sign import Column, PredictionMatrix, Sign
+from sign_model.signs.world_model import WorldModel, from_signs
 
 _FORMAT = "sign_model world model, version 1"
 _COMPONENTS = ("image", "significance", "meaning")
@@ -55,7 +55,9 @@ def _to_plain(matrices: tuple[PredictionMatrix, ...]) -> list:
 
 def _from_plain(entry: object, where: str) -> Sign:
     if not isinstance(entry, dict) or not isinstance(entry.get("name"), str) or set(entry) - {"name", *_COMPONENTS}:
-        raise ValueError(f"{where}: must have a name, and nothing but {', '.join(_COMPONENTS)}; see sign_model.model_file")
+        raise ValueError(
+            f"{where}: must have a name, and nothing but {', '.join(_COMPONENTS)}; see sign_model.signs.model_file"
+        )
     where = f"{where} ({entry['name']})"
     try:
         return Sign(entry["name"], *(tuple(map(_matrix, entry.get(part, []))) for part in _COMPONENTS))

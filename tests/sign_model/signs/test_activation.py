@@ -5,9 +5,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sign_model.activation import spread_activation
-from sign_model.matrix import Component
-from sign_model.sign import Sign, sequence, with_elementary
+from sign_model.signs.activation import spread_activation
+from sign_model.signs.matrix import Component
+from sign_model.signs.sign import Sign, sequence, with_elementary
 from tests.helpers.sign_worlds import NAMES, face_signs, model_of, sign_worlds
 
 DECAY = np.array([0.5, 0.25, 0.75], np.float32)

@@ -5,9 +5,9 @@ import jax
 import numpy as np
 import pytest
 
-from sign_model.matrix import ColumnKind, Component
-from sign_model.recognition import attention, recognise
-from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
+from sign_model.signs.matrix import ColumnKind, Component
+from sign_model.signs.recognition import attention, recognise
+from sign_model.signs.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
 from tests.helpers.sign_worlds import NAMES, ROOM, face_signs, model_of
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import jax
 import numpy as np
 
-from sign_model import matrix as tables
-from sign_model.matrix import ColumnKind, Component, Matrices
-from sign_model.sign import Column, PredictionMatrix, Sign
+from sign_model.signs import matrix as tables
+from sign_model.signs.matrix import ColumnKind, Component, Matrices
+from sign_model.signs.sign import Column, PredictionMatrix, Sign
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ The symbolic view of what `matrix.py` stores as arrays; `world_model.py` goes fr
 import dataclasses
 from collections.abc import Iterable, Iterator
 
-from sign_model.matrix import ColumnKind, Component
+from sign_model.signs.matrix import ColumnKind, Component
 
 
 @dataclasses.dataclass(frozen=True)

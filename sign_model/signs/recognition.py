@@ -16,7 +16,7 @@ import chex
 import jax
 import jax.numpy as jnp
 
-from sign_model.matrix import Array, ColumnKind, Component, Matrices, num_columns, record
+from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices, num_columns, record
 
 
 @record

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from sign_model.matrix import ColumnKind, Component
-from sign_model.network import is_procedural, network, networks, precedence, roles
-from sign_model.sign import Sign, causal, sequence, with_elementary
+from sign_model.signs.matrix import ColumnKind, Component
+from sign_model.signs.network import is_procedural, network, networks, precedence, roles
+from sign_model.signs.sign import Sign, causal, sequence, with_elementary
 from tests.helpers.sign_worlds import NAMES, face_signs, model_of, sign_worlds
 
 

@@ -6,8 +6,8 @@ import chex
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from sign_model.model_file import load_model, save_model
-from sign_model.world_model import from_signs
+from sign_model.signs.model_file import load_model, save_model
+from sign_model.signs.world_model import from_signs
 from tests.helpers.sign_worlds import face_signs, sign_worlds
 
 

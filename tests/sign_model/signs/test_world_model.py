@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sign_model import matrix as tables
-from sign_model.matrix import ColumnKind, Component
-from sign_model.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
-from sign_model.world_model import from_signs
+from sign_model.signs import matrix as tables
+from sign_model.signs.matrix import ColumnKind, Component
+from sign_model.signs.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
+from sign_model.signs.world_model import from_signs
 from tests.helpers.sign_worlds import NAMES, face_signs, model_of, prediction_matrices, sign_worlds
 
 

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.matrix import Array, ColumnKind, Component, Matrices
+from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices
 
 
 @jax.jit
