@@ -14,10 +14,10 @@ import numpy as np
 
 from experiments._figures import column_figure
 from sign_model import plan
-from sign_model.fuzzy import region_names, regions_touched, relocation_of, sector_of
-from sign_model.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation
-from sign_model.polar import Sector, from_polar, path_deviation, sector_corners, sector_of_points, square_of_sector
 from sign_model.relocation_domain import Scene, scene_task
+from sign_model.space.fuzzy import region_names, regions_touched, relocation_of, sector_of
+from sign_model.space.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation
+from sign_model.space.polar import Sector, from_polar, path_deviation, sector_corners, sector_of_points, square_of_sector
 from srt_jax import Obstacle, Solution, Status, Task, World, check, rasterize, solve
 from srt_jax.raster import Grid, grid_over, point_of
 

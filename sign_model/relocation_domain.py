@@ -119,7 +119,7 @@ def scene_signs(scene: Scene) -> WorldModel:
     """Returns the scene as signs: its planning task's, with "I" and with where things are seen.
 
     The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I can destroy. The image of an
-    area or obstacle is where it is seen, a set of spatial signs (`sign_model.spatial` grounds them).
+    area or obstacle is where it is seen, a set of spatial signs (`sign_model.space.spatial_signs` grounds them).
     """
     model = with_self(world_model_of(scene_task(scene)), scene.abilities)
     places = {name for names in scene.seen_as.values() for name in names}

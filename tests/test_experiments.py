@@ -16,7 +16,7 @@ from experiments._figures import style
 from experiments._loop_tables import checks
 from experiments._outcome import Table, as_markdown, as_text
 from sign_model import load
-from sign_model.polar import from_polar, sector_corners
+from sign_model.space.polar import from_polar, sector_corners
 from srt_jax import Obstacle
 from srt_jax.bench.machine import machine
 from srt_jax.place import Place

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 
-from sign_model.fuzzy_table import DEFAULT_TABLE
 from sign_model.planner import plan
 from sign_model.relocation_domain import DOMAIN, Scene, abilities_of, problem_text, scene_signs, scene_task
 from sign_model.result import PlanStatus
@@ -13,7 +12,8 @@ from sign_model.signs.from_tasks import task_matrices
 from sign_model.signs.matrix import Component
 from sign_model.signs.network import network
 from sign_model.signs.sign import sequence
-from sign_model.spatial import spatial_signs
+from sign_model.space.fuzzy_table import DEFAULT_TABLE
+from sign_model.space.spatial_signs import spatial_signs
 
 RINGS = Scene(
     start="yard",

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.fuzzy_table import DEFAULT_TABLE, FuzzyTable
-from sign_model.view import Seen, View
+from sign_model.space.fuzzy_table import DEFAULT_TABLE, FuzzyTable
+from sign_model.space.view import Seen, View
 
 __all__ = ["DEFAULT_TABLE", "FuzzyTable", "Seen", "View", "of_cells", "of_goal", "relocation", "view_from"]
 

@@ -138,9 +138,13 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
             **told,
         )
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not JSON ({error}): write the table as in the docstring of sign_model.fuzzy_table") from None
+        raise ValueError(
+            f"{path}: not JSON ({error}): write the table as in the docstring of sign_model.space.fuzzy_table"
+        ) from None
     except (KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"{path}: not a table of fuzzy terms ({error}): see the docstring of sign_model.fuzzy_table") from None
+        raise ValueError(
+            f"{path}: not a table of fuzzy terms ({error}): see the docstring of sign_model.space.fuzzy_table"
+        ) from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sign_model.polar import (
+from sign_model.space.polar import (
     FULL_TURN,
     Sector,
     distance_to_link,

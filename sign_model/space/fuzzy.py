@@ -12,9 +12,9 @@ NumPy or JAX arrays, any batch dimensions, as in `polar`.
 
 import math
 
-from sign_model.fuzzy_table import FuzzyTable
-from sign_model.polar import FULL_TURN, Sector, array_namespace, path_deviation, path_link, wrapped
 from sign_model.signs.matrix import Array
+from sign_model.space.fuzzy_table import FuzzyTable
+from sign_model.space.polar import FULL_TURN, Sector, array_namespace, path_deviation, path_link, wrapped
 
 _DEGREES = 180 / math.pi
 

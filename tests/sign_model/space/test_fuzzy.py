@@ -9,7 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sign_model.fuzzy import (
+from sign_model.signs.recognition import recognise
+from sign_model.signs.world_model import from_signs
+from sign_model.space.fuzzy import (
     direction_membership,
     direction_of,
     distance_membership,
@@ -20,11 +22,9 @@ from sign_model.fuzzy import (
     relocation_of,
     sector_of,
 )
-from sign_model.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation, load_table, save_table
-from sign_model.polar import Sector, from_polar, in_sector, in_square, square_of_sector, to_polar, wrapped
-from sign_model.signs.recognition import recognise
-from sign_model.signs.world_model import from_signs
-from sign_model.spatial import path_features, point_features, spatial_signs
+from sign_model.space.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation, load_table, save_table
+from sign_model.space.polar import Sector, from_polar, in_sector, in_square, square_of_sector, to_polar, wrapped
+from sign_model.space.spatial_signs import path_features, point_features, spatial_signs
 
 COARSE = FuzzyTable(
     directions=(Direction("front", -100.0, 80.0), Direction("back", 80.0, 260.0)),

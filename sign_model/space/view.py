@@ -8,9 +8,9 @@ import dataclasses
 
 import numpy as np
 
-from sign_model.fuzzy import distance_of, region_names, region_of, relocation_of
-from sign_model.fuzzy_table import DEFAULT_TABLE, FuzzyTable, Relocation
-from sign_model.polar import (
+from sign_model.space.fuzzy import distance_of, region_names, region_of, relocation_of
+from sign_model.space.fuzzy_table import DEFAULT_TABLE, FuzzyTable, Relocation
+from sign_model.space.polar import (
     Sector,
     path_deviation,
     path_link,

@@ -13,12 +13,12 @@ What is measured is turned into elementary features, and recognition does the re
 
 import numpy as np
 
-from sign_model.fuzzy import direction_of, distance_of, region_names
-from sign_model.fuzzy_table import Direction, Distance, FuzzyTable
-from sign_model.polar import array_namespace, path_deviation, path_link
 from sign_model.signs.matrix import Array
 from sign_model.signs.sign import Sign, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel
+from sign_model.space.fuzzy import direction_of, distance_of, region_names
+from sign_model.space.fuzzy_table import Direction, Distance, FuzzyTable
+from sign_model.space.polar import array_namespace, path_deviation, path_link
 
 
 def spatial_signs(table: FuzzyTable) -> tuple[Sign, ...]:
