@@ -7,20 +7,20 @@ import importlib
 from typing import TYPE_CHECKING
 
 # Loaded at once: its module bears the same name, and would hide the function when loaded later.
-from sign_model.validate import validate
+from sign_model.pddl.validate import validate
 
 if TYPE_CHECKING:
     from sign_model.batch import plan_batch
     from sign_model.description import describe, to_dot
-    from sign_model.grounding import load
     from sign_model.heuristics import HeuristicSign, load_signs, save_signs
     from sign_model.learning import learn
     from sign_model.memory import Memory, load_memory, save_memory
+    from sign_model.pddl.grounding import load
+    from sign_model.pddl.planning_task import PlanningTask
+    from sign_model.pddl.syntax import PddlError
     from sign_model.planner import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
-    from sign_model.syntax import PddlError
-    from sign_model.task import PlanningTask
 
 __all__ = [
     "HeuristicSign",

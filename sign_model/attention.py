@@ -13,15 +13,15 @@ from collections.abc import Collection
 
 import numpy as np
 
-from sign_model.grounding import ground
-from sign_model.lifted import Atom, Schema
-from sign_model.pddl import parse
+from sign_model.pddl.grounding import ground
+from sign_model.pddl.lifted import Atom, Schema
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.reader import parse
 from sign_model.regression import RegressionSpace, regression_space
 from sign_model.relocation_domain import AGENT, DOMAIN, Scene, abilities_of, problem_text, with_self
 from sign_model.signs.from_tasks import act_name, fact_name, world_model_of
 from sign_model.signs.matrix import ColumnKind
 from sign_model.signs.world_model import WorldModel
-from sign_model.task import PlanningTask
 
 BREAKABLE, FIRM = "breakable", "firm"
 """The kinds of obstacles that the grid level tells apart."""

@@ -20,8 +20,8 @@ from sign_model.grouping import groups_of
 from sign_model.heuristics import DEFAULTS, HeuristicSign
 from sign_model.kernel import MAX_BEAM, regress, regress_domains
 from sign_model.packed_batch import PackedBatch
+from sign_model.pddl.planning_task import PlanningTask
 from sign_model.result import PlanResult
-from sign_model.task import PlanningTask
 
 QUEUES = (16, 256, 2048)
 """How many tasks one call takes: few sizes, so that few programs are compiled. The rest of a queue is padding."""

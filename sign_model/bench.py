@@ -17,13 +17,13 @@ import numpy as np
 
 from sign_model.batch import plan_batch
 from sign_model.blocks import DOMAIN, optimal_length, problem_text, random_blocks_tasks, state_of
-from sign_model.grounding import load
 from sign_model.heuristics import HeuristicSign
 from sign_model.learning import learn
-from sign_model.lifted import Problem
+from sign_model.pddl.grounding import load
+from sign_model.pddl.lifted import Problem
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.validate import validate
 from sign_model.planner import plan
-from sign_model.task import PlanningTask
-from sign_model.validate import validate
 
 BARS = {8: 30_000, 10: 10_000, 15: 4_000}
 """Random blocks tasks a second, one process on 2 idle cores, compilation apart."""

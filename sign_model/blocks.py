@@ -10,10 +10,10 @@ import heapq
 
 import numpy as np
 
-from sign_model.grounding import ground
-from sign_model.lifted import Atom, Problem
-from sign_model.pddl import parse
-from sign_model.task import PlanningTask
+from sign_model.pddl.grounding import ground
+from sign_model.pddl.lifted import Atom, Problem
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.reader import parse
 
 TABLE = -1
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import any_row, pack, unpack
-from sign_model.lifted import Atom
+from sign_model.pddl.lifted import Atom
 
 MAX_PAIR_FEATURES = 3000
 """Beyond this number of features the pair fixpoint (F^2 bits, many sweeps) gives way to mutex groups."""

@@ -9,13 +9,13 @@ import numpy as np
 from sign_model.grouping import share_matrices
 from sign_model.heuristics import HeuristicSign
 from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.validate import replay_batch
 from sign_model.planner import plan
 from sign_model.rating import kind_of
 from sign_model.regression import RegressionSpace, regression_space
 from sign_model.result import PlanResult, PlanStatus
 from sign_model.shorten import drop_detours
-from sign_model.task import PlanningTask
-from sign_model.validate import replay_batch
 
 
 def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":

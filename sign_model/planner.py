@@ -6,11 +6,11 @@ from typing import Protocol
 
 from sign_model.heuristics import DEFAULTS, LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_planner import plan_map
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.validate import validate
 from sign_model.result import PlanResult, PlanStatus
 from sign_model.search import best_first
 from sign_model.shorten import shorten
-from sign_model.task import PlanningTask
-from sign_model.validate import validate
 
 Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.validate import validate
 from sign_model.signs.recognition import recognise
 from sign_model.signs.sign import Sign, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel, from_signs
-from sign_model.task import PlanningTask
-from sign_model.validate import validate
 
 REALISE, SPECIFY = "realise", "specify"
 IS_OPERATION, IS_ABSTRACT, HAS_FINER_LEVEL = "act is an operation", "act is abstract", "a finer level is known"

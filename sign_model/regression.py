@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.bits import any_row, pack
-from sign_model.lifted import Atom
 from sign_model.mutex import clashes, mutexes
-from sign_model.task import PlanningTask
+from sign_model.pddl.lifted import Atom
+from sign_model.pddl.planning_task import PlanningTask
 
 
 @dataclass(frozen=True, eq=False)

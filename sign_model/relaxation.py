@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.task import PlanningTask
+from sign_model.pddl.planning_task import PlanningTask
 
 StateHeuristic = Callable[[np.ndarray], np.ndarray]
 """States bool [N, F] -> float32 [N], inf for a state from which the goal cannot be reached."""

@@ -8,12 +8,12 @@ two says so. To approach an obstacle is to leave the middle of an area for its b
 import dataclasses
 from collections.abc import Collection, Mapping
 
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
+from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import world_model_of
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import Sign, sequence
 from sign_model.signs.world_model import WorldModel, from_signs
-from sign_model.task import PlanningTask
 
 AGENT = "i"
 DESTROY = "action destroy"

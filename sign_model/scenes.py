@@ -8,12 +8,12 @@ is an operation where path planning alone can carry it out, that is, where nothi
 from collections.abc import Mapping, Sequence
 
 from sign_model.attention import BREAKABLE, FIRM, area
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
+from sign_model.pddl.planning_task import PlanningTask
 from sign_model.refine import Step, specified
 from sign_model.relocation_domain import AGENT, Scene, scene_task
 from sign_model.result import PlanResult, PlanStatus
 from sign_model.signs.world_model import WorldModel
-from sign_model.task import PlanningTask
 
 OPERATIONS = ("relocate", "pass", "approach", "destroy")
 """The actions of the relocation domain that the sub-symbolic level carries out as they are."""

@@ -7,7 +7,7 @@ an earlier state already includes a later need, all between is a detour.
 import numpy as np
 
 from sign_model.bits import pack
-from sign_model.task import PlanningTask
+from sign_model.pddl.planning_task import PlanningTask
 
 _MAX_TRIED = 200
 """Longer plans are not tried without each of their actions: that takes time with the square of the length."""

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from test_solver import task_from
 
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
+from sign_model.pddl.validate import validate
 from sign_model.planner import plan
 from sign_model.refine import IS_ABSTRACT, REALISE, metacognition
 from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
-from sign_model.validate import validate
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
 from srt_jax.symbols.scenes import scene_of
 

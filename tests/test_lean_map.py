@@ -10,10 +10,10 @@ from sign_model.attention import BREAKABLE, FIRM, area, chain_attention, contour
 from sign_model.heuristics import OVERLAP
 from sign_model.lean_map import plan_situations
 from sign_model.map_planner import plan_map
+from sign_model.pddl.validate import validate
 from sign_model.relocation_domain import AGENT
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
-from sign_model.validate import validate
 
 
 def facts(between, kind_of):

@@ -10,9 +10,9 @@ from sign_model.batch import plan_batch
 from sign_model.blocks import optimal_length, random_blocks_tasks, random_state, state_of
 from sign_model.heuristics import load_signs, save_signs
 from sign_model.learning import learn
+from sign_model.pddl.validate import validate
 from sign_model.planner import plan
 from sign_model.shorten import states_along
-from sign_model.validate import validate
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_too_few_blocks_are_refused():
 
 
 def test_the_authors_rule_solves_figure_2_with_their_lengths(shared_data):
-    from sign_model.grounding import load
+    from sign_model.pddl.grounding import load
 
     folder = shared_data / "pddl" / "blocks"
     for name, length in (("4-0", 6), ("4-1", 10), ("4-2", 6), ("5-1", 14), ("6-1", 10)):

@@ -5,7 +5,8 @@ import types
 import numpy as np
 import pytest
 
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
+from sign_model.pddl.validate import validate
 from sign_model.refine import (
     HAS_FINER_LEVEL,
     IS_ABSTRACT,
@@ -19,7 +20,6 @@ from sign_model.refine import (
 )
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
-from sign_model.validate import validate
 
 COARSE = load(
     """(define (domain rooms) (:predicates (in ?r) (next ?r ?s))

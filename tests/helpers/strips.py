@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 
-from sign_model.task import PlanningTask, task_from_arrays
+from sign_model.pddl.planning_task import PlanningTask, task_from_arrays
 
 
 def random_task(seed: int, max_features: int = 12, max_actions: int = 10) -> PlanningTask:

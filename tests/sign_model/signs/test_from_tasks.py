@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
+from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.signs import matrix as tables
 from sign_model.signs.from_tasks import GOAL, START, act_name, task_matrices, world_model_of
 from sign_model.signs.matrix import Component
 from sign_model.signs.network import is_procedural, network
 from sign_model.signs.sign import causal, sequence
-from sign_model.task import task_from_arrays
 
 DOMAIN = """(define (domain yard) (:requirements :strips :typing :negative-preconditions :equality)
   (:types rock place - object boulder - rock)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sign_model.lifted import Atom, Domain, Problem
+from sign_model.pddl.lifted import Atom, Domain, Problem
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sign_model.grounding import load
+from sign_model.pddl.grounding import load
 from sign_model.planner import plan
 from sign_model.result import PlanStatus
 

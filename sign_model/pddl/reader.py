@@ -13,8 +13,8 @@ import pathlib
 from collections.abc import Iterator
 from typing import NoReturn
 
-from sign_model.lifted import Atom, Domain, Problem, Schema, Types
-from sign_model.syntax import Form, PddlError, Word, read_form, read_source
+from sign_model.pddl.lifted import Atom, Domain, Problem, Schema, Types
+from sign_model.pddl.syntax import Form, PddlError, Word, read_form, read_source
 
 _BEYOND_STRIPS = ("or", "imply", "forall", "exists", "when", "preference", "assign", "decrease", "scale-up", "scale-down")
 _DOMAIN_PARTS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")

@@ -10,9 +10,9 @@ from collections import defaultdict
 
 import numpy as np
 
-from sign_model.lifted import Atom, Domain, Problem, Schema
-from sign_model.pddl import parse
-from sign_model.task import PlanningTask
+from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
+from sign_model.pddl.planning_task import PlanningTask
+from sign_model.pddl.reader import parse
 
 
 def load(domain: str | pathlib.Path, problem: str | pathlib.Path) -> PlanningTask:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import pack
-from sign_model.lifted import Atom, Domain, Problem, Schema
-from sign_model.task import PlanningTask
+from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
+from sign_model.pddl.planning_task import PlanningTask
 
 
 def validate(task: PlanningTask, actions: Sequence[str]) -> list[str]:

@@ -2,9 +2,9 @@
 
 import pytest
 
-from sign_model.grounding import load
-from sign_model.pddl import parse
-from sign_model.syntax import PddlError
+from sign_model.pddl.grounding import load
+from sign_model.pddl.reader import parse
+from sign_model.pddl.syntax import PddlError
 
 DOMAIN = """(define (domain lamps)
   (:requirements :strips :typing :negative-preconditions :equality :action-costs)

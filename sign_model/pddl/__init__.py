@@ -1,0 +1,1 @@
+"""From PDDL text to a grounded planning task, and the independent replay of plans."""
