@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from experiments._blocks_tasks import BlocksTask
 from sign_model import PlanningTask, PlanResult, load, plan, validate, world_model_of
-from sign_model.authors_rule import plan_by_authors_rule
+from sign_model.map_algorithm.authors_rule import plan_by_authors_rule
 
 
 class Answer(NamedTuple):

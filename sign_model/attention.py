@@ -13,11 +13,11 @@ from collections.abc import Collection
 
 import numpy as np
 
+from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.grounding import ground
 from sign_model.pddl.lifted import Atom, Schema
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.reader import parse
-from sign_model.regression import RegressionSpace, regression_space
 from sign_model.relocation_domain import AGENT, DOMAIN, Scene, abilities_of, problem_text, with_self
 from sign_model.signs.from_tasks import act_name, fact_name, world_model_of
 from sign_model.signs.matrix import ColumnKind

@@ -17,8 +17,8 @@ import jax
 import numpy as np
 
 from sign_model.grouping import groups_of
-from sign_model.heuristics import DEFAULTS, HeuristicSign
 from sign_model.kernel import MAX_BEAM, regress, regress_domains
+from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.packed_batch import PackedBatch
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.result import PlanResult

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from sign_model.refine import SPECIFY, Step
+from sign_model.map_algorithm.plan_specification import SPECIFY, Step
 from sign_model.signs.matrix import ColumnKind, Component, num_matrices
 from sign_model.signs.network import is_procedural, networks
 from sign_model.signs.sign import PredictionMatrix, Sign

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import any_row, pack, unpack
+from sign_model.map_algorithm.rating import kind_of
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.rating import kind_of
 
 
 def groups_of(tasks: Sequence[PlanningTask]) -> list[list[int]]:

@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from sign_model.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.kernel import regress
+from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
+from sign_model.map_algorithm.rating import kind_of
 from sign_model.packed import MAX_WEIGHT
 from sign_model.packed_batch import pack_batch
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.rating import kind_of
 
 _COUNTS = ("landmarks", "held", "unmet")
 _FIRST_SCALE, _FIRST_SPREAD, _LEAST_SPREAD = 4.0, 3.0, 0.2

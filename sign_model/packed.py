@@ -12,9 +12,9 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from sign_model.heuristics import HeuristicSign, weight_of
-from sign_model.rating import kind_of
-from sign_model.regression import RegressionSpace
+from sign_model.map_algorithm.heuristics import HeuristicSign, weight_of
+from sign_model.map_algorithm.rating import kind_of
+from sign_model.map_algorithm.regression import RegressionSpace
 
 Array = jax.Array | np.ndarray
 

@@ -7,15 +7,15 @@ import jax
 import numpy as np
 
 from sign_model.grouping import share_matrices
-from sign_model.heuristics import HeuristicSign
+from sign_model.map_algorithm.heuristics import HeuristicSign
+from sign_model.map_algorithm.rating import kind_of
+from sign_model.map_algorithm.regression import RegressionSpace, regression_space
+from sign_model.map_algorithm.shorten import drop_detours
 from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
 from sign_model.planner import plan
-from sign_model.rating import kind_of
-from sign_model.regression import RegressionSpace, regression_space
 from sign_model.result import PlanResult, PlanStatus
-from sign_model.shorten import drop_detours
 
 
 def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":

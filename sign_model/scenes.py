@@ -1,16 +1,16 @@
 """Scenes of solved smart relocation tasks, and their plans as trees: "reach the goal area" and what it comes down to.
 
 The abstract act `reach` is the plan of a coarser domain with the same areas. Whether it is realised as it is or specified, its
-conditions the start and its effects the goal of a sub-plan, is decided by the metacognitive rule (`refine`; PY16 §3.1): an act
+conditions the start and its effects the goal of a sub-plan, is decided by the metacognitive rule (`plan_specification`; PY16 §3.1): an act
 is an operation where path planning alone can carry it out, that is, where nothing is known to block.
 """
 
 from collections.abc import Mapping, Sequence
 
 from sign_model.attention import BREAKABLE, FIRM, area
+from sign_model.map_algorithm.plan_specification import Step, specified
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.refine import Step, specified
 from sign_model.relocation_domain import AGENT, Scene, scene_task
 from sign_model.result import PlanResult, PlanStatus
 from sign_model.signs.world_model import WorldModel
@@ -64,7 +64,7 @@ def reached(scene: Scene, plan: Sequence[str], *, rule: WorldModel | None = None
     Args:
       scene: what was known.
       plan: what was carried out, actions of the scene's task; replayed first, so that a wrong one is left out.
-      rule: realise or specify; by default `refine.metacognition()`.
+      rule: realise or specify; by default `plan_specification.metacognition()`.
     """
     if scene.start == scene.goal:
         return ()

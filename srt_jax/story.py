@@ -20,7 +20,7 @@ def story(task: Task, solution: Solution, *, heading: float = NORTH, cell_side: 
 
     Args:
       heading, cell_side: as in `explanation`.
-      rule: signs that decide; by default `sign_model.refine.metacognition()`.
+      rule: signs that decide; by default `sign_model.map_algorithm.plan_specification.metacognition()`.
 
     Raises:
       ValueError: a batch instead of one task.

@@ -1,7 +1,7 @@
 """World models in words and as drawings."""
 
 from sign_model.description import describe, describe_steps, to_dot, told_matrix
-from sign_model.refine import REALISE, SPECIFY, Step
+from sign_model.map_algorithm.plan_specification import REALISE, SPECIFY, Step
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import Sign, causal, sequence, with_elementary
 from sign_model.signs.world_model import from_signs

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from test_solver import task_from
 
+from sign_model.map_algorithm.plan_specification import IS_ABSTRACT, REALISE, metacognition
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
 from sign_model.planner import plan
-from sign_model.refine import IS_ABSTRACT, REALISE, metacognition
 from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence

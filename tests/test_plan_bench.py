@@ -4,7 +4,7 @@ import numpy as np
 
 from sign_model import bench
 from sign_model.blocks import random_blocks_tasks
-from sign_model.heuristics import LANDMARKS
+from sign_model.map_algorithm.heuristics import LANDMARKS
 
 
 def test_a_row_of_random_tasks_counts_what_it_says(monkeypatch):

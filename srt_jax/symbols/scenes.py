@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sign_model.attention import BREAKABLE, area
-from sign_model.refine import SPECIFY, Step
+from sign_model.map_algorithm.plan_specification import SPECIFY, Step
 from sign_model.relocation_domain import AGENT, DOMAIN, Scene, problem_text
 from sign_model.scenes import chain_scene, contour_scene, reached
 from srt_jax.types import Act, Array, Solution, Status, Task

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from sign_model.bits import any_row, pack, popcount
-from sign_model.heuristics import HeuristicSign, Weights, weight_of
-from sign_model.landmarks import landmark_table, relaxed_plan_table
-from sign_model.regression import RegressionSpace
+from sign_model.map_algorithm.heuristics import HeuristicSign, Weights, weight_of
+from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
+from sign_model.map_algorithm.regression import RegressionSpace
 
 Rating = Callable[[np.ndarray], np.ndarray]
 """Situations bool [N, F] -> int32 [N], low is near the start."""

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.bits import pack
-from sign_model.heuristics import HeuristicSign
+from sign_model.map_algorithm.heuristics import HeuristicSign
+from sign_model.map_algorithm.rating import Rating, make_rating
+from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.rating import Rating, make_rating
-from sign_model.regression import RegressionSpace, regression_space
 
 BEAMS = (32, 128, 512, 2048, 1 << 30)
 """Situations kept a step, rung by rung; the last keeps all, so that the search is complete."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.bits import any_row, pack
-from sign_model.mutex import clashes, mutexes
+from sign_model.map_algorithm.mutex import clashes, mutexes
 from sign_model.pddl.lifted import Atom
 from sign_model.pddl.planning_task import PlanningTask
 

@@ -9,9 +9,9 @@ included in the start, not the other way round.
 import time
 from collections.abc import Iterator
 
+from sign_model.map_algorithm.regression import regression_space
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
-from sign_model.regression import regression_space
 from sign_model.result import PlanResult, PlanStatus
 
 Situation = frozenset[int]

@@ -9,7 +9,7 @@ That is what regression buys: all situations are measured against one start, so 
 import numpy as np
 
 from sign_model.bits import all_rows, any_row, pack
-from sign_model.regression import RegressionSpace
+from sign_model.map_algorithm.regression import RegressionSpace
 
 
 def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:

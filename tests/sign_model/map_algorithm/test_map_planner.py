@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
-from sign_model.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
-from sign_model.map_planner import regress
+from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
+from sign_model.map_algorithm.map_planner import regress
+from sign_model.map_algorithm.rating import make_rating
+from sign_model.map_algorithm.regression import regression_space
+from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.pddl.validate import validate
 from sign_model.planner import plan
-from sign_model.rating import make_rating
-from sign_model.regression import regression_space
 from sign_model.result import PlanStatus
-from sign_model.shorten import shorten
 from tests.helpers.strips import random_task, shortest_length
 
 

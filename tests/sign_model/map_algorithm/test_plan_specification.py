@@ -5,9 +5,7 @@ import types
 import numpy as np
 import pytest
 
-from sign_model.pddl.grounding import load
-from sign_model.pddl.validate import validate
-from sign_model.refine import (
+from sign_model.map_algorithm.plan_specification import (
     HAS_FINER_LEVEL,
     IS_ABSTRACT,
     IS_OPERATION,
@@ -18,6 +16,8 @@ from sign_model.refine import (
     specified,
     sub_tasks,
 )
+from sign_model.pddl.grounding import load
+from sign_model.pddl.validate import validate
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 

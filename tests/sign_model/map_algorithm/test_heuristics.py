@@ -7,11 +7,11 @@ import pytest
 
 from sign_model.bits import pack, popcount, unpack
 from sign_model.blocks import random_blocks_tasks
-from sign_model.heuristics import DEFAULTS, LANDMARKS, HeuristicSign, load_signs, save_signs, weight_of
-from sign_model.landmarks import landmark_table, relaxed_plan_table
-from sign_model.mutex import mutex_groups, mutexes
-from sign_model.rating import kind_of, make_rating
-from sign_model.regression import RegressionSpace, regression_space
+from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, HeuristicSign, load_signs, save_signs, weight_of
+from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
+from sign_model.map_algorithm.mutex import mutex_groups, mutexes
+from sign_model.map_algorithm.rating import kind_of, make_rating
+from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from tests.helpers.strips import random_task, reachable_states
 
 
