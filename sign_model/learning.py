@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from sign_model.kernel import regress
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
-from sign_model.packed import MAX_WEIGHT
-from sign_model.packed_batch import pack_batch
+from sign_model.map_batch.iteration import regress
+from sign_model.map_batch.packed_tasks import pack_batch
+from sign_model.map_batch.tables import MAX_WEIGHT
 from sign_model.pddl.planning_task import PlanningTask
 
 _COUNTS = ("landmarks", "held", "unmet")

@@ -7,22 +7,22 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sign_model.batch import Rung, plan_batch
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
-from sign_model.detours import have_detours
-from sign_model.grouping import groups_of
-from sign_model.kernel import _regress, regress
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.landmarks import landmark_table as host_landmarks
 from sign_model.map_algorithm.landmarks import relaxed_plan_table as host_plans
 from sign_model.map_algorithm.regression import regression_space
-from sign_model.packed import make_tables, pack_words
-from sign_model.packed_batch import pack_batch
+from sign_model.map_batch.detours import have_detours
+from sign_model.map_batch.grouping import groups_of
+from sign_model.map_batch.iteration import _regress, regress
+from sign_model.map_batch.ladder import Rung, plan_batch
+from sign_model.map_batch.packed_tasks import pack_batch
+from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
+from sign_model.map_batch.tables import make_tables, pack_words
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
 from sign_model.planner import plan
 from sign_model.result import PlanStatus
-from sign_model.start_tables import landmark_table, relaxed_plan_table
 from tests.helpers.strips import random_task, shortest_length
 
 LADDER = (Rung(beam=4, branch=8, steps=32, lanes=16), Rung(beam=32, branch=8, steps=48, lanes=8))

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.packed import WORD, Tables
+from sign_model.map_batch.tables import WORD, Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
 _BITS = np.arange(WORD, dtype=np.uint32)

@@ -18,12 +18,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.compiled import compiled_whole, jitted_wide
-from sign_model.counts import digits_of, hash_of, lowest, needed, position, weighted_count
-from sign_model.detours import have_detours
-from sign_model.lanes import Answers, Lanes, Queue, empty, turn_over
-from sign_model.packed import WORD
-from sign_model.start_tables import landmark_table, pack_rows, relaxed_plan_table
+from sign_model.map_batch.compiled import compiled_whole, jitted_wide
+from sign_model.map_batch.counts import digits_of, hash_of, lowest, needed, position, weighted_count
+from sign_model.map_batch.detours import have_detours
+from sign_model.map_batch.lanes import Answers, Lanes, Queue, empty, turn_over
+from sign_model.map_batch.start_tables import landmark_table, pack_rows, relaxed_plan_table
+from sign_model.map_batch.tables import WORD
 
 MAX_BEAM = 256
 _ALL = np.uint32(0xFFFFFFFF)

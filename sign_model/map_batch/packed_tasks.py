@@ -6,12 +6,12 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
-from sign_model.grouping import share_matrices
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.map_algorithm.shorten import drop_detours
-from sign_model.packed import SignWeights, landmark_columns, make_tables, make_weights, pack_words
+from sign_model.map_batch.grouping import share_matrices
+from sign_model.map_batch.tables import SignWeights, landmark_columns, make_tables, make_weights, pack_words
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
 from sign_model.planner import plan

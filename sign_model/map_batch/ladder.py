@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from sign_model.grouping import groups_of
-from sign_model.kernel import MAX_BEAM, regress, regress_domains
 from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
-from sign_model.packed_batch import PackedBatch
+from sign_model.map_batch.grouping import groups_of
+from sign_model.map_batch.iteration import MAX_BEAM, regress, regress_domains
+from sign_model.map_batch.packed_tasks import PackedBatch
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.result import PlanResult
 

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.packed import MAX_WEIGHT, WORD
-from sign_model.start_tables import pack_rows
+from sign_model.map_batch.start_tables import pack_rows
+from sign_model.map_batch.tables import MAX_WEIGHT, WORD
 
 DIGITS = MAX_WEIGHT.bit_length()
 
