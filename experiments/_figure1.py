@@ -14,7 +14,7 @@ import numpy as np
 
 from experiments._figures import column_figure
 from sign_model import plan
-from sign_model.relocation_domain import Scene, scene_task
+from sign_model.relocation.domain import Scene, scene_task
 from sign_model.space.fuzzy import region_names, regions_touched, relocation_of, sector_of
 from sign_model.space.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation
 from sign_model.space.polar import Sector, from_polar, path_deviation, sector_corners, sector_of_points, square_of_sector

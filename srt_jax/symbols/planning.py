@@ -9,11 +9,11 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.attention import BREAKABLE, FIRM, Attention, area, chain_attention, contour_attention, slot
-from sign_model.lean_map import plan_situations
 from sign_model.map_algorithm.heuristics import OVERLAP
 from sign_model.map_algorithm.map_planner import plan_map
-from sign_model.relocation_domain import AGENT
+from sign_model.relocation.domain import AGENT
+from sign_model.relocation.map_in_jit import plan_situations
+from sign_model.relocation.working_memory import BREAKABLE, FIRM, Attention, area, chain_attention, contour_attention, slot
 from srt_jax.kernel import compiled_whole
 from srt_jax.types import Act, Array
 

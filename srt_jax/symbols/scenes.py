@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sign_model.attention import BREAKABLE, area
 from sign_model.map_algorithm.plan_specification import SPECIFY, Step
-from sign_model.relocation_domain import AGENT, DOMAIN, Scene, problem_text
-from sign_model.scenes import chain_scene, contour_scene, reached
+from sign_model.relocation.domain import AGENT, DOMAIN, Scene, problem_text
+from sign_model.relocation.scenes import chain_scene, contour_scene, reached
+from sign_model.relocation.working_memory import BREAKABLE, area
 from srt_jax.types import Act, Array, Solution, Status, Task
 
 __all__ = ["SPECIFY", "Scene", "Step", "plan_lines", "planned_steps", "reached", "scene_of", "scene_texts"]

@@ -2,7 +2,7 @@
 
 What an agent attends to at one moment is little: the obstacles on one contour, or the few that must go. So all scenes of one
 form share their actions, and differ in what holds: which slots are filled, of what kind the obstacles are, where the goal is.
-The actions are those of the planning domain (`relocation_domain.DOMAIN`), ground over the slots; here the facts that no action
+The actions are those of the planning domain (`domain.DOMAIN`), ground over the slots; here the facts that no action
 changes (`blocked-by`, `of-kind`, ...) stay among the conditions, so that a situation can say which of them hold. What "I" can
 destroy is read from the personal meaning of the sign `i`.
 """
@@ -18,7 +18,7 @@ from sign_model.pddl.grounding import ground
 from sign_model.pddl.lifted import Atom, Schema
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.reader import parse
-from sign_model.relocation_domain import AGENT, DOMAIN, Scene, abilities_of, problem_text, with_self
+from sign_model.relocation.domain import AGENT, DOMAIN, Scene, abilities_of, problem_text, with_self
 from sign_model.signs.from_tasks import act_name, fact_name, world_model_of
 from sign_model.signs.matrix import ColumnKind
 from sign_model.signs.world_model import WorldModel

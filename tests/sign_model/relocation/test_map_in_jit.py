@@ -6,12 +6,12 @@ import jax
 import numpy as np
 import pytest
 
-from sign_model.attention import BREAKABLE, FIRM, area, chain_attention, contour_attention, slot
-from sign_model.lean_map import plan_situations
 from sign_model.map_algorithm.heuristics import OVERLAP
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.pddl.validate import validate
-from sign_model.relocation_domain import AGENT
+from sign_model.relocation.domain import AGENT
+from sign_model.relocation.map_in_jit import plan_situations
+from sign_model.relocation.working_memory import BREAKABLE, FIRM, area, chain_attention, contour_attention, slot
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 

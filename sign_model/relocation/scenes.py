@@ -7,11 +7,11 @@ is an operation where path planning alone can carry it out, that is, where nothi
 
 from collections.abc import Mapping, Sequence
 
-from sign_model.attention import BREAKABLE, FIRM, area
 from sign_model.map_algorithm.plan_specification import Step, specified
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.relocation_domain import AGENT, Scene, scene_task
+from sign_model.relocation.domain import AGENT, Scene, scene_task
+from sign_model.relocation.working_memory import BREAKABLE, FIRM, area
 from sign_model.result import PlanResult, PlanStatus
 from sign_model.signs.world_model import WorldModel
 

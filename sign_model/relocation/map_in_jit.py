@@ -7,7 +7,7 @@
                     expanded before
     until S is included in the start: then the plan, replayed forward; or nothing is left
 
-The matrices are constants (`attention`), situations are words with the batch as the minor axis. It ends after `max_steps`.
+The matrices are constants (`working_memory`), situations are words with the batch as the minor axis. It ends after `max_steps`.
 Nothing but elementwise operations, reductions and reads and writes of whole rows: it can be compiled as a single function.
 """
 
@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.attention import Attention
+from sign_model.relocation.working_memory import Attention
 from sign_model.signs.matrix import Array
 
 _WORD = 32
@@ -60,7 +60,7 @@ def plan_situations(attention: Attention, start: Array, goal: Array, *, max_step
 
     Args:
       attention: the working memory, fixed while tracing.
-      start, goal: bool [F, B], features of `attention.space`.
+      start, goal: bool [F, B], features of `working_memory.space`.
       max_steps: T, the longest plan.
       beam: situations kept a step.
     """
