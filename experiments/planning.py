@@ -22,7 +22,7 @@ import numpy as np
 from experiments.pddl_domains import OTHER_DOMAINS
 from sign_model import Memory, PlanStatus, load, plan, plan_batch, validate
 from sign_model.blocks import random_blocks_tasks
-from sign_model.learning import learn
+from sign_model.experience.learn import learn
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.pddl.planning_task import PlanningTask, task_from_arrays
 

@@ -11,10 +11,10 @@ from sign_model.pddl.validate import validate
 
 if TYPE_CHECKING:
     from sign_model.description import describe, to_dot
-    from sign_model.learning import learn
+    from sign_model.experience.learn import learn
+    from sign_model.experience.memory import Memory, load_memory, save_memory
     from sign_model.map_algorithm.heuristics import HeuristicSign, load_signs, save_signs
     from sign_model.map_batch.ladder import plan_batch
-    from sign_model.memory import Memory, load_memory, save_memory
     from sign_model.pddl.grounding import load
     from sign_model.pddl.planning_task import PlanningTask
     from sign_model.pddl.syntax import PddlError

@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from sign_model.blocks import DOMAIN, optimal_length, problem_text, random_blocks_tasks, state_of
-from sign_model.learning import learn
+from sign_model.experience.learn import learn
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_batch.ladder import plan_batch
 from sign_model.pddl.grounding import load

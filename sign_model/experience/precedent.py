@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from sign_model.experience.renaming import Atom, colours, renamed
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.renaming import Atom, colours, renamed
 from sign_model.signs.from_tasks import act_name, fact_name
 from sign_model.signs.sign import Sign, causal, sequence
 from sign_model.signs.world_model import WorldModel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, random_state, state_of
-from sign_model.learning import learn
+from sign_model.experience.learn import learn
 from sign_model.map_algorithm.authors_rule import plan_by_authors_rule
 from sign_model.map_algorithm.heuristics import load_signs, save_signs
 from sign_model.map_algorithm.shorten import states_along

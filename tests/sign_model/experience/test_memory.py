@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from sign_model.memory import Memory, load_memory, save_memory
+from sign_model.experience.memory import Memory, load_memory, save_memory
+from sign_model.experience.precedent import precedent_sign, with_precedent
+from sign_model.experience.renaming import colours, find_renaming
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.pddl.validate import validate
 from sign_model.planner import plan
-from sign_model.precedent import precedent_sign, with_precedent
-from sign_model.renaming import colours, find_renaming
 from sign_model.signs.from_tasks import world_model_of
 from sign_model.signs.recognition import attention, recognise
 from sign_model.signs.sign import causal, sequence

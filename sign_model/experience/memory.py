@@ -16,10 +16,10 @@ import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
 
+from sign_model.experience.precedent import Precedent, precedent_of, unsolved
+from sign_model.experience.renaming import Atom, find_renaming, renamed
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
-from sign_model.precedent import Precedent, precedent_of, unsolved
-from sign_model.renaming import Atom, find_renaming, renamed
 from sign_model.signs.from_tasks import fact_name
 
 _FORMAT = "sign_model memory, version 1"
