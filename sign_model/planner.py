@@ -4,13 +4,13 @@ import time
 from collections.abc import Sequence
 from typing import Protocol
 
+from sign_model.forward_search.search import best_first
 from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.result import PlanResult, PlanStatus
-from sign_model.search import best_first
 
 Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.forward_search.relaxation import StateHeuristic, make_heuristic
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.relaxation import StateHeuristic, make_heuristic
 
 DEFAULT_HEURISTIC = {"astar": "hmax", "wastar": "ff", "gbfs": "ff"}
 

@@ -1,0 +1,1 @@
+"""Forward state-space search: A*, weighted A* and greedy best-first, to compare MAP with."""
