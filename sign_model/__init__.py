@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sign_model.pddl.grounding import load
     from sign_model.pddl.planning_task import PlanningTask
     from sign_model.pddl.syntax import PddlError
-    from sign_model.planner import plan
+    from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
 

@@ -23,7 +23,7 @@ from sign_model.pddl.grounding import load
 from sign_model.pddl.lifted import Problem
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 
 BARS = {8: 30_000, 10: 10_000, 15: 4_000}
 """Random blocks tasks a second, one process on 2 idle cores, compilation apart."""

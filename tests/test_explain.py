@@ -13,7 +13,7 @@ from test_solver import task_from
 from sign_model.map_algorithm.plan_specification import IS_ABSTRACT, REALISE, metacognition
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence

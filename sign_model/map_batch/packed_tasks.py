@@ -14,7 +14,7 @@ from sign_model.map_batch.grouping import share_matrices
 from sign_model.map_batch.tables import SignWeights, landmark_columns, make_tables, make_weights, pack_words
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanResult, PlanStatus
 
 

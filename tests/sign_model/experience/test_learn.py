@@ -12,7 +12,7 @@ from sign_model.map_algorithm.heuristics import load_signs, save_signs
 from sign_model.map_algorithm.shorten import states_along
 from sign_model.map_batch.ladder import plan_batch
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 
 
 @pytest.fixture(scope="module")

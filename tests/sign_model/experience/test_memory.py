@@ -13,7 +13,7 @@ from sign_model.experience.renaming import colours, find_renaming
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.signs.from_tasks import world_model_of
 from sign_model.signs.recognition import attention, recognise
 from sign_model.signs.sign import causal, sequence

@@ -6,7 +6,7 @@ import pytest
 from sign_model.blocks import random_blocks_tasks
 from sign_model.forward_search.relaxation import make_heuristic
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 from tests.helpers.strips import random_task, reachable_states, shortest_length
 

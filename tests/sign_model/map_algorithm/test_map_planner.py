@@ -15,7 +15,7 @@ from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 from tests.helpers.strips import random_task, shortest_length
 

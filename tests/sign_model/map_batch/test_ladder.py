@@ -21,7 +21,7 @@ from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
 from sign_model.map_batch.tables import make_tables, pack_words
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 from tests.helpers.strips import random_task, shortest_length
 

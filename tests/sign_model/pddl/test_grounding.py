@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sign_model.pddl.grounding import load
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 
 SWITCHES = """(define (domain switches) (:predicates (on ?l) (wired ?s ?l) (same ?l ?m))

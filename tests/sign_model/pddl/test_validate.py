@@ -6,7 +6,7 @@ import pytest
 from sign_model.blocks import DOMAIN, random_blocks_tasks
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import replay_batch, validate
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 
 PROBLEM = """(define (problem p) (:domain blocks) (:objects a b)
   (:init (ontable a) (ontable b) (clear a) (clear b) (handempty)) (:goal (on a b)))"""

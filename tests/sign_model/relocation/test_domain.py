@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sign_model.planner import plan
+from sign_model.plan_task import plan
 from sign_model.relocation.domain import DOMAIN, Scene, abilities_of, problem_text, scene_signs, scene_task
 from sign_model.result import PlanStatus
 from sign_model.signs.from_tasks import task_matrices
