@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.kernel import compiled_whole, each
+from srt_jax.engine.kernel import compiled_whole, each
 from srt_jax.types import Act, Array
 
 

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.engine import arguments, eager, packing
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
 from srt_jax.reach import cells_in_group, flood_group
 
 
@@ -34,11 +34,11 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
     """
-    free = shapes.as_mask("free", free)
-    seed, goal = shapes.as_cells("seed", seed), shapes.as_cells("goal", goal)
-    batch = shapes.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
+    free = arguments.as_mask("free", free)
+    seed, goal = arguments.as_cells("seed", seed), arguments.as_cells("goal", goal)
+    batch = arguments.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
     size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))  # padding is no obstacle
-    return bucketed.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)
+    return eager.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)
 
 
 @batch_kernel

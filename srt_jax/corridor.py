@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from srt_jax import shapes
 from srt_jax.distance import cost_to_come
+from srt_jax.engine import arguments
 from srt_jax.moves import max_path_cells
 from srt_jax.path import trace_path
 from srt_jax.types import Array, Path
@@ -39,7 +39,7 @@ def path_within(
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
     """
-    free = shapes.as_mask("free", free)
+    free = arguments.as_mask("free", free)
     height, width = free.shape[-2:]
     narrowed = free & corridor(start, goal, deviation, height=height, width=width)
     return trace_path(cost_to_come(narrowed, start), goal, max_cells=max_cells or max_path_cells(height, width))
@@ -57,7 +57,7 @@ def corridor(
       deviation: float32 [...] or a number, in cell sides.
       height, width: H, W.
     """
-    start, goal = jnp.asarray(shapes.as_cells("start", start)), jnp.asarray(shapes.as_cells("goal", goal))
+    start, goal = jnp.asarray(arguments.as_cells("start", start)), jnp.asarray(arguments.as_cells("goal", goal))
     permitted = jnp.asarray(deviation, jnp.float32)
     permitted = jnp.broadcast_to(permitted, start.shape[:-1])[..., None, None] + jnp.float32(_SLACK)
     rows, cols = (place.astype(jnp.int32) for place in jnp.meshgrid(jnp.arange(height), jnp.arange(width), indexing="ij"))

@@ -15,9 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, cones, fixed_point, frontier, gradient, packing, shapes, wavefront
+from srt_jax import cones, fixed_point, frontier, gradient, wavefront
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
+from srt_jax.engine import arguments, eager, packing
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
 from srt_jax.target import Target, target_of
 
 UNREACHED = 2**31 - 1
@@ -61,11 +62,11 @@ def cost_to_come(free: records.Array, start: records.Array, traversal_cost: reco
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit; outside jit, for a cost that is not positive.
     """
-    free, start = shapes.as_mask("free", free), shapes.as_cells("start", start)
+    free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     if traversal_cost is not None:
-        return gradient.least_costs(free, start, shapes.as_floats("traversal_cost", traversal_cost), _length_map)
-    batch = shapes.common_batch(free=(free, 2), start=(start, 1))
-    return bucketed.call(_length_maps, batch, free, start)
+        return gradient.least_costs(free, start, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
+    batch = arguments.common_batch(free=(free, 2), start=(start, 1))
+    return eager.call(_length_maps, batch, free, start)
 
 
 def path_cost(
@@ -82,10 +83,10 @@ def path_cost(
     Returns:
       float32 [...].
     """
-    free, start, goal = shapes.as_mask("free", free), shapes.as_cells("start", start), shapes.as_cells("goal", goal)
+    free, start, goal = arguments.as_mask("free", free), arguments.as_cells("start", start), arguments.as_cells("goal", goal)
     if traversal_cost is None:
         traversal_cost = np.ones(free.shape, np.float32)
-    return gradient.least_cost(free, start, goal, shapes.as_floats("traversal_cost", traversal_cost), _length_map)
+    return gradient.least_cost(free, start, goal, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
 
 
 def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:

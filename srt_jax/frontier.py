@@ -5,8 +5,8 @@ import functools
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import packing
-from srt_jax.kernel import apart, read, read_apart, write
+from srt_jax.engine import packing
+from srt_jax.engine.kernel import apart, read, read_apart, write
 from srt_jax.target import Target
 
 _BINS = 1024

@@ -16,7 +16,7 @@ import numpy as np
 from jax import lax
 from jax.dtypes import float0
 
-from srt_jax import bucketed, shapes
+from srt_jax.engine import arguments, eager
 from srt_jax.traversal import cost_maps
 from srt_jax.tree import move_integral, parents, path_mask, path_sums
 from srt_jax.types import Array
@@ -33,7 +33,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, cell_cost: Array) -> Array:
-        return bucketed.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        return eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
 
     @of_costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
@@ -50,14 +50,14 @@ def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, goal: Array, cell_cost: Array) -> tuple[Array, Array]:
-        cost = bucketed.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        cost = eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
         return _at(cost, goal), cost  # the field for the rule's own use, as a constant
 
     @of_costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple:
         at_goal, cost = of_costs(*primals)
         tree = _tree(batch, primals[0], primals[3], cost)
-        on_path = bucketed.call(path_mask, batch, tree, primals[2])
+        on_path = eager.call(path_mask, batch, tree, primals[2])
         along = _along_path(tree, on_path, _as_float(tangents[3], cell_cost))
         return (at_goal, cost), (along, jnp.zeros_like(cost))
 
@@ -66,7 +66,7 @@ def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_
 
 def _tree(batch: tuple[int, ...], free: Array, cell_cost: Array, cost: Array) -> Array:
     """The tree of least paths, as a constant: between its jumps it does not change with the costs."""
-    return bucketed.call(parents, batch, free, *lax.stop_gradient((cell_cost, cost)))
+    return eager.call(parents, batch, free, *lax.stop_gradient((cell_cost, cost)))
 
 
 def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[Array, int]) -> tuple[int, ...]:
@@ -74,10 +74,10 @@ def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[A
 
     ValueError where arrays do not fit, or, outside jit, where the cost of a free cell is not positive.
     """
-    batch = shapes.common_batch(free=(free, 2), start=(start, 1), traversal_cost=(cell_cost, 2), **others)
+    batch = arguments.common_batch(free=(free, 2), start=(start, 1), traversal_cost=(cell_cost, 2), **others)
     if free.shape != cell_cost.shape:
         raise ValueError(f"traversal_cost must have the shape of free, {list(free.shape)}, got {list(cell_cost.shape)}")
-    if not shapes.is_traced(free, cell_cost):
+    if not arguments.is_traced(free, cell_cost):
         is_wrong = np.asarray(free) & ~(np.asarray(cell_cost) > 0)
         if is_wrong.any():
             where = np.argwhere(is_wrong)[0].tolist()

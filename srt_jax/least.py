@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.dtypes import float0
 
-from srt_jax.shapes import is_traced
+from srt_jax.engine.arguments import is_traced
 from srt_jax.solver import solve
 from srt_jax.types import Array, Task
 

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, fixed_point, shapes
+from srt_jax import fixed_point
 from srt_jax import types as records
 from srt_jax.distance import UNREACHED, Field
-from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.engine import arguments, eager
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
 from srt_jax.moves import MOVES
 
 
@@ -30,11 +31,11 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit, or max_cells < 1.
     """
-    cost, goal = shapes.as_floats("cost", cost), shapes.as_cells("goal", goal)
-    batch = shapes.common_batch(cost=(cost, 2), goal=(goal, 1))
+    cost, goal = arguments.as_floats("cost", cost), arguments.as_cells("goal", goal)
+    batch = arguments.common_batch(cost=(cost, 2), goal=(goal, 1))
     if max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
-    return records.Path(**bucketed.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells)))
+    return records.Path(**eager.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells)))
 
 
 def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from srt_jax import openings, packing
+from srt_jax import openings
 from srt_jax.contour import obstacle_ahead
+from srt_jax.engine import packing
 from srt_jax.openings import around
 from srt_jax.reach import flood_words
 from srt_jax.seed import seed_cells

@@ -18,8 +18,8 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax import openings
+from srt_jax.engine.packing import num_words
 from srt_jax.openings import Labels
-from srt_jax.packing import num_words
 from srt_jax.reach import flood_group
 from srt_jax.types import Task
 

@@ -10,9 +10,9 @@ import functools
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import bucketed, packing, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each, runs_in_place
+from srt_jax.engine import arguments, eager, packing
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place
 from srt_jax.wordqueue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
@@ -35,9 +35,9 @@ def reach(free: records.Array, start: records.Array) -> Array:
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
     """
-    free, start = shapes.as_mask("free", free), shapes.as_cells("start", start)
-    batch = shapes.common_batch(free=(free, 2), start=(start, 1))
-    return bucketed.call(reach_maps, batch, free, start, on_quads=_reach_quads)
+    free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
+    batch = arguments.common_batch(free=(free, 2), start=(start, 1))
+    return eager.call(reach_maps, batch, free, start, on_quads=_reach_quads)
 
 
 @batch_kernel

@@ -23,7 +23,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import openings, packing
+from srt_jax import openings
+from srt_jax.engine import packing
 from srt_jax.openings import Labels
 from srt_jax.prices import Prices, Terms, prices_of
 from srt_jax.route import NEVER, Route, route_through

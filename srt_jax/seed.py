@@ -6,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import bucketed, shapes
 from srt_jax import types as records
-from srt_jax.kernel import batch_kernel, compiled_whole, each
+from srt_jax.engine import arguments, eager
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
 from srt_jax.moves import octile_order
 
 _FAR = 2**31 - 1
@@ -32,9 +32,9 @@ def seed_cell(reached: records.Array, goal: records.Array) -> Array:
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
     """
-    reached, goal = shapes.as_mask("reached", reached), shapes.as_cells("goal", goal)
-    batch = shapes.common_batch(reached=(reached, 2), goal=(goal, 1))
-    return bucketed.call(seed_cells, batch, reached, goal, is_light=True)
+    reached, goal = arguments.as_mask("reached", reached), arguments.as_cells("goal", goal)
+    batch = arguments.common_batch(reached=(reached, 2), goal=(goal, 1))
+    return eager.call(seed_cells, batch, reached, goal, is_light=True)
 
 
 @batch_kernel

@@ -9,18 +9,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax import cores
 from srt_jax.acts import left_behind, placed
+from srt_jax.engine import cores
+from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
+from srt_jax.engine.kernel import batch_kernel, jitted
+from srt_jax.engine.packing import unpack
 from srt_jax.greedy import Symbolic, greedy_walk
-from srt_jax.kernel import batch_kernel, jitted
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
-from srt_jax.packing import unpack
 from srt_jax.prices import goal_prices
 from srt_jax.proof import blockages, covering
 from srt_jax.removal import least_removal
 from srt_jax.route import in_order
-from srt_jax.shapes import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 

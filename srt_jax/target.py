@@ -11,7 +11,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from srt_jax.kernel import read
+from srt_jax.engine.kernel import read
 
 
 class Target(NamedTuple):

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from srt_jax.components import label
-from srt_jax.shapes import as_cells
+from srt_jax.engine.arguments import as_cells
 from srt_jax.types import FREE, OUTSIDE, Array, Task
 
 _MAX_OBSTACLES = 1 << 24

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
 from srt_jax.moves import MOVES
 from srt_jax.traversal import cost_of_move, move_costs, shifted
 

@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.kernel import apart, read, read_apart, write
+from srt_jax.engine.kernel import apart, read, read_apart, write
 from srt_jax.target import Target
 
 MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax.kernel import read, read_apart, write
+from srt_jax.engine.kernel import read, read_apart, write
 
 _ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from srt_jax import openings, packing
-from srt_jax.kernel import batch_kernel
+from srt_jax import openings
+from srt_jax.engine import packing
+from srt_jax.engine.kernel import batch_kernel
 
 SHAPES = [(1, 1, 1, 1, 1), (2, 2, 5, 31, 7), (3, 1, 9, 32, 40), (2, 3, 6, 33, 600), (1, 2, 12, 97, 32)]
 """B, L, H, W, M: beside the ends of words, and more obstacles than are picked by comparing."""

@@ -4,7 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax import cones, frontier, packing, wavefront
+from srt_jax import cones, frontier, wavefront
+from srt_jax.engine import packing
 from tests.helpers.maps import any_start, noise, random_maps
 from tests.helpers.slow import costs_by_scipy
 

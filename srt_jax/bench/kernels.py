@@ -62,10 +62,10 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     import numpy as np
 
     import srt_jax
-    from srt_jax import packing
     from srt_jax.bench import peers
     from srt_jax.bench.maps import maps_of
     from srt_jax.contour import obstacle_ahead
+    from srt_jax.engine import packing
     from srt_jax.reach import reach_words
 
     batch = max(4, min(64, 2**22 // size**2))

@@ -24,7 +24,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax.devices import device_by_device, may_be_split
+from srt_jax.engine.devices import device_by_device, may_be_split
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata

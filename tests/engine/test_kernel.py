@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from jax import lax
 
-from srt_jax import kernel
+from srt_jax.engine import kernel
 
 needs_marks = pytest.mark.skipif(not kernel.is_marking(), reason="this JAX is older than 0.8: no call can be marked")
 

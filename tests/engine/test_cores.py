@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax import bucketed, cores
+from srt_jax.engine import cores, eager
 from tests.helpers.maps import random_maps
 
 
@@ -15,7 +15,7 @@ def in_small_parts(monkeypatch):
     for name in ("FIELD", "LIGHT"):
         monkeypatch.setattr(cores, name, cores.Work(1 << 16, 1 << 15))
     monkeypatch.setattr(cores, "num_cores", lambda: 3)
-    monkeypatch.setattr(bucketed, "_FOR_QUADS", 0)
+    monkeypatch.setattr(eager, "_FOR_QUADS", 0)
 
 
 def test_a_batch_in_parts_gives_the_bits_of_each_map_alone(in_small_parts):

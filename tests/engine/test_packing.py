@@ -2,7 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax import packing
+from srt_jax.engine import packing
 
 
 @pytest.mark.parametrize("width", [1, 31, 32, 33, 64, 97])

@@ -12,8 +12,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax import cores, packing, shapes
-from srt_jax.kernel import jitted
+from srt_jax.engine import arguments, cores, packing
+from srt_jax.engine.kernel import jitted
 from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
@@ -39,8 +39,8 @@ def call(
       **static: options that fix a shape or choose the code.
     """
     options = tuple(sorted(static.items()))
-    if shapes.is_traced(*arrays):
-        folded = [shapes.fold(array, array.ndim - len(batch)) for array in arrays]
+    if arguments.is_traced(*arrays):
+        folded = [arguments.fold(array, array.ndim - len(batch)) for array in arrays]
         out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
     else:
         out = _call_eagerly(kernel, on_quads, is_light, [_folded(array, batch) for array in arrays], options)
@@ -49,7 +49,7 @@ def call(
 
 def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, arrays: Sequence[Array], options: tuple) -> Any:
     size = tuple(arrays[0].shape)
-    bucket = (shapes.batch_bucket(size[0]), *(shapes.size_bucket(side) for side in size[1:]))
+    bucket = (arguments.batch_bucket(size[0]), *(arguments.size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
         as_quads = on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS
@@ -102,12 +102,12 @@ def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.nd
 
 
 def _folded(array: Array, batch: tuple[int, ...]) -> Array:
-    """`shapes.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
+    """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
     core_rank = array.ndim - len(batch)
-    return shapes.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
+    return arguments.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
 
 
 def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:
-    """`shapes.unfold`, on the host if the array has been cropped there."""
-    array = shapes.unfold(array, batch)
+    """`arguments.unfold`, on the host if the array has been cropped there."""
+    array = arguments.unfold(array, batch)
     return array if isinstance(array, jax.Array) else jax.device_put(array)

@@ -1,0 +1,1 @@
+"""How a public call reaches its kernel: arguments, size buckets, cores, devices, packed masks."""
