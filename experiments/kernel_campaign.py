@@ -31,7 +31,8 @@ import srt_jax
 from experiments import _kernel_maps as maps
 from experiments import _kernel_truth as truth
 from experiments._tally import Tally, progress
-from srt_jax import components, fixed_point
+from srt_jax import components
+from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
 from srt_jax.reference.astar import astar
 from srt_jax.reference.dijkstra import dijkstra

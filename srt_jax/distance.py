@@ -1,8 +1,8 @@
 """The octile length of a shortest path from the start to every cell, in exact integers (PY16 §3.2: g).
 
-Two ways, joined. On open ground a few sweeps over whole rows (`cones`) bring costs across the map at a fraction of a nanosecond
+Two ways, joined. On open ground a few sweeps over whole rows (`row_sweeps`) bring costs across the map at a fraction of a nanosecond
 a cell; where paths turn back and forth, as in mazes and among scattered obstacles, each turn would cost a sweep, and a queue of
-cells (`wavefront`) is faster, at about 20 ns a cell. So sweep while that pays, then list the cells that can still improve
+cells (`cell_queue`) is faster, at about 20 ns a cell. So sweep while that pays, then list the cells that can still improve
 a neighbour (`frontier`) and spread from these. Sums of integers (`fixed_point`) do not depend on their order, hence neither on
 the way taken, nor on the batch, nor on the machine.
 """
@@ -15,11 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import cones, fixed_point, frontier, gradient, wavefront
+from srt_jax import gradient
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
-from srt_jax.target import Target, target_of
+from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
+from srt_jax.fields.goal_bound import Target, target_of
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
@@ -156,18 +157,18 @@ def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Arr
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     towards = None if goal is None else target_of(goal, *free.shape)
-    field = _solved(free, cones.new_field(free, start, diagonal), start, straight, diagonal, towards)[1:-1, 1:-1]
-    return jnp.where(field < cones.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
+    field = _solved(free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal, towards)[1:-1, 1:-1]
+    return jnp.where(field < row_sweeps.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
 
 
 def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: Array, towards: Target | None) -> Array:
     """Sweeps where that pays, then follows the frontier until there is none."""
     rows, stride = field.shape
     room = min(_ROOM, 1 << (rows * stride).bit_length())
-    free_beside = wavefront.neighbours(free)
+    free_beside = cell_queue.neighbours(free)
 
     def sweep(field: Array) -> Array:
-        return cones.four_sweeps(field, straight, diagonal)
+        return row_sweeps.four_sweeps(field, straight, diagonal)
 
     def listed(field: Array) -> tuple[Array, Array]:
         return frontier.listed(frontier.frontier(field, straight, diagonal, towards), stride, room)
@@ -176,20 +177,20 @@ def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: 
         field = sweep(field)
         if towards is not None:
             return *listed(field), field
-        num_reached = jnp.sum((field < cones.unreached(diagonal)).astype(jnp.int32))
+        num_reached = jnp.sum((field < row_sweeps.unreached(diagonal)).astype(jnp.int32))
         field = lax.cond(num_reached * 8 > field.size, sweep, lambda field: field, field)
         return *listed(field), field
 
     def from_start(field: Array) -> tuple[Array, Array, Array]:
         cell = ((start[0] + 1) * stride + start[1] + 1).astype(jnp.uint32)
-        cell = jnp.where(cones.is_reached(field, start), cell, jnp.uint32(0))
+        cell = jnp.where(row_sweeps.is_reached(field, start), cell, jnp.uint32(0))
         return write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0)), (cell != 0).astype(jnp.uint32), field
 
     def spread(state: tuple) -> tuple:
         cells, num, field = state
         cost = field.reshape(-1)
         sources = frontier.cheapest_first(cells, num, cost)
-        cost, is_short = wavefront.spread(cost, free_beside, sources, straight, diagonal, stride, towards)
+        cost, is_short = cell_queue.spread(cost, free_beside, sources, straight, diagonal, stride, towards)
         field = cost.reshape(rows, stride)
         return *lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field), field
 

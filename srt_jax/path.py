@@ -6,11 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import fixed_point
 from srt_jax import types as records
 from srt_jax.distance import UNREACHED, Field
 from srt_jax.engine import arguments, eager
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
+from srt_jax.fields import fixed_point
 from srt_jax.moves import MOVES
 
 

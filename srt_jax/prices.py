@@ -109,7 +109,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
 def _levels(
     labels: Labels, source: Array, target: Array, gone: Array, cost: Array, met: Array, most: Array
 ) -> tuple[Array, Array, Array]:
-    """Floods from `source` until `target` is reached, or the next price would be `most` or more.
+    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or more.
 
     Args:
       met: float32 [M], the price at which each obstacle is met from the beginning.

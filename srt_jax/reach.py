@@ -13,7 +13,7 @@ from jax import Array, lax
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place
-from srt_jax.wordqueue import flood_rest
+from srt_jax.fields.word_queue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
 

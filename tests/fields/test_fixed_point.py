@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax.fixed_point import MAX_COST, finest_scale, pairs, to_length
+from srt_jax.fields.fixed_point import MAX_COST, finest_scale, pairs, to_length
 from srt_jax.moves import FIXED_POINTS
 from tests.helpers.maps import noise, random_maps, snake
 from tests.helpers.slow import costs_by_scipy

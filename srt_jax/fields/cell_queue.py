@@ -19,7 +19,7 @@ import numpy as np
 from jax import Array, lax
 
 from srt_jax.engine.kernel import apart, read, read_apart, write
-from srt_jax.target import Target
+from srt_jax.fields.goal_bound import Target
 
 MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 """The eight moves clockwise from up: even ones are straight, odd ones diagonal."""
@@ -76,7 +76,7 @@ def spread(
     """Returns the costs with all that follows from the sources, and whether the queue was too short for it.
 
     Args:
-      cost: uint32 [N], a flat bordered field (`cones`).
+      cost: uint32 [N], a flat bordered field (`row_sweeps`).
       free_beside: uint8 [N], from `neighbours`.
       sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the queue's.
       stride: columns of the bordered field.

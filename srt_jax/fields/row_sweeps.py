@@ -2,7 +2,7 @@
 
 A sweep down the rows lets each row take what it can from the row above, straight and over both diagonals; the sweep back up
 does the same from below; on the transposed map the same two serve the columns. Where shortest paths seldom double back, as on
-streets, a few sweeps leave most costs exact. `frontier` finds what is left, and `wavefront` does it.
+streets, a few sweeps leave most costs exact. `frontier` finds what is left, and `cell_queue` does it.
 
 A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are plain slices. BLOCKED is
 one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move without a branch.

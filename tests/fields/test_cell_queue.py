@@ -4,8 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax import cones, frontier, wavefront
 from srt_jax.engine import packing
+from srt_jax.fields import cell_queue, frontier, row_sweeps
 from tests.helpers.maps import any_start, noise, random_maps
 from tests.helpers.slow import costs_by_scipy
 
@@ -24,7 +24,7 @@ def _can_improve(field):
     free = value < 2**31
     found = np.zeros(field.shape, bool)
     for r, c in np.argwhere(free):
-        for dr, dc in wavefront.MOVES:
+        for dr, dc in cell_queue.MOVES:
             cost = 8119 if dr and dc else 5741
             if free[r + dr, c + dc] and free[r, c + dc] and free[r + dr, c]:
                 found[r, c] |= value[r, c] + cost < value[r + dr, c + dc]
@@ -67,17 +67,17 @@ def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs
     free = noise(np.random.default_rng(3), 60, 60, 0.1)
     start = any_start(np.random.default_rng(4), free)
     expected = _field(costs_by_scipy(free, start, 5741, 8119), free)
-    beside = wavefront.neighbours(jnp.asarray(free))
+    beside = cell_queue.neighbours(jnp.asarray(free))
 
     @jax.jit
     def spread(field):
         cells, num = frontier.listed(frontier.frontier(field, STRAIGHT, DIAGONAL), 62, 32)
         cost = field.reshape(-1)
         sources = frontier.cheapest_first(cells, num, cost)
-        cost, is_short = wavefront.spread(cost, beside, sources, jnp.uint32(5741), jnp.uint32(8119), 62)
+        cost, is_short = cell_queue.spread(cost, beside, sources, jnp.uint32(5741), jnp.uint32(8119), 62)
         return cost.reshape(62, 62), is_short, num
 
-    field = cones.new_field(jnp.asarray(free), jnp.asarray(start), jnp.uint32(8119))
+    field = row_sweeps.new_field(jnp.asarray(free), jnp.asarray(start), jnp.uint32(8119))
     was_short = False
     for _ in range(1000):
         field, is_short, num = spread(field)
@@ -89,6 +89,6 @@ def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs
 
 def test_sweeps_alone_settle_an_empty_map():
     free = np.ones((40, 70), bool)
-    field = cones.new_field(jnp.asarray(free), jnp.array([13, 50]), jnp.uint32(8119))
-    field = jax.jit(cones.four_sweeps)(field, jnp.uint32(5741), jnp.uint32(8119))
+    field = row_sweeps.new_field(jnp.asarray(free), jnp.array([13, 50]), jnp.uint32(8119))
+    field = jax.jit(row_sweeps.four_sweeps)(field, jnp.uint32(5741), jnp.uint32(8119))
     assert np.array_equal(field, _field(costs_by_scipy(free, (13, 50), 5741, 8119), free))

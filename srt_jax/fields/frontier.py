@@ -1,4 +1,4 @@
-"""Which cells can still improve a neighbour? As a list, cheapest first, for `wavefront` to start from."""
+"""Which cells can still improve a neighbour? As a list, cheapest first, for `cell_queue` to start from."""
 
 import functools
 
@@ -7,7 +7,7 @@ from jax import Array, lax
 
 from srt_jax.engine import packing
 from srt_jax.engine.kernel import apart, read, read_apart, write
-from srt_jax.target import Target
+from srt_jax.fields.goal_bound import Target
 
 _BINS = 1024
 
@@ -16,7 +16,7 @@ def frontier(field: Array, straight: Array, diagonal: Array, towards: Target | N
     """Returns the cells from which a legal move would lower the cost of a neighbour; none where all costs are exact.
 
     Args:
-      field: uint32 [H + 2, W + 2], see `cones`.
+      field: uint32 [H + 2, W + 2], see `row_sweeps`.
       towards: leave out the cells that cannot lie on a shortest path to this one.
 
     Returns:
