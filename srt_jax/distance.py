@@ -15,12 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax import gradient
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
 from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
 from srt_jax.fields.goal_bound import Target, target_of
+from srt_jax.gradients import least_costs
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
@@ -46,8 +46,8 @@ def cost_to_come(free: records.Array, start: records.Array, traversal_cost: reco
     rounding to float32 (1.8e-7 at most) and the fixed point's 8e-9 on maps up to 700x700, 3e-7 up to 1700x1700, 1.5e-6 up to
     2600x2600: what diagonals may be too long or too short by (`fixed_point`).
 
-    With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`traversal`), and the result is
-    differentiable with respect to the costs, forwards and backwards (`gradient`): blocked and unreached cells have gradient 0.
+    With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`cell_costs`), and the result is
+    differentiable with respect to the costs, forwards and backwards (`least_costs`): blocked and unreached cells have gradient 0.
 
     Memory besides arguments and result: 20 bytes a cell of the one map in work, whatever the batch (without `traversal_cost`).
 
@@ -65,7 +65,7 @@ def cost_to_come(free: records.Array, start: records.Array, traversal_cost: reco
     """
     free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     if traversal_cost is not None:
-        return gradient.least_costs(free, start, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
+        return least_costs.least_costs(free, start, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
     batch = arguments.common_batch(free=(free, 2), start=(start, 1))
     return eager.call(_length_maps, batch, free, start)
 
@@ -87,7 +87,7 @@ def path_cost(
     free, start, goal = arguments.as_mask("free", free), arguments.as_cells("start", start), arguments.as_cells("goal", goal)
     if traversal_cost is None:
         traversal_cost = np.ones(free.shape, np.float32)
-    return gradient.least_cost(free, start, goal, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
+    return least_costs.least_cost(free, start, goal, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
 
 
 def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:

@@ -17,8 +17,8 @@ import numpy as np
 from jax import Array, lax
 
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted
 from srt_jax.moves import MOVES
-from srt_jax.traversal import cost_of_move, move_costs, shifted
 
 ROOT = 0
 

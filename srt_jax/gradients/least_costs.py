@@ -2,7 +2,7 @@
 
 A least cost is the minimum, over all paths, of sums that are linear in the cell costs. Where one path is least, the derivative
 is that path's: for each cell on it, the length of it that the cell answers for. Where several are, it is that of the path which
-the rule of `tree.parents` picks (the first in row order): one of the supergradients, always the same one.
+the rule of `path_tree.parents` picks (the first in row order): one of the supergradients, always the same one.
 
 The rules are custom_jvp with a linear solve along the tree of shortest paths inside, so forward and reverse mode both work, and
 what is kept for the way back is a byte a cell.
@@ -17,8 +17,8 @@ from jax import lax
 from jax.dtypes import float0
 
 from srt_jax.engine import arguments, eager
-from srt_jax.traversal import cost_maps
-from srt_jax.tree import move_integral, parents, path_mask, path_sums
+from srt_jax.gradients.cell_costs import cost_maps
+from srt_jax.gradients.path_tree import move_integral, parents, path_mask, path_sums
 from srt_jax.types import Array
 
 
@@ -27,7 +27,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
 
     Args:
       free: bool [..., H, W]. start: int32 [..., 2]. cell_cost: float32 [..., H, W].
-      length_map: see `traversal.cost_maps`; a module-level function.
+      length_map: see `cell_costs.cost_maps`; a module-level function.
     """
     batch = checked_batch(free, start, cell_cost)
 
