@@ -5,19 +5,19 @@ Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the a
 """
 
 from srt_jax.check import check
-from srt_jax.contour import contour
-from srt_jax.corridor import path_within
-from srt_jax.distance import cost_to_come, path_cost
 from srt_jax.explain import explain, why, why_not
 from srt_jax.explanation import explanation
 from srt_jax.gradients.perturbed import perturbed
 from srt_jax.least import least_removal
 from srt_jax.many import solve_many
 from srt_jax.moves import octile_distance
-from srt_jax.path import trace_path
+from srt_jax.paths.contour import contour
+from srt_jax.paths.corridor import path_within
+from srt_jax.paths.distance import cost_to_come, path_cost
+from srt_jax.paths.path import trace_path
+from srt_jax.paths.reach import reach
+from srt_jax.paths.seed import seed_cell
 from srt_jax.raster import rasterize
-from srt_jax.reach import reach
-from srt_jax.seed import seed_cell
 from srt_jax.solver import solve
 from srt_jax.story import scene_pddl, story
 from srt_jax.task import make_task, stack, unstack

@@ -18,14 +18,14 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.contour import obstacle_ahead
-from srt_jax.distance import cheapest, cost_field
 from srt_jax.engine.packing import unpack
 from srt_jax.objects import owners_at
 from srt_jax.openings import FAR, all_cells_of, all_nearest_of, all_open_cells, around, holds
-from srt_jax.path import trace_field
-from srt_jax.planner import Blockage, find_blockage
-from srt_jax.reach import reach_words
+from srt_jax.paths.blockage import Blockage, find_blockage
+from srt_jax.paths.contour import obstacle_ahead
+from srt_jax.paths.distance import cheapest, cost_field
+from srt_jax.paths.path import trace_field
+from srt_jax.paths.reach import reach_words
 from srt_jax.types import Act, Array, Path, Task
 
 

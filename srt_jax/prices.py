@@ -20,7 +20,7 @@ from jax import Array, lax
 from srt_jax import openings
 from srt_jax.engine.packing import num_words
 from srt_jax.openings import Labels
-from srt_jax.reach import flood_group
+from srt_jax.paths.reach import flood_group
 from srt_jax.types import Task
 
 _SLACK = 1e-5

@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from srt_jax.distance import solve_map
 from srt_jax.engine import packing
 from srt_jax.openings import Labels
-from srt_jax.path import trace_map
+from srt_jax.paths.distance import solve_map
+from srt_jax.paths.path import trace_map
 from srt_jax.types import Array
 
 NEVER = np.int32(2**31 - 1)

@@ -40,7 +40,7 @@ def best_first(
     heuristic: str | None = None,
     weight: float = 2.0,
 ) -> Search:
-    """Returns the plan that the search `planner` (astar, wastar, gbfs) finds, a proof that there is none, or a spent budget."""
+    """Returns the plan that the search `blockage` (astar, wastar, gbfs) finds, a proof that there is none, or a spent budget."""
     orderings: dict[str, _Ordering] = {
         "astar": lambda g, h: g + h,
         "wastar": lambda g, h: g + weight * h,

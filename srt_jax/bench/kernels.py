@@ -64,9 +64,9 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     import srt_jax
     from srt_jax.bench import peers
     from srt_jax.bench.maps import maps_of
-    from srt_jax.contour import obstacle_ahead
     from srt_jax.engine import packing
-    from srt_jax.reach import reach_words
+    from srt_jax.paths.contour import obstacle_ahead
+    from srt_jax.paths.reach import reach_words
 
     batch = max(4, min(64, 2**22 // size**2))
     maps, starts = maps_of(kind, size, batch)
@@ -130,7 +130,7 @@ def _fast_form() -> float:
     import jax
     import numpy as np
 
-    from srt_jax.reach import reach_maps
+    from srt_jax.paths.reach import reach_maps
 
     free = jax.device_put(np.random.default_rng(0).random((16, 256, 256)) > 0.2)
     start = jax.device_put(np.zeros((16, 2), np.int32))

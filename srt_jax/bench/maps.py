@@ -79,7 +79,7 @@ def _maze(rng: np.random.Generator, size: int, corridor: int) -> np.ndarray:
 
 def _start(free: Array, seed: int) -> np.ndarray:
     """Of a few random free cells the one that reaches most."""
-    from srt_jax.reach import reach
+    from srt_jax.paths.reach import reach
 
     cells = np.argwhere(free)
     few = cells[np.random.default_rng(seed).integers(len(cells), size=8)].astype(np.int32)

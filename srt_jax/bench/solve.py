@@ -161,7 +161,7 @@ def _stages(batch: Task, room: int) -> dict[str, Callable[[], Any]]:
     import jax.numpy as jnp
 
     from srt_jax.openings import all_open_cells
-    from srt_jax.planner import find_blockage
+    from srt_jax.paths.blockage import find_blockage
     from srt_jax.removal import least_removal
 
     among = jnp.ones(len(batch.start), bool)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.contour import obstacle_ahead
+from srt_jax.paths.contour import obstacle_ahead
 from tests.helpers.maps import any_start, noise, random_maps
 from tests.helpers.pictures import drawn
 from tests.helpers.slow import contour_by_label

@@ -7,11 +7,11 @@ import numpy as np
 from jax import Array, lax
 
 from srt_jax import types as records
-from srt_jax.distance import UNREACHED, Field
 from srt_jax.engine import arguments, eager
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
 from srt_jax.fields import fixed_point
 from srt_jax.moves import MOVES
+from srt_jax.paths.distance import UNREACHED, Field
 
 
 def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> records.Path:

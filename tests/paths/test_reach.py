@@ -5,7 +5,7 @@ import pytest
 
 import srt_jax
 from srt_jax.engine import eager, packing
-from srt_jax.reach import cells_in_group, flood, reach_maps
+from srt_jax.paths.reach import cells_in_group, flood, reach_maps
 from tests.helpers.maps import city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
 from tests.helpers.slow import reach_by_label, reach_by_steps

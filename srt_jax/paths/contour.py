@@ -10,7 +10,7 @@ from jax import Array, lax
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
-from srt_jax.reach import cells_in_group, flood_group
+from srt_jax.paths.reach import cells_in_group, flood_group
 
 
 def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Array:

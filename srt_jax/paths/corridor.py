@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from srt_jax.distance import cost_to_come
 from srt_jax.engine import arguments
 from srt_jax.moves import max_path_cells
-from srt_jax.path import trace_path
+from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.path import trace_path
 from srt_jax.types import Array, Path
 
 _SLACK = 1e-4

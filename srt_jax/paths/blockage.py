@@ -10,11 +10,11 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from srt_jax import openings
-from srt_jax.contour import obstacle_ahead
 from srt_jax.engine import packing
 from srt_jax.openings import around
-from srt_jax.reach import flood_words
-from srt_jax.seed import seed_cells
+from srt_jax.paths.contour import obstacle_ahead
+from srt_jax.paths.reach import flood_words
+from srt_jax.paths.seed import seed_cells
 from srt_jax.types import Array
 
 

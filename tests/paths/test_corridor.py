@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from srt_jax import path_within
-from srt_jax.corridor import corridor
+from srt_jax.paths.corridor import corridor
 from srt_jax.reference.astar import astar
 from tests.helpers.pictures import drawn
 
