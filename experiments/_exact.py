@@ -1,4 +1,4 @@
-"""The least removal by integer programming: an exact solver that shares no idea with `srt_jax.removal`.
+"""The least removal by integer programming: an exact solver that shares no idea with `srt_jax.removal.branch_and_bound`.
 
 Binary x_o: obstacle o is destroyed; y_S <= x_o for every owner o of S: cells owned by exactly the obstacles S are open. Cuts
 are added as needed: flood from the start with what the last optimum destroys; if the goal is not reached, some cell on the

@@ -14,13 +14,13 @@ from srt_jax.engine import cores
 from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
 from srt_jax.engine.kernel import batch_kernel, jitted
 from srt_jax.engine.packing import unpack
-from srt_jax.greedy import Symbolic, greedy_walk
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
-from srt_jax.prices import goal_prices
-from srt_jax.proof import blockages, covering
-from srt_jax.removal import least_removal
-from srt_jax.route import in_order
+from srt_jax.removal.branch_and_bound import least_removal
+from srt_jax.removal.paper_loop import Symbolic, greedy_walk
+from srt_jax.removal.prices import goal_prices
+from srt_jax.removal.proof import blockages, covering
+from srt_jax.removal.route import in_order
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
@@ -41,7 +41,7 @@ def solve(
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
     then takes the shortest route for them. Modes "paper" and "literal" are the paper's greedy loop, read kindly or literally
-    (`srt_jax.greedy`); read literally it may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans
+    (`srt_jax.removal.paper_loop`); read literally it may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans
     what is carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
     One task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the batch around a task.
 

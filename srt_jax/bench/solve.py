@@ -162,7 +162,7 @@ def _stages(batch: Task, room: int) -> dict[str, Callable[[], Any]]:
 
     from srt_jax.openings import all_open_cells
     from srt_jax.paths.blockage import find_blockage
-    from srt_jax.removal import least_removal
+    from srt_jax.removal.branch_and_bound import least_removal
 
     among = jnp.ones(len(batch.start), bool)
     rooms = jnp.full(len(batch.start), room, jnp.int32)

@@ -2,7 +2,7 @@
 
 Action m of 0..7 is the move `MOVES[m]`; action 8 + m destroys every destroyable obstacle in the way of that move: those on the
 cell ahead and, on a diagonal, on the two cells beside it. The agent has no heading (PY16 §2: it is a disc), it need not turn.
-A route of `solve` needs at each step exactly the obstacles so named gone (`srt_jax.route`), hence these actions carry out
+A route of `solve` needs at each step exactly the obstacles so named gone (`srt_jax.removal.route`), hence these actions carry out
 every answer, at its own removal cost and length.
 """
 

@@ -26,8 +26,8 @@ from jax import Array, lax
 from srt_jax import openings
 from srt_jax.engine import packing
 from srt_jax.openings import Labels
-from srt_jax.prices import Prices, Terms, prices_of
-from srt_jax.route import NEVER, Route, route_through
+from srt_jax.removal.prices import Prices, Terms, prices_of
+from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.types import Task
 
 _EQUAL = 1e-6
