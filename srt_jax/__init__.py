@@ -4,9 +4,10 @@ PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for
 Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths are in cell sides.
 """
 
+from srt_jax.answers.facts import explanation
+from srt_jax.answers.story import scene_pddl, story
+from srt_jax.answers.wording import explain, why, why_not
 from srt_jax.check import check
-from srt_jax.explain import explain, why, why_not
-from srt_jax.explanation import explanation
 from srt_jax.gradients.perturbed import perturbed
 from srt_jax.least import least_removal
 from srt_jax.many import solve_many
@@ -19,7 +20,6 @@ from srt_jax.paths.reach import reach
 from srt_jax.paths.seed import seed_cell
 from srt_jax.raster import rasterize
 from srt_jax.solver import solve
-from srt_jax.story import scene_pddl, story
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import Path, Solution, Status, Task
 from srt_jax.world import Obstacle, World

@@ -7,13 +7,13 @@ import pathlib
 import numpy as np
 import pytest
 
+from srt_jax.answers.results_file import read_results
 from srt_jax.cli import run
 from srt_jax.formats.geojson import write_geojson
 from srt_jax.formats.gridmap import GridMap
 from srt_jax.formats.ros_map import write_ros_map
 from srt_jax.formats.xml_map import write_xml_map
 from srt_jax.place import Place
-from srt_jax.results import read_results
 from srt_jax.world import Obstacle
 
 pytest.importorskip("yaml")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from srt_jax import make_task, solve_many
+from srt_jax.answers.results_file import as_record
 from srt_jax.cli import run
 from srt_jax.inputs import NamedTask
-from srt_jax.results import as_record
 from srt_jax.webpage import write_page
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")

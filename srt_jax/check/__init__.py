@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from srt_jax.check.floods import cell_ahead, free_cells, holds_at, nearest_cell, piece_of, widened
-from srt_jax.check.story import destroyed_problems, plan_problems, route_problems
+from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
 from srt_jax.types import OUTSIDE, Solution, Status, Task
 
 _TASK_FORM = {

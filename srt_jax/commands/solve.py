@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from srt_jax.answers.results_file import require_name, write_results
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading import AS_SET, with_reading
@@ -14,7 +15,6 @@ from srt_jax.console import counted
 from srt_jax.inputs import read_tasks
 from srt_jax.many import solve_many
 from srt_jax.notes import Notes
-from srt_jax.results import require_name, write_results
 from srt_jax.sources import Reading
 from srt_jax.types import Status
 

@@ -5,10 +5,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax.explanation import NORTH, explanation, obstacle_data
+from srt_jax.answers.facts import NORTH, explanation, obstacle_data
+from srt_jax.answers.what_if import Outcome, if_flag, if_gone
 from srt_jax.symbols import places
 from srt_jax.types import Array, Solution, Status, Task
-from srt_jax.whatif import Outcome, if_flag, if_gone
 
 
 def explain(task: Task, solution: Solution, *, what_if: bool = False, heading: float = NORTH, cell_side: float = 1.0) -> str:

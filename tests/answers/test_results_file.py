@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from srt_jax import make_task, solve_many
-from srt_jax.results import as_record, read_results, write_results
+from srt_jax.answers.results_file import as_record, read_results, write_results
 from tests.helpers.odd import refusals
 
 TASKS = {

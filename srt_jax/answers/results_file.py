@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.explain import explain
+from srt_jax.answers.wording import explain
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
 from srt_jax.formats.json_text import read_json
 from srt_jax.symbols.scenes import planned_steps

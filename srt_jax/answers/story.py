@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.explanation import NORTH
+from srt_jax.answers.facts import NORTH
 from srt_jax.symbols import places
 from srt_jax.symbols.scenes import SPECIFY, PlannedStep, plan_lines, planned_steps, reached, scene_of, scene_texts
 from srt_jax.types import Act, Solution, Status, Task

@@ -5,10 +5,10 @@ from typing import Any
 import jax
 import numpy as np
 
+from srt_jax.answers.what_if import if_flag
 from srt_jax.symbols import places
 from srt_jax.symbols.scenes import PlannedStep, planned_steps
 from srt_jax.types import Act, Array, Solution, Status, Task
-from srt_jax.whatif import if_flag
 
 NORTH = 90.0
 """The default heading: up the map, in degrees counter-clockwise from its right."""
