@@ -19,7 +19,7 @@ from sign_model.space.fuzzy import region_names, regions_touched, relocation_of,
 from sign_model.space.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation
 from sign_model.space.polar import Sector, from_polar, path_deviation, sector_corners, sector_of_points, square_of_sector
 from srt_jax import Obstacle, Solution, Status, Task, World, check, rasterize, solve
-from srt_jax.raster import Grid, grid_over, point_of
+from srt_jax.geometry.raster import Grid, grid_over, point_of
 
 AGENT, HEADING = np.array([10.0, 13.0]), math.radians(7.5)
 RADIUS = 2.0

@@ -12,7 +12,7 @@ from srt_jax.components import label
 from srt_jax.data import Place, helsinki
 from srt_jax.formats.movingai import read_map
 from srt_jax.formats.osm import read_osm
-from srt_jax.raster import cover, square_grid
+from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.types import FREE
 
 SHARED = pathlib.Path(os.environ.get("SRT_SHARED_DATA", "../shared/data"))

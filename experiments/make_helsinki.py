@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from srt_jax.formats.files import written
 from srt_jax.formats.projection import Projection
-from srt_jax.world import Obstacle
+from srt_jax.geometry.world import Obstacle
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
 TARGET = pathlib.Path(__file__).parents[1] / "srt_jax" / "data" / "helsinki.npz"

@@ -8,6 +8,8 @@ from srt_jax.answers.facts import explanation
 from srt_jax.answers.story import scene_pddl, story
 from srt_jax.answers.wording import explain, why, why_not
 from srt_jax.check import check
+from srt_jax.geometry.raster import rasterize
+from srt_jax.geometry.world import Obstacle, World
 from srt_jax.gradients.perturbed import perturbed
 from srt_jax.least import least_removal
 from srt_jax.many import solve_many
@@ -18,11 +20,9 @@ from srt_jax.paths.distance import cost_to_come, path_cost
 from srt_jax.paths.path import trace_path
 from srt_jax.paths.reach import reach
 from srt_jax.paths.seed import seed_cell
-from srt_jax.raster import rasterize
 from srt_jax.solver import solve
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import Path, Solution, Status, Task
-from srt_jax.world import Obstacle, World
 
 __version__ = "0.1.0"
 

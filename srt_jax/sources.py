@@ -18,12 +18,12 @@ from srt_jax.formats.ros_map import read_ros_map
 from srt_jax.formats.tag_rules import read_rules
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.xml_map import read_xml_map
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize, square_grid
+from srt_jax.geometry.world import World
 from srt_jax.notes import Notes
-from srt_jax.place import Place
-from srt_jax.raster import Grid, cover, grid_over, rasterize, square_grid
 from srt_jax.task import make_task, unstack
 from srt_jax.types import FREE, Task
-from srt_jax.world import World
 
 Cell = tuple[int, int]
 SIZE = 500

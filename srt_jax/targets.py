@@ -14,13 +14,13 @@ from srt_jax.formats.movingai import write_map
 from srt_jax.formats.ros_map import write_ros_map
 from srt_jax.formats.world_json import write_world
 from srt_jax.formats.xml_map import write_xml_map
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.raster import Grid, point_of
+from srt_jax.geometry.world import World
 from srt_jax.notes import Notes
-from srt_jax.place import Place
-from srt_jax.raster import Grid, point_of
 from srt_jax.sources import Source
 from srt_jax.task import stack
 from srt_jax.types import FREE, Task
-from srt_jax.world import World
 
 _SHARE = 0.45
 """Of a cell's side: the radius of an agent of which nothing else is known; it must be less than a half."""

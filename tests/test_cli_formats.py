@@ -13,8 +13,8 @@ from srt_jax.formats.geojson import write_geojson
 from srt_jax.formats.gridmap import GridMap
 from srt_jax.formats.ros_map import write_ros_map
 from srt_jax.formats.xml_map import write_xml_map
-from srt_jax.place import Place
-from srt_jax.world import Obstacle
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import Obstacle
 
 pytest.importorskip("yaml")
 pytest.importorskip("PIL.Image")

@@ -19,7 +19,7 @@ from sign_model import load
 from sign_model.space.polar import from_polar, sector_corners
 from srt_jax import Obstacle
 from srt_jax.bench.machine import machine
-from srt_jax.place import Place
+from srt_jax.geometry.place import Place
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")

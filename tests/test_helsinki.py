@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from srt_jax.data import helsinki
-from srt_jax.raster import cover, square_grid
+from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.types import FREE
 
 

@@ -15,8 +15,8 @@ from srt_jax.formats.geometry import EMPTY
 from srt_jax.formats.osm import read_osm
 from srt_jax.formats.projection import Projection
 from srt_jax.formats.tag_rules import TagRule, default_rules, matching, read_rules
+from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.notes import Notes
-from srt_jax.raster import cover, square_grid
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
 

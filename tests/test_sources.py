@@ -14,13 +14,13 @@ from srt_jax.formats.pictures import write_image
 from srt_jax.formats.ros_map import read_ros_map, write_ros_map
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.xml_map import read_xml_map, write_xml_map
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import Obstacle
 from srt_jax.inputs import read_tasks
 from srt_jax.notes import Note, Notes
-from srt_jax.place import Place
 from srt_jax.sources import ENDINGS, Reading, read_source
 from srt_jax.targets import write_source
 from srt_jax.types import FREE
-from srt_jax.world import Obstacle
 from tests.helpers.pictures import drawn
 
 MAP, PLACES = drawn("""

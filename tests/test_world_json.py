@@ -7,8 +7,8 @@ import pathlib
 import pytest
 
 from srt_jax.formats.world_json import read_world, write_world
-from srt_jax.raster import rasterize
-from srt_jax.world import Obstacle, World
+from srt_jax.geometry.raster import rasterize
+from srt_jax.geometry.world import Obstacle, World
 
 SQUARE = [[1, 1], [3, 1], [3, 3], [1, 3]]
 DOCUMENT = {

@@ -4,8 +4,8 @@ import importlib.resources
 
 import numpy as np
 
-from srt_jax.place import Place
-from srt_jax.world import Obstacle
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import Obstacle
 
 _UNITS_PER_METRE = 100
 """The files hold whole centimetres, the precision of the survey."""

@@ -16,9 +16,9 @@ from srt_jax.formats.geometry import POINTLESS, UNCLOSED, Shape, box_around, cou
 from srt_jax.formats.json_text import read_json
 from srt_jax.formats.projection import projection_over
 from srt_jax.formats.tag_rules import TagRule, default_rules, matching
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import Obstacle
 from srt_jax.notes import Notes
-from srt_jax.place import Place
-from srt_jax.world import Obstacle
 
 TYPES = ("FeatureCollection", "Feature", "Polygon", "MultiPolygon", "LineString", "MultiLineString", "GeometryCollection")
 UNITS = ("auto", "degrees", "metres")

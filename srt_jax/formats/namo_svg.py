@@ -14,9 +14,9 @@ from srt_jax.formats.files import PathLike
 from srt_jax.formats.geometry import Shape, count_outside, obstacles_of_shapes
 from srt_jax.formats.svg_path import filled, outlines, transform_of
 from srt_jax.formats.xml_text import plain, read_xml
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import World
 from srt_jax.notes import Notes
-from srt_jax.place import Place
-from srt_jax.world import World
 
 _CM = 100.0
 _ROOM = 1.001

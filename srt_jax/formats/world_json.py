@@ -5,7 +5,7 @@ from typing import Any
 
 from srt_jax.formats.files import PathLike, written
 from srt_jax.formats.json_text import fields_of, read_json
-from srt_jax.world import Obstacle, World
+from srt_jax.geometry.world import Obstacle, World
 
 FORMAT, VERSION = "srt-jax world", 1
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from srt_jax.world import Obstacle, as_bounds
+from srt_jax.geometry.world import Obstacle, as_bounds
 
 
 @dataclasses.dataclass(frozen=True)

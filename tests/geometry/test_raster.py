@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from srt_jax import raster, scanlines
-from srt_jax.raster import Grid, cover, grid_over, rasterize
+from srt_jax.geometry import raster, scanlines
+from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize
+from srt_jax.geometry.world import Obstacle, World
 from srt_jax.types import FREE
-from srt_jax.world import Obstacle, World
 from tests.helpers.pictures import drawn
 
 GRID = Grid(origin=(0, 6), side=1, height=6, width=7)

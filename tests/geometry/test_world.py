@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from srt_jax.world import Obstacle, World
+from srt_jax.geometry.world import Obstacle, World
 
 SQUARE = [(1, 1), (3, 1), (3, 3), (1, 3)]
 GOOD = {"bounds": (0, 0, 10, 8), "obstacles": (), "position": (1, 1), "radius": 0.4, "goal": ((8, 6), 1)}

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from srt_jax.raster import Grid, cell_of, cover, grid_over, point_of, square_grid
+from srt_jax.geometry.raster import Grid, cell_of, cover, grid_over, point_of, square_grid
 
 GRID = Grid(origin=(0, 6), side=1, height=6, width=7)
 

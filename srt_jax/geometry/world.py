@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srt_jax.rings import UNITS_PER_METRE, Parts, as_metres, as_ring, as_units, conflict, repaired
+from srt_jax.geometry.rings import UNITS_PER_METRE, Parts, as_metres, as_ring, as_units, conflict, repaired
 
 Point = tuple[float, float]
 _SQUARE_TOLERANCE = 1e-6

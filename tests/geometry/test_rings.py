@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from srt_jax import rings
+from srt_jax.geometry import rings
 
 SQUARE = ((0, 0), (4, 0), (4, 4), (0, 4))
 

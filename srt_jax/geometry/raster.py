@@ -10,11 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srt_jax.rings import UNITS_PER_METRE, as_metres, as_units, for_products
-from srt_jax.scanlines import Edges, cells_of, centred, touched
+from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, for_products
+from srt_jax.geometry.scanlines import Edges, cells_of, centred, touched
+from srt_jax.geometry.world import Obstacle, World, as_bounds
 from srt_jax.task import make_task
 from srt_jax.types import FREE, Task
-from srt_jax.world import Obstacle, World, as_bounds
 
 _MAX_EXTENT = 2e9
 """Metres from end to end of all allowed coordinates, of which twice the nanometres fit into 64 bits."""

@@ -1,0 +1,1 @@
+"""Polygons in metres become cells of a grid (PY16 §2)."""
