@@ -25,7 +25,14 @@ def pages() -> dict[str, str]:
         ),
         "worlds.md": modules_page(
             "Making worlds, maps and tasks",
-            ["srt_jax.maps", "srt_jax.generate", "srt_jax.blockage", "srt_jax.doors", "srt_jax.barriers", "srt_jax.data"],
+            [
+                "srt_jax.instances.maps",
+                "srt_jax.instances.generate",
+                "srt_jax.instances.paper_blockers",
+                "srt_jax.instances.doors",
+                "srt_jax.instances.barriers",
+                "srt_jax.data",
+            ],
         ),
     }
     listed = "\n".join(f"- [{text.splitlines()[0].lstrip('# ')}]({name})" for name, text in written.items())

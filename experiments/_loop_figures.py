@@ -6,7 +6,7 @@ from experiments._figures import column_figure, grouped_bars, plain_ticks
 from experiments._loop_stages import STAGES, Case
 from experiments._loop_tables import PAPER_MS, Rows, spreads
 from srt_jax import Solution
-from srt_jax.blockage import BLOCKAGES
+from srt_jax.instances.paper_blockers import BLOCKAGES
 
 CAPTION = (
     "Path planning runtimes (PY16, Figure 3) on 500 x 500 fragments of cities: medians, whiskers are quartiles. The bands are "

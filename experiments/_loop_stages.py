@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments._fragments import Fragment, free_cells
 from srt_jax.bench.paper_pipeline import paper_pipeline
-from srt_jax.blockage import BLOCKAGES, block, pick_start_goal
+from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
 from srt_jax.reference.wall_following import follow_wall

@@ -7,7 +7,7 @@ import numpy as np
 from experiments._loop_stages import MAKES, STAGES
 from experiments._outcome import Table, timed
 from srt_jax.bench.machine import spread
-from srt_jax.blockage import BLOCKAGES
+from srt_jax.instances.paper_blockers import BLOCKAGES
 
 Rows = list[dict[str, Any]]
 

@@ -7,11 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from srt_jax import Task, inputs, make_task, maps, sources
-from srt_jax.blockage import block, pick_start_goal
+from srt_jax import Task, inputs, make_task, sources
 from srt_jax.data import helsinki
-from srt_jax.generate import generate
 from srt_jax.geometry.raster import cover, square_grid
+from srt_jax.instances import maps
+from srt_jax.instances.generate import generate
+from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.types import FREE
 
 SHARED = pathlib.Path(os.environ.get("SRT_SHARED_DATA", "../shared/data")) / "namo"

@@ -13,7 +13,7 @@ import numpy as np
 
 from experiments._labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Task, solve_many
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 
 
 def tasks_of(count: int, side: int, seed: int) -> dict[str, list[Task]]:

@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from experiments._labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve, solve_many
-from srt_jax.generate import Instance, generate
+from srt_jax.instances.generate import Instance, generate
 
 AT_ONCE = 2000
 """Tasks made, solved and judged at a time: their maps and answers fit the memory."""

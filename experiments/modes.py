@@ -15,7 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 from srt_jax import Solution, Status, Task, check, solve_many
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 
 MODES = ("least", "paper", "literal")
 KINDS = ("half", "quarter", "bagel-10", "rooms", "fences", "rings", "mixed")

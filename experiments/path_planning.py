@@ -30,7 +30,7 @@ from experiments._loop_figures import CAPTION, MAPS_CAPTION, figure3, figure_of_
 from experiments._loop_stages import Case, Log, cut_off, measured, measured_kernels
 from experiments._loop_tables import checks, checks_table, counts_table, empty_table, times_table, unblocked_table
 from experiments._outcome import Outcome, options, run
-from srt_jax.blockage import BLOCKAGES, block
+from srt_jax.instances.paper_blockers import BLOCKAGES, block
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
 

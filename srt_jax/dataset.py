@@ -15,7 +15,7 @@ import numpy as np
 from srt_jax import dataset_shards as shards
 from srt_jax.dataset_labels import label_tasks
 from srt_jax.formats.files import PathLike, make_folder, read_bytes, written
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 from srt_jax.task import stack
 from srt_jax.types import FREE, OUTSIDE
 
@@ -57,7 +57,7 @@ def write_dataset(
 
     Args:
       folder: made where it is missing.
-      kind, count, size, seed: of `srt_jax.generate.generate`.
+      kind, count, size, seed: of `srt_jax.instances.generate.generate`.
       shard_size: tasks in a shard, 1 or more.
       format: "npz" or "arrayrecord" (needs the extra `arrayrecord`).
 

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from srt_jax.blockage import block
+from srt_jax.instances.paper_blockers import block
 from srt_jax.notes import Notes
 from srt_jax.sources import Cell as Cell
 from srt_jax.sources import NamedTask as NamedTask

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from test_reference import random_maps
 
-from srt_jax import maps
 from srt_jax.bench import learning, machine, solve
 from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.bench.pipelines import pipelines
-from srt_jax.blockage import block, pick_start_goal
+from srt_jax.instances import maps
+from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
 from srt_jax.reference.wall_following import follow_wall

@@ -9,7 +9,7 @@ import pytest
 
 from srt_jax import check, envs, make_task, solve, stack, unstack
 from srt_jax.envs.rules import act
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 from srt_jax.moves import MOVES
 from srt_jax.reference.dijkstra import dijkstra
 from tests.helpers.pictures import drawn

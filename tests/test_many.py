@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from srt_jax import Status, check, solve_many
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 from srt_jax.many import _groups
 from srt_jax.reference.dijkstra import dijkstra
 

@@ -79,7 +79,7 @@ def _oracle(size: int, batch: int, repeats: int) -> dict[str, Any]:
     import jax
 
     import srt_jax
-    from srt_jax.generate import generate
+    from srt_jax.instances.generate import generate
     from srt_jax.types import FREE
 
     tasks = [task for _, task, _ in generate("rooms", count=batch, size=size, seed=0)]

@@ -107,8 +107,8 @@ def _cases(quick: bool) -> list[Case]:
 
 
 def _case(name: str, maps: np.ndarray, what: str) -> Case:
-    from srt_jax.blockage import block, pick_start_goal
     from srt_jax.components import label
+    from srt_jax.instances.paper_blockers import block, pick_start_goal
     from srt_jax.task import make_task
 
     case = Case(name, maps.shape[1], [], [], [])

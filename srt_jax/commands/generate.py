@@ -10,7 +10,7 @@ import typer
 from srt_jax.commands.options import JsonOption, sides
 from srt_jax.console import waiting
 from srt_jax.formats.batch import write_batch
-from srt_jax.generate import generate as made
+from srt_jax.instances.generate import generate as made
 from srt_jax.task import stack
 
 

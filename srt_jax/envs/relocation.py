@@ -13,7 +13,7 @@ from srt_jax.envs.observe import NUM_PLANES, action_mask, seen
 from srt_jax.envs.render import render
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState, act, no_words
 from srt_jax.envs.spaces import spaces
-from srt_jax.generate import generate
+from srt_jax.instances.generate import generate
 from srt_jax.types import Array, _Record
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from srt_jax.barriers import Objects
+from srt_jax.instances.barriers import Objects
 
 Room = tuple[int, int]
 

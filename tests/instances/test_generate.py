@@ -6,7 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
-from srt_jax.generate import KINDS, MIN_SIZE, generate
+from srt_jax.instances.generate import KINDS, MIN_SIZE, generate
 from srt_jax.reference.dijkstra import dijkstra
 from srt_jax.reference.removal import least_removal
 

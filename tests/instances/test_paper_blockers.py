@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from srt_jax import maps
-from srt_jax.blockage import BLOCKAGES, block, pick_start_goal
+from srt_jax.instances import maps
+from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
 from srt_jax.reference.removal import least_removal
 from tests.helpers.pictures import drawn

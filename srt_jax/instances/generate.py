@@ -1,8 +1,8 @@
 """Instances by the number, each with its least removal where there is a proof of it.
 
 half, quarter, bagel-K: start and goal hang together but for the blocker, which every way crosses: it is the least removal,
-whatever all else costs (`srt_jax.blockage`). rooms: a shortest path over the rooms (`srt_jax.doors`). fences and rings: a
-choice of one cell a barrier (`srt_jax.barriers`). mixed: all of these in turn, and tasks that are open, unsolvable, boxed in,
+whatever all else costs (`srt_jax.instances.paper_blockers`). rooms: a shortest path over the rooms (`srt_jax.instances.doors`). fences and rings: a
+choice of one cell a barrier (`srt_jax.instances.barriers`). mixed: all of these in turn, and tasks that are open, unsolvable, boxed in,
 or of unknown optimum.
 """
 
@@ -11,10 +11,10 @@ from functools import partial
 
 import numpy as np
 
-from srt_jax import maps
-from srt_jax.barriers import COSTS, Objects, fence, lay_segments, lay_whole, least_over, ring
-from srt_jax.blockage import block, pick_start_goal
-from srt_jax.doors import rooms_with_doors
+from srt_jax.instances import maps
+from srt_jax.instances.barriers import COSTS, Objects, fence, lay_segments, lay_whole, least_over, ring
+from srt_jax.instances.doors import rooms_with_doors
+from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.task import make_task
 from srt_jax.types import FREE, Task
 
