@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from srt_jax import Task, inputs, make_task, sources
+from srt_jax import Task, make_task
 from srt_jax.data import helsinki
+from srt_jax.formats import reading, task_files
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.instances import maps
 from srt_jax.instances.generate import generate
@@ -79,13 +80,13 @@ def _walled(labels: np.ndarray, rng: np.random.Generator) -> Task:
 
 def _namo(log: Callable[[str], None]) -> list[Task]:
     paths = sorted(SHARED.glob("*.svg"))
-    if not paths or ".svg" not in sources.ENDINGS:
+    if not paths or ".svg" not in reading.ENDINGS:
         log(f"NAMO is left out: {'this version reads no .svg scenes' if paths else f'no scenes in {SHARED}'}")
         return []
     tasks = []
     for path in paths:
         try:
-            tasks += [named.task for named in inputs.read_tasks(str(path))]
+            tasks += [named.task for named in task_files.read_tasks(str(path))]
         except ValueError as error:
             log(f"{path.name} is left out: {error}")
     return tasks

@@ -10,12 +10,12 @@ import time
 
 from experiments.make_helsinki import extract
 from srt_jax.check import check
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
+from srt_jax.formats.reading import Reading, read_source
+from srt_jax.formats.task_files import prepared
 from srt_jax.geometry.raster import cover, square_grid
-from srt_jax.inputs import prepared
 from srt_jax.many import solve_many
-from srt_jax.notes import Notes
-from srt_jax.sources import Reading, read_source
 from srt_jax.types import Status
 
 SIZES = (500, 2000)

@@ -9,10 +9,10 @@ import typer
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading import AS_SET, with_reading
-from srt_jax.inputs import prepared
-from srt_jax.notes import Notes
-from srt_jax.sources import Reading, Source, read_source
-from srt_jax.targets import ENDINGS, with_flags_of_task, write_source
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Reading, Source, read_source
+from srt_jax.formats.task_files import prepared
+from srt_jax.formats.writing import ENDINGS, with_flags_of_task, write_source
 
 
 @with_reading

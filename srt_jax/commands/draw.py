@@ -16,10 +16,10 @@ from srt_jax.draw.picture import draw as draw_one
 from srt_jax.draw.polar import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
-from srt_jax.inputs import NamedTask, read_tasks
+from srt_jax.formats.reading import Reading
+from srt_jax.formats.task_files import NamedTask, read_tasks
 from srt_jax.many import solve_many
 from srt_jax.solver import MODES
-from srt_jax.sources import Reading
 
 
 @with_reading

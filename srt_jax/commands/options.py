@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.notes import Notes
+from srt_jax.formats.notes import Notes
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 DestroyableOption = Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.formats import geojson, gridmap, pictures
-from srt_jax.sources import Cell, Reading
+from srt_jax.formats.reading import Cell, Reading
 
 AS_SET = Reading()
 _PLACES = "Places and maps"

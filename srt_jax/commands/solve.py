@@ -12,10 +12,10 @@ from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading import AS_SET, with_reading
 from srt_jax.commands.report import report, require_page_name
 from srt_jax.console import counted
-from srt_jax.inputs import read_tasks
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Reading
+from srt_jax.formats.task_files import read_tasks
 from srt_jax.many import solve_many
-from srt_jax.notes import Notes
-from srt_jax.sources import Reading
 from srt_jax.types import Status
 
 

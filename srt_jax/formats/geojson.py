@@ -12,13 +12,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.geometry import POINTLESS, UNCLOSED, Shape, box_around, count_outside, obstacles_of_shapes, wall_parts
 from srt_jax.formats.json_text import read_json
-from srt_jax.formats.projection import projection_over
-from srt_jax.formats.tag_rules import TagRule, default_rules, matching
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.geometry import (
+    POINTLESS,
+    UNCLOSED,
+    Shape,
+    box_around,
+    count_outside,
+    obstacles_of_shapes,
+    wall_parts,
+)
+from srt_jax.formats.outlines.projection import projection_over
+from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
-from srt_jax.notes import Notes
 
 TYPES = ("FeatureCollection", "Feature", "Polygon", "MultiPolygon", "LineString", "MultiLineString", "GeometryCollection")
 UNITS = ("auto", "degrees", "metres")

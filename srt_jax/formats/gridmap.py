@@ -8,8 +8,8 @@ import dataclasses
 
 import numpy as np
 
+from srt_jax.formats.notes import Notes
 from srt_jax.geometry.raster import Grid
-from srt_jax.notes import Notes
 
 UNKNOWN_AS = ("blocked", "free")
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, read_lines, written
-from srt_jax.notes import Notes
+from srt_jax.formats.notes import Notes
 
 FREE_SIGNS = ".GS"
 BLOCKED_SIGNS = "@OTW"

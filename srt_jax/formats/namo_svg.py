@@ -11,12 +11,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from srt_jax.formats.files import PathLike
-from srt_jax.formats.geometry import Shape, count_outside, obstacles_of_shapes
-from srt_jax.formats.svg_path import filled, outlines, transform_of
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes
+from srt_jax.formats.outlines.svg_path import filled, outlines, transform_of
 from srt_jax.formats.xml_text import plain, read_xml
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import World
-from srt_jax.notes import Notes
 
 _CM = 100.0
 _ROOM = 1.001

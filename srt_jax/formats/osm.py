@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, needed
-from srt_jax.formats.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
-from srt_jax.formats.projection import Projection, projection_over
-from srt_jax.formats.tag_rules import TagRule, default_rules, matching
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
+from srt_jax.formats.outlines.projection import Projection, projection_over
+from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
-from srt_jax.notes import Notes
 
 ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"

@@ -8,7 +8,7 @@ import numpy as np
 
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
 from srt_jax.formats.gridmap import GridMap, decided
-from srt_jax.notes import Notes
+from srt_jax.formats.notes import Notes
 
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")
 POLARITIES = ("light", "dark")

@@ -14,8 +14,8 @@ import numpy as np
 
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
 from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
-from srt_jax.notes import Notes
 
 MODES = ("trinary", "scale", "raw")
 _REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")

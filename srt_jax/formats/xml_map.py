@@ -11,8 +11,8 @@ import numpy as np
 
 from srt_jax.formats.files import PathLike, written
 from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.xml_text import read_xml
-from srt_jax.notes import Notes
 
 _OURS = {"allowdiagonal": "true", "cutcorners": "false", "allowsqueeze": "false"}
 """Our moves in their words; these are their defaults, too."""

@@ -6,12 +6,12 @@ import sys
 import numpy as np
 import pytest
 
-from srt_jax.formats import geometry
 from srt_jax.formats.geojson import read_geojson, write_geojson
-from srt_jax.formats.geometry import obstacles_of, place_of
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines import geometry
+from srt_jax.formats.outlines.geometry import obstacles_of, place_of
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
-from srt_jax.notes import Notes
 from tests.helpers.odd import refusals
 
 shapely = pytest.importorskip("shapely")

@@ -6,20 +6,20 @@ import json
 import numpy as np
 import pytest
 
-from srt_jax.ends import opposite_cells
 from srt_jax.formats.batch import read_batch
 from srt_jax.formats.geojson import read_geojson, write_geojson
 from srt_jax.formats.movingai import read_map, write_map
+from srt_jax.formats.notes import Note, Notes
+from srt_jax.formats.opposite_cells import opposite_cells
 from srt_jax.formats.pictures import write_image
+from srt_jax.formats.reading import ENDINGS, Reading, read_source
 from srt_jax.formats.ros_map import read_ros_map, write_ros_map
+from srt_jax.formats.task_files import read_tasks
 from srt_jax.formats.world_json import read_world
+from srt_jax.formats.writing import write_source
 from srt_jax.formats.xml_map import read_xml_map, write_xml_map
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
-from srt_jax.inputs import read_tasks
-from srt_jax.notes import Note, Notes
-from srt_jax.sources import ENDINGS, Reading, read_source
-from srt_jax.targets import write_source
 from srt_jax.types import FREE
 from tests.helpers.pictures import drawn
 
@@ -201,7 +201,7 @@ def test_what_a_format_cannot_hold_is_refused(here):
 def test_every_ending_is_in_the_documentation():
     import pathlib
 
-    text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text()
+    text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text()
     assert [ending for ending in ENDINGS if f"`{ending}`" not in text] == []
 
 

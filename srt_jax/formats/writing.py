@@ -11,14 +11,14 @@ from srt_jax.formats.batch import write_batch
 from srt_jax.formats.geojson import write_geojson
 from srt_jax.formats.gridmap import GridMap
 from srt_jax.formats.movingai import write_map
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Source
 from srt_jax.formats.ros_map import write_ros_map
 from srt_jax.formats.world_json import write_world
 from srt_jax.formats.xml_map import write_xml_map
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, point_of
 from srt_jax.geometry.world import World
-from srt_jax.notes import Notes
-from srt_jax.sources import Source
 from srt_jax.task import stack
 from srt_jax.types import FREE, Task
 

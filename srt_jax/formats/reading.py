@@ -7,21 +7,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.ends import opposite_cells
 from srt_jax.formats import geojson, osm, pictures
 from srt_jax.formats.batch import read_batch
 from srt_jax.formats.files import read_bytes
 from srt_jax.formats.gridmap import GridMap, free_map
 from srt_jax.formats.movingai import read_map, read_scen
 from srt_jax.formats.namo_svg import read_namo
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.opposite_cells import opposite_cells
+from srt_jax.formats.outlines.tag_rules import read_rules
 from srt_jax.formats.ros_map import read_ros_map
-from srt_jax.formats.tag_rules import read_rules
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.xml_map import read_xml_map
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize, square_grid
 from srt_jax.geometry.world import World
-from srt_jax.notes import Notes
 from srt_jax.task import make_task, unstack
 from srt_jax.types import FREE, Task
 
@@ -82,7 +82,7 @@ class Source(NamedTuple):
 
 
 def read_source(path: str, how: Reading, notes: Notes) -> Source:
-    """Returns what a file holds, by the ending of its name; errors as for `inputs.read_tasks`."""
+    """Returns what a file holds, by the ending of its name; errors as for `task_files.read_tasks`."""
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
     if pathlib.Path(path).is_dir():

@@ -8,10 +8,10 @@ import pytest
 
 from srt_jax.formats.gridmap import GridMap, free_map
 from srt_jax.formats.movingai import read_map, write_map
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_image, write_image
 from srt_jax.formats.ros_map import read_ros_map, write_ros_map
 from srt_jax.formats.xml_map import read_xml_map, write_xml_map
-from srt_jax.notes import Notes
 from tests.helpers.odd import refusals
 from tests.helpers.pictures import drawn
 

@@ -5,8 +5,8 @@ import pytest
 
 from srt_jax import rasterize
 from srt_jax.formats.namo_svg import read_namo
-from srt_jax.formats.svg_path import filled, outlines, transform_of
-from srt_jax.notes import Notes
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.svg_path import filled, outlines, transform_of
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
 

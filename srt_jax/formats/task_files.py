@@ -1,14 +1,14 @@
-"""Tasks from any file that `srt-jax solve` reads; the ending of its name decides the format (`sources`)."""
+"""Tasks from any file that `srt-jax solve` reads; the ending of its name decides the format (`reading`)."""
 
 from collections.abc import Collection
 
 import numpy as np
 
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Cell as Cell
+from srt_jax.formats.reading import NamedTask as NamedTask
+from srt_jax.formats.reading import Reading, read_source
 from srt_jax.instances.paper_blockers import block
-from srt_jax.notes import Notes
-from srt_jax.sources import Cell as Cell
-from srt_jax.sources import NamedTask as NamedTask
-from srt_jax.sources import Reading, read_source
 from srt_jax.types import Task
 
 

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import needed
+from srt_jax.formats.notes import Notes
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, conflicts, repaired
 from srt_jax.geometry.world import Obstacle
-from srt_jax.notes import Notes
 
 CROSSING = "polygons whose rings cross, made valid"
 FLAT = "rings left out: fewer than three different points"

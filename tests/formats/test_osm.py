@@ -11,12 +11,12 @@ import pytest
 
 from srt_jax.data import helsinki
 from srt_jax.formats import osm
-from srt_jax.formats.geometry import EMPTY
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
-from srt_jax.formats.projection import Projection
-from srt_jax.formats.tag_rules import TagRule, default_rules, matching, read_rules
+from srt_jax.formats.outlines.geometry import EMPTY
+from srt_jax.formats.outlines.projection import Projection
+from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching, read_rules
 from srt_jax.geometry.raster import cover, square_grid
-from srt_jax.notes import Notes
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
 
@@ -171,7 +171,7 @@ def test_rules_are_data(read, tmp_path):
 
 
 def test_the_table_of_rules_in_the_docs_is_read(tmp_path):
-    text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+    text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "tag rules" in block)
     (tmp_path / "rules.json").write_text(example)
     assert [rule.key for rule in read_rules(tmp_path / "rules.json")] == ["building", "barrier", "natural"]

@@ -115,7 +115,7 @@ def test_crossing_rings_are_repaired_when_asked(path):
 
 
 def test_the_example_in_the_docs_is_read_and_rasterised(path):
-    text = (pathlib.Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+    text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "srt-jax world" in block)
     path.write_text(example, encoding="utf-8")
     world = read_world(path)

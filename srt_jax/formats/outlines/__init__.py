@@ -1,0 +1,1 @@
+"""What the formats of polygons share: odd geometries, projections, tag rules, SVG paths."""
