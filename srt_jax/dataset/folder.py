@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax import dataset_shards as shards
-from srt_jax.dataset_labels import label_tasks
+from srt_jax.dataset import shards
+from srt_jax.dataset.labels import label_tasks
 from srt_jax.formats.files import PathLike, make_folder, read_bytes, written
 from srt_jax.instances.generate import generate
 from srt_jax.task import stack

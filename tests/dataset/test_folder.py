@@ -7,7 +7,7 @@ import pytest
 
 from srt_jax import Status, dataset, make_task
 from srt_jax.cli import run
-from srt_jax.dataset_labels import label_tasks
+from srt_jax.dataset.labels import label_tasks
 from srt_jax.instances.generate import generate
 from srt_jax.reference.dijkstra import dijkstra
 
