@@ -21,7 +21,7 @@ def pages() -> dict[str, str]:
         "files.md": modules_page(
             "Reading and writing files",
             [name_of(path) for path in sorted((ROOT / "srt_jax" / "formats").glob("[a-z]*.py"))]
-            + ["srt_jax.formats.task_files", "srt_jax.answers.results_file", "srt_jax.webpage"],
+            + ["srt_jax.formats.task_files", "srt_jax.answers.results_file", "srt_jax.draw.webpage"],
         ),
         "worlds.md": modules_page(
             "Making worlds, maps and tasks",

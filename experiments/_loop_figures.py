@@ -41,9 +41,9 @@ def figure3(rows: Rows, kernels: dict[str, Any]) -> Any:
 
 def figure_of_maps(cases: list[Case], solutions: list[Solution]) -> Any:
     """Returns the five cases of one fragment beside each other, the legend in the sixth place."""
+    from srt_jax.draw.content import scene_of
     from srt_jax.draw.legend import handles
     from srt_jax.draw.picture import draw_map
-    from srt_jax.draw.scene import scene_of
 
     scenes = [scene_of(case.task, solution) for case, solution in zip(cases, solutions)]
     figure, axes = column_figure(3, 2, height=5.35)

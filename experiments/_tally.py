@@ -39,7 +39,7 @@ class Tally:
 def progress(what: str, items: Iterable, total: int) -> Iterator:
     """Yields the items; with a bar where rich is installed and standard error is a terminal."""
     try:
-        from srt_jax.console import counted
+        from srt_jax.commands.console import counted
     except ImportError:
         context: Any = nullcontext(lambda count: None)
     else:

@@ -228,9 +228,9 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
 
 
 def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
+    from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
     from srt_jax.formats.movingai import read_map, read_scen
     from srt_jax.formats.reading import read_scenario_map
-    from srt_jax.scenario import MATCH, optimal_lengths, relative_errors
 
     paths = sorted(folder.rglob("*.map"))
     for path in progress("maps", paths, len(paths)):

@@ -18,7 +18,7 @@ import numpy as np
 from experiments._exact import exact_removal
 from experiments._labelled_maps import random_tasks, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve_many
-from srt_jax.reference.removal import least_removal
+from srt_jax.reference.brute_force import least_removal
 
 Twin = Callable[[Task], tuple[float, float]]
 """Tells the least cost, and the length of the shortest route of such a set (NaN: unknown)."""

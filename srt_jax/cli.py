@@ -6,6 +6,7 @@ import typer
 
 from srt_jax import __version__
 from srt_jax.commands.bench import bench
+from srt_jax.commands.console import error_line
 from srt_jax.commands.convert import convert
 from srt_jax.commands.dataset import dataset
 from srt_jax.commands.demo import demo
@@ -14,7 +15,6 @@ from srt_jax.commands.generate import generate
 from srt_jax.commands.plan import plan
 from srt_jax.commands.scen import scen
 from srt_jax.commands.solve import solve
-from srt_jax.console import error_line
 
 
 def examples(*lines: str) -> str:

@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from srt_jax.acts import left_behind, placed
 from srt_jax.engine import cores
 from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
 from srt_jax.engine.kernel import batch_kernel, jitted
@@ -21,6 +20,7 @@ from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
 from srt_jax.removal.route import in_order
+from srt_jax.symbols.acts import left_behind, placed
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from srt_jax import Status, check, make_task, solve, solve_many
+from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.dijkstra import dijkstra
-from srt_jax.reference.removal import least_removal
 from tests.helpers.labelled import random_tasks
 from tests.helpers.pictures import drawn
 

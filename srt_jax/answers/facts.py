@@ -7,7 +7,7 @@ import numpy as np
 
 from srt_jax.answers.what_if import if_flag
 from srt_jax.symbols import places
-from srt_jax.symbols.scenes import PlannedStep, planned_steps
+from srt_jax.symbols.scene_of_task import PlannedStep, planned_steps
 from srt_jax.types import Act, Array, Solution, Status, Task
 
 NORTH = 90.0

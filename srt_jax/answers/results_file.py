@@ -10,7 +10,7 @@ import numpy as np
 from srt_jax.answers.wording import explain
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
 from srt_jax.formats.json_text import read_json
-from srt_jax.symbols.scenes import planned_steps
+from srt_jax.symbols.scene_of_task import planned_steps
 from srt_jax.types import Solution, Status, Task
 
 _STEP = ("action", "obstacle", "index")

@@ -7,7 +7,7 @@ import numpy as np
 
 from srt_jax.answers.facts import NORTH
 from srt_jax.symbols import places
-from srt_jax.symbols.scenes import SPECIFY, PlannedStep, plan_lines, planned_steps, reached, scene_of, scene_texts
+from srt_jax.symbols.scene_of_task import SPECIFY, PlannedStep, plan_lines, planned_steps, reached, scene_of, scene_texts
 from srt_jax.types import Act, Solution, Status, Task
 
 

@@ -47,7 +47,7 @@ def table(result: dict[str, Any]) -> str:
 
 
 def _measure(quick: bool) -> dict[str, Any]:
-    from srt_jax.bench.maps import KINDS
+    from srt_jax.bench.measured_maps import KINDS
 
     repeats = 3 if quick else 7
     rows = []
@@ -63,7 +63,7 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
 
     import srt_jax
     from srt_jax.bench import peers
-    from srt_jax.bench.maps import maps_of
+    from srt_jax.bench.measured_maps import maps_of
     from srt_jax.engine import packing
     from srt_jax.paths.contour import obstacle_ahead
     from srt_jax.paths.reach import reach_words

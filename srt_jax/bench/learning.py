@@ -54,7 +54,7 @@ def _labels(size: int, batch: int, repeats: int) -> dict[str, Any]:
 
     import srt_jax
     from srt_jax.bench import peers
-    from srt_jax.bench.maps import maps_of
+    from srt_jax.bench.measured_maps import maps_of
 
     maps, starts = maps_of("noise 20 %", size, batch)
     free, start = jax.device_put((maps, starts))

@@ -113,7 +113,7 @@ def _calls(size: int, batch: int) -> dict[str, Callable[[], Any]]:
     import numpy as np
 
     import srt_jax
-    from srt_jax.bench.maps import maps_of
+    from srt_jax.bench.measured_maps import maps_of
 
     kinds, starts = maps_of("street", size, min(batch, 16))
     maps, starts = (np.tile(array, (batch // len(array), *[1] * (array.ndim - 1))) for array in (kinds, starts))

@@ -99,7 +99,7 @@ def _process(threads: int, quick: bool) -> list[dict[str, Any]]:
 
 
 def _cases(quick: bool) -> list[Case]:
-    from srt_jax.bench.maps import maps_of
+    from srt_jax.bench.measured_maps import maps_of
 
     size, count = (256, 4) if quick else (512, 16)
     maps, _ = maps_of("street", size, count)

@@ -66,7 +66,7 @@ def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
 
         result = envs.run(quick)
         return result, envs.table(result)
-    from sign_model import bench as planning
+    from srt_jax.bench import plan as planning
 
     result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))
     return result, planning.table(result)

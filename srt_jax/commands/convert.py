@@ -8,7 +8,7 @@ import typer
 
 from srt_jax.commands import options
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading import AS_SET, with_reading
+from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading, Source, read_source
 from srt_jax.formats.task_files import prepared

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from srt_jax.commands.console import counted
 from srt_jax.commands.options import JsonOption, sides
-from srt_jax.console import counted
 from srt_jax.dataset import write_dataset
 
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from srt_jax import demo as work
+from srt_jax.commands import helsinki as work
+from srt_jax.commands.console import counted, fitted, printer, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.report import report, require_page_name
-from srt_jax.console import counted, fitted, printer, waiting
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import written
 from srt_jax.many import solve_many

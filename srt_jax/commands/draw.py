@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands import options
+from srt_jax.commands.console import counted, note, waiting
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading import AS_SET, with_reading
-from srt_jax.console import counted, note, waiting
+from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
 from srt_jax.draw.picture import FORMATS
 from srt_jax.draw.picture import draw as draw_one
-from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.reading import Reading

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from srt_jax.commands.console import waiting
 from srt_jax.commands.options import JsonOption
-from srt_jax.console import waiting
 
 
 def plan(

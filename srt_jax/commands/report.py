@@ -8,7 +8,7 @@ from typing import Any
 
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
-from srt_jax.console import counted, fitted, printer
+from srt_jax.commands.console import counted, fitted, printer
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.task_files import NamedTask
 from srt_jax.types import Solution, Status
@@ -72,7 +72,7 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> Non
 
 
 def _write_page(html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool) -> None:
-    from srt_jax.webpage import write_page
+    from srt_jax.draw.webpage import write_page
 
     with counted("writing the page", len(tasks), quiet=quiet) as progress:
         write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)

@@ -8,11 +8,11 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from srt_jax.commands.console import counted
 from srt_jax.commands.options import JsonOption
-from srt_jax.console import counted
+from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.reading import read_scenario_map
-from srt_jax.scenario import MATCH, optimal_lengths, relative_errors
 
 
 def scen(

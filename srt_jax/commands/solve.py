@@ -8,10 +8,10 @@ import typer
 
 from srt_jax.answers.results_file import require_name, write_results
 from srt_jax.commands import options
+from srt_jax.commands.console import counted
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading import AS_SET, with_reading
+from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import report, require_page_name
-from srt_jax.console import counted
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks

@@ -7,7 +7,7 @@ can tell the colours apart.
 
 from srt_jax.draw.animation import animate
 from srt_jax.draw.picture import draw
-from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import contact_sheet
 from srt_jax.draw.tile import svg_tile
 

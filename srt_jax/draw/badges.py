@@ -3,7 +3,7 @@
 import numpy as np
 
 from srt_jax.draw.colours import BADGE
-from srt_jax.draw.scene import Scene
+from srt_jax.draw.content import Scene
 
 _APART = 17.0
 """Points between the middles of a badge and of whatever else is marked."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from srt_jax.draw.animation import ANIMATIONS, animate
 from srt_jax.draw.picture import draw
-from srt_jax.draw.polar import PolarFrame
+from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.types import Solution, Task
 

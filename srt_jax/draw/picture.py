@@ -11,9 +11,9 @@ import numpy as np
 
 from srt_jax.draw.badges import draw_badges
 from srt_jax.draw.colours import BADGE, PALETTE, leg_colour, shrunk
+from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
-from srt_jax.draw.polar import PolarFrame, draw_frame, told
-from srt_jax.draw.scene import Scene, scene_of
+from srt_jax.draw.polar_frame import PolarFrame, draw_frame, told
 from srt_jax.formats.files import written
 from srt_jax.types import Solution, Task
 

@@ -4,9 +4,9 @@ import math
 import os
 from collections.abc import Sequence
 
+from srt_jax.draw.content import scene_of
 from srt_jax.draw.legend import handles
 from srt_jax.draw.picture import draw_map, page
-from srt_jax.draw.scene import scene_of
 from srt_jax.types import Solution, Status, Task
 
 MOST_ON_SHEET = 120

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.draw.scene import Cell, Removal, cell_kinds, free_without, legs_of, removals_in, require_single
+from srt_jax.draw.content import Cell, Removal, cell_kinds, free_without, legs_of, removals_in, require_single
 from srt_jax.paths.contour import contour
 from srt_jax.paths.distance import cost_to_come
 from srt_jax.paths.seed import seed_cell

@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
-from srt_jax.draw.scene import Scene, scene_of
+from srt_jax.draw.content import Scene, scene_of
 from srt_jax.types import Solution, Task
 
 _VIEW = 240.0

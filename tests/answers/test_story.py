@@ -6,7 +6,7 @@ import pytest
 from test_solver import task_from
 
 from srt_jax import Status, check, make_task, solve, solve_many
-from srt_jax.acts import left_behind
+from srt_jax.symbols.acts import left_behind
 from srt_jax.symbols.planning import first_act
 from srt_jax.types import Act
 from tests.helpers.labelled import random_tasks

@@ -18,7 +18,7 @@ from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
-from srt_jax.symbols.scenes import scene_of
+from srt_jax.symbols.scene_of_task import scene_of
 
 
 def told(labels, start, goal, **options):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from srt_jax.instances.generate import KINDS, MIN_SIZE, generate
+from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.dijkstra import dijkstra
-from srt_jax.reference.removal import least_removal
 
 MIXED = {
     *("half", "quarter", "bagel", "rooms", "fences", "rings", "open", "boxed-start", "double-wall", "unsolvable"),

@@ -7,7 +7,7 @@ from scipy import ndimage
 from srt_jax.instances import maps
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
-from srt_jax.reference.removal import least_removal
+from srt_jax.reference.brute_force import least_removal
 from tests.helpers.pictures import drawn
 
 CORNERS_TOO = np.ones((3, 3), bool)

@@ -8,7 +8,7 @@ from test_jps import seed_of
 
 from srt_jax.check import check
 from srt_jax.reference.astar import astar
-from srt_jax.reference.removal import least_removal
+from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Act, Solution, Status, Task
 from tests.helpers.answers import CASES, INF, ROOT, destroyed_from, fixed_wall, open_path, solution_of, two_walls

@@ -5,7 +5,7 @@ from heapq import heappop, heappush
 import numpy as np
 import pytest
 
-from srt_jax.reference.removal import MAX_DESTROYABLE, least_removal
+from srt_jax.reference.brute_force import MAX_DESTROYABLE, least_removal
 
 
 def task(picture: str, *, fixed: str = "@", **costs):

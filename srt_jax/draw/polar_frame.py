@@ -8,7 +8,7 @@ import numpy as np
 from sign_model.space.fuzzy import region_names, region_of
 from sign_model.space.fuzzy_table import DEFAULT_TABLE, FuzzyTable
 from sign_model.space.polar import to_polar
-from srt_jax.draw.scene import Cell, Scene
+from srt_jax.draw.content import Cell, Scene
 
 _LINE = "#3b3b8f"
 _MARGIN = 13.0

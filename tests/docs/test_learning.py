@@ -6,7 +6,7 @@ import re
 import jax
 import pytest
 
-PAGE = (pathlib.Path(__file__).resolve().parents[1] / "docs" / "learning.md").read_text()
+PAGE = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "learning.md").read_text()
 
 
 @pytest.mark.parametrize("example", re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL))

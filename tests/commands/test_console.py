@@ -11,10 +11,10 @@ import time
 import pytest
 from rich.console import Console
 
-from srt_jax import console
 from srt_jax.cli import app, run
+from srt_jax.commands import console
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
 ROWS = [["noise-in-parts-0012", "START_BLOCKED", "1 2 3 4 5 6 +20", "1030", "1 2 3 4 5 6 +2", "12.5 / 12.5", "1234.56"]] * 3
 

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.bench import envs, kernels, maps, peers, scaling
+from srt_jax.bench import envs, kernels, measured_maps, peers, scaling
 from srt_jax.bench.machine import machine
 from srt_jax.paths.distance import UNREACHED, cost_field
 
 
-@pytest.mark.parametrize("kind", maps.KINDS)
+@pytest.mark.parametrize("kind", measured_maps.KINDS)
 def test_every_kind_of_map_has_a_start_in_its_largest_part(kind, monkeypatch, tmp_path):
     monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
-    free, starts = maps.maps_of(kind, 64, 2)
+    free, starts = measured_maps.maps_of(kind, 64, 2)
     assert free.shape == (2, 64, 64) and free.dtype == bool and starts.shape == (2, 2)
     for reached, one in zip(np.asarray(srt_jax.reach(free, starts)), free):
         assert reached.sum() > 0.3 * one.sum()
@@ -21,7 +21,7 @@ def test_every_kind_of_map_has_a_start_in_its_largest_part(kind, monkeypatch, tm
 
 def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
     monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
-    free, starts = maps.maps_of("rooms", 64, 2)
+    free, starts = measured_maps.maps_of("rooms", 64, 2)
     for name, run in peers.floods(free, starts).items():
         assert np.array_equal(run(), srt_jax.reach(free, starts)), name
     native = peers.bucket_dijkstra()

@@ -7,7 +7,7 @@ import pytest
 
 from srt_jax.cli import app
 
-README = (pathlib.Path(__file__).resolve().parents[1] / "README.md").read_text()
+README = (pathlib.Path(__file__).resolve().parents[2] / "README.md").read_text()
 
 
 @pytest.mark.parametrize("example", re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL))
@@ -23,4 +23,4 @@ def test_the_commands_it_lists_are_the_commands_there_are():
 
 @pytest.mark.parametrize("module", re.findall(r"`(\w+\.py)`", README))
 def test_the_modules_of_its_table_exist(module):
-    assert list(pathlib.Path(__file__).resolve().parents[1].glob(f"s*/{module}"))
+    assert list(pathlib.Path(__file__).resolve().parents[2].glob(f"s*/{module}"))

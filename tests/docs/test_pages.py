@@ -8,7 +8,7 @@ import pytest
 from srt_jax import Status
 from srt_jax.cli import app
 
-DOCS = pathlib.Path(__file__).resolve().parents[1] / "docs"
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted(path for path in DOCS.glob("*.md"))
 EXAMPLES = [path for path in PAGES if path.stem != "learning"]  # it has a test of its own
 BLOCKS = [

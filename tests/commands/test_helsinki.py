@@ -3,8 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from srt_jax import demo
 from srt_jax.cli import run
+from srt_jax.commands import helsinki
 from srt_jax.formats.batch import read_batch
 
 
@@ -12,7 +12,7 @@ def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_eviden
     assert run(["demo", "--out", str(tmp_path / "out"), "--pairs", "1"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "OpenStreetMap contributors" in told and "5 SOLVED" in told
-    pictures = {f"{kind}-0.png" for kind in demo.BLOCKAGES}
+    pictures = {f"{kind}-0.png" for kind in helsinki.BLOCKAGES}
     pictures |= {"contact-sheet.png"}
     assert {path.name for path in (tmp_path / "out").iterdir()} == pictures | {"results.json", "table.md", "tasks.npz"}
     records = json.loads((tmp_path / "out" / "results.json").read_text())["tasks"]
@@ -21,12 +21,12 @@ def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_eviden
 
 
 def test_starts_and_goals_are_far_apart_and_follow_from_the_seed():
-    place = demo.city()
-    tasks = demo.tasks_in(place, pairs=3, seed=1)
+    place = helsinki.city()
+    tasks = helsinki.tasks_in(place, pairs=3, seed=1)
     assert len(tasks) == 15
     for named in tasks:
-        assert np.abs(named.task.start - named.task.goal).max() >= demo.APART
-    again, other = demo.tasks_in(place, pairs=3, seed=1), demo.tasks_in(place, pairs=3, seed=2)
+        assert np.abs(named.task.start - named.task.goal).max() >= helsinki.APART
+    again, other = helsinki.tasks_in(place, pairs=3, seed=1), helsinki.tasks_in(place, pairs=3, seed=2)
     assert all((a.task.start == b.task.start).all() for a, b in zip(tasks, again))
     assert any((a.task.start != b.task.start).any() for a, b in zip(tasks, other))
 
@@ -44,6 +44,6 @@ def test_the_explored_shares_are_those_of_the_paper(kind, share, solved_demo):
 def solved_demo():
     from srt_jax import solve_many
 
-    place = demo.city()
-    tasks = demo.tasks_in(place, pairs=1, seed=0)
-    return demo.summary(place, tasks, solve_many([named.task for named in tasks]))
+    place = helsinki.city()
+    tasks = helsinki.tasks_in(place, pairs=1, seed=0)
+    return helsinki.summary(place, tasks, solve_many([named.task for named in tasks]))

@@ -12,8 +12,8 @@ from srt_jax import make_task, solve, stack
 from srt_jax.draw import PolarFrame, animate, contact_sheet, draw, svg_tile
 from srt_jax.draw.badges import place_badges
 from srt_jax.draw.colours import LEGS, PALETTE, Kind, rgb, shrunk
+from srt_jax.draw.content import legs_of, scene_of
 from srt_jax.draw.legend import handles
-from srt_jax.draw.scene import legs_of, scene_of
 from srt_jax.draw.stages import stages_of
 from srt_jax.draw.tile import png_of
 

@@ -1,4 +1,4 @@
-"""Least costs over cells of unequal cost, forwards and backwards, beside SciPy's Dijkstra: `python -m benchmarks.gradients`.
+"""Least costs over cells of unequal cost, forwards and backwards, beside SciPy's Dijkstra: `python -m srt_jax.bench.gradients`.
 
 Medians of several runs in one process, one thread each; `back / forward` is value_and_grad less the value, over the value. The
 last line is the compiled memory of value_and_grad, without arguments and results, for a snake and an open map of equal size.
@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 import srt_jax
-from srt_jax.bench.maps import KINDS, maps_of
+from srt_jax.bench.measured_maps import KINDS, maps_of
 
 SIDE = 512
 
