@@ -15,7 +15,7 @@ from srt_jax.formats.osm import read_osm
 from srt_jax.formats.reading import Reading, read_source
 from srt_jax.formats.task_files import prepared
 from srt_jax.geometry.raster import cover, square_grid
-from srt_jax.many import solve_many
+from srt_jax.many_tasks import solve_many
 from srt_jax.types import Status
 
 SIZES = (500, 2000)

@@ -11,8 +11,7 @@ from srt_jax.check import check
 from srt_jax.geometry.raster import rasterize
 from srt_jax.geometry.world import Obstacle, World
 from srt_jax.gradients.perturbed import perturbed
-from srt_jax.least import least_removal
-from srt_jax.many import solve_many
+from srt_jax.many_tasks import solve_many
 from srt_jax.moves import octile_distance
 from srt_jax.paths.contour import contour
 from srt_jax.paths.corridor import path_within
@@ -20,6 +19,7 @@ from srt_jax.paths.distance import cost_to_come, path_cost
 from srt_jax.paths.path import trace_path
 from srt_jax.paths.reach import reach
 from srt_jax.paths.seed import seed_cell
+from srt_jax.removal_gradient import least_removal
 from srt_jax.solver import solve
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import Path, Solution, Status, Task

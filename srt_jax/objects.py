@@ -1,4 +1,4 @@
-"""Single cells and the obstacles that cover them (`openings` does the same for masks of cells).
+"""Single cells and the obstacles that cover them (`obstacles` does the same for masks of cells).
 
 All functions take one leading batch axis B; H x W cells, L layers of labels, M obstacles.
 """

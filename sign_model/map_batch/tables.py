@@ -71,7 +71,7 @@ def bucket(count: int) -> int:
 
 
 def coarse_bucket(count: int, least: int) -> int:
-    """Returns the next power of two, at least `least`: for sizes that differ from task to task and cost little."""
+    """Returns the next power of two, at least `removal_gradient`: for sizes that differ from task to task and cost little."""
     return max(least, 1 << max(0, count - 1).bit_length())
 
 

@@ -160,7 +160,7 @@ def _stages(batch: Task, room: int) -> dict[str, Callable[[], Any]]:
     import jax
     import jax.numpy as jnp
 
-    from srt_jax.openings import all_open_cells
+    from srt_jax.obstacles import all_open_cells
     from srt_jax.paths.blockage import find_blockage
     from srt_jax.removal.branch_and_bound import least_removal
 

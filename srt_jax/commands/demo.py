@@ -12,7 +12,7 @@ from srt_jax.commands.options import JsonOption
 from srt_jax.commands.report import report, require_page_name
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import written
-from srt_jax.many import solve_many
+from srt_jax.many_tasks import solve_many
 from srt_jax.task import stack
 from srt_jax.types import Status
 

@@ -15,7 +15,7 @@ from srt_jax.commands.report import report, require_page_name
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks
-from srt_jax.many import solve_many
+from srt_jax.many_tasks import solve_many
 from srt_jax.types import Status
 
 

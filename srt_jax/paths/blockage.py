@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from srt_jax import openings
+from srt_jax import obstacles
 from srt_jax.engine import packing
-from srt_jax.openings import around
+from srt_jax.obstacles import around
 from srt_jax.paths.contour import obstacle_ahead
 from srt_jax.paths.reach import flood_words
 from srt_jax.paths.seed import seed_cells
@@ -49,5 +49,5 @@ def find_blockage(
     blocked = jnp.where(among[:, None, None], packing.words_inside(size, H, W) & ~free, jnp.uint32(0))
     piece = flood_words(blocked, packing.words_of_cell(ahead, H, W), through_corners=True)
     contour = around(piece) & reached
-    on_contour = openings.all_met_by(labels, around(contour) & piece, num_obstacles)
+    on_contour = obstacles.all_met_by(labels, around(contour) & piece, num_obstacles)
     return Blockage(seed, contour, on_contour)

@@ -23,9 +23,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import openings
+from srt_jax import obstacles
 from srt_jax.engine import packing
-from srt_jax.openings import Labels
+from srt_jax.obstacles import Labels
 from srt_jax.removal.prices import Prices, Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.types import Task
@@ -58,7 +58,7 @@ def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_n
 
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
     cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    return Removal(*openings.of_all(search, task.labels, cost, task.start, task.goal, room, among))
+    return Removal(*obstacles.of_all(search, task.labels, cost, task.start, task.goal, room, among))
 
 
 class _Best(NamedTuple):
@@ -112,7 +112,7 @@ def _search(
             num_tried, _, _ = state
             opened = gone | jnp.where(num_tried == 0, prices.tight, prices.affordable)
             return num_tried + 1, *route_through(
-                labels, openings.open_cells(labels, opened), start, goal, num_obstacles, capacity
+                labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity
             )
 
         none = (jnp.int32(0), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
@@ -150,7 +150,7 @@ def _branched(nodes: _Nodes, num: Array, gone: Array, stays: Array, branch: Arra
     one = jnp.arange(len(gone), dtype=jnp.int32) == branch
     for child, (more, less) in enumerate(((gone, stays | one), (gone | one, stays))):
         at = 2 * num + 1 + child
-        more, less = openings.as_words(more), openings.as_words(less)
+        more, less = obstacles.as_words(more), obstacles.as_words(less)
         nodes = _Nodes(_put(nodes.gone, more, at), _put(nodes.stays, less, at), _put(nodes.bound, bound, at))
     return nodes
 

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
-from srt_jax import openings
+from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
-from srt_jax.openings import Labels
+from srt_jax.obstacles import Labels
 from srt_jax.paths.reach import flood_group
 from srt_jax.types import Task
 
@@ -65,7 +65,7 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         return jnp.where(is_asked, reached, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
     cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    return openings.of_all(one_map, task.labels, cost, task.start, task.goal, among)
+    return obstacles.of_all(one_map, task.labels, cost, task.start, task.goal, among)
 
 
 def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
@@ -77,7 +77,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
     height, width = labels.all.shape[2:]
     nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
     cost = jnp.where(gone, jnp.inf, terms.cost)
-    in_goal = openings.owners_of(labels, terms.goal, num_obstacles)
+    in_goal = obstacles.owners_of(labels, terms.goal, num_obstacles)
     never = jnp.full(num_obstacles, jnp.inf, jnp.float32)
 
     def one_way(state: tuple) -> tuple:
@@ -119,17 +119,17 @@ def _levels(
     """
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
-    at_source = openings.only(source, height, num_words(width))
+    at_source = obstacles.only(source, height, num_words(width))
 
     def level(state: tuple) -> tuple:
         price, met, first, reached, _, _ = state
-        passable = openings.open_cells(labels, gone | (met + cost <= price))
+        passable = obstacles.open_cells(labels, gone | (met + cost <= price))
         reached = flood_group(passable, (reached | at_source) & passable, group=1, through_corners=False)
-        is_there = openings.holds(reached, target)
+        is_there = obstacles.holds(reached, target)
 
         def noted(met: Array) -> Array:
-            border = openings.beside(reached) & ~passable
-            is_new = openings.met_by(labels, border, num_obstacles) & jnp.isfinite(cost)
+            border = obstacles.beside(reached) & ~passable
+            is_new = obstacles.met_by(labels, border, num_obstacles) & jnp.isfinite(cost)
             return jnp.where(is_new, jnp.minimum(met, price), met)
 
         met = lax.cond(is_there, lambda met: met, noted, met)

@@ -9,7 +9,7 @@ import pytest
 
 from experiments._exact import exact_removal
 from srt_jax import Status, check, solve, stack
-from srt_jax.openings import Labels
+from srt_jax.obstacles import Labels
 from srt_jax.reference.brute_force import least_removal
 from srt_jax.removal.prices import Terms, goal_prices, prices_of
 from tests.helpers.labelled import random_tasks, walled_tasks

@@ -5,7 +5,7 @@ import pytest
 
 from srt_jax import Status, check, solve_many
 from srt_jax.instances.generate import generate
-from srt_jax.many import _groups
+from srt_jax.many_tasks import _groups
 from srt_jax.reference.dijkstra import dijkstra
 
 
