@@ -18,7 +18,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from experiments._outcome import run
+from experiments.figures.outcome import run
 
 NAMES = ("path_planning", "blocks_world", "smart_relocation")
 

@@ -26,7 +26,7 @@ from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper", "literal")
 MAX_BRANCHES = 256
-"""Enough for all but a few tasks with many overlaps: see `python -m experiments.branches`."""
+"""Enough for all but a few tasks with many overlaps: see `python -m experiments.campaigns.branches`."""
 
 
 def solve(

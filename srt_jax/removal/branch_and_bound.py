@@ -9,7 +9,7 @@ two on one cell, may be paid once where they are needed twice, or apart where th
   costs no more than the bound, the least, and of the least sets the one with the shortest route, for all of these are tight;
 - else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay. Of least sets found
   only then, the first is taken: a shorter route through another is passed over in 2 or 3 of 100 random tasks that need
-  opening (`python -m experiments.removal_campaign`).
+  opening (`python -m experiments.campaigns.removal`).
 
 The node of the least bound is next, the latest of several: children in which one more obstacle is gone come first. Where the
 price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of

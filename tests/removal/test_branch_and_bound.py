@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments._exact import exact_removal
+from experiments.campaigns.integer_programming import exact_removal
 from srt_jax import Status, check, solve, stack
 from srt_jax.obstacles import Labels
 from srt_jax.reference.brute_force import least_removal

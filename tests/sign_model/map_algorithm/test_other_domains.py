@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.pddl_domains import OTHER_DOMAINS
+from experiments.data.pddl_domains import OTHER_DOMAINS
 from sign_model import PlanStatus, load, plan, validate
 
 

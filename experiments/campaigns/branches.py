@@ -1,6 +1,6 @@
 """How many branches the least removal needs where obstacles overlap or lie in parts.
 
-    python -m experiments.branches [--count 100] [--side 64] [--seed 0] [--branches 1 16 64 256 1024]
+    python -m experiments.campaigns.branches [--count 100] [--side 64] [--seed 0] [--branches 1 16 64 256 1024]
 
 A row per kind of task and number of branches: tasks to be opened, in how many cost exceeds the proven bound, by how much on
 average over these, and the time of a second, compiled run for each task of the kind.
@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from experiments._labelled_maps import scattered, task_on, walled_tasks
+from experiments.campaigns.labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Task, solve_many
 from srt_jax.instances.generate import generate
 

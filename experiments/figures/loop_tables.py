@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments._loop_stages import MAKES, STAGES
-from experiments._outcome import Table, timed
+from experiments.figures.loop_stages import MAKES, STAGES
+from experiments.figures.outcome import Table, timed
 from srt_jax.bench.machine import spread
 from srt_jax.instances.paper_blockers import BLOCKAGES
 

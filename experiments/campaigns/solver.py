@@ -1,6 +1,6 @@
 """A thousand generated tasks, solved in batches, each answer judged: replayed, and compared with SciPy.
 
-    python -m experiments.campaign [--count 1000] [--size 64-500] [--seed 0] [--mode least|paper|literal] [--alone 64]
+    python -m experiments.campaigns.solver [--count 1000] [--size 64-500] [--seed 0] [--mode least|paper|literal] [--alone 64]
 
 The tasks are those of `srt-jax generate mixed`, and overlapping obstacles in parts (scattered, walled). Prints a row per kind:
 statuses, problems found by `check` (route, symbolic plan, proof), reachability and lengths that differ from SciPy's (on the map
@@ -20,7 +20,7 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from experiments._labelled_maps import scattered, task_on, walled_tasks
+from experiments.campaigns.labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve, solve_many
 from srt_jax.instances.generate import Instance, generate
 

@@ -2,12 +2,12 @@
 
 Every number on the page stands under the command that made it, with the machine and the versions. The full runs take about 20
 minutes on 2 idle cores, --quick five; each run and the whole tell how long they took. A run that fails leaves the section of an
-older one, and the page says so. Longer campaigns are commands of their own (experiments.campaign).
+older one, and the page says so. Longer campaigns are commands of their own (experiments.campaigns.solver).
 
 examples:
-  python -m experiments.results
-  python -m experiments.results --only path_planning blocks_world
-  python -m experiments.results --no-run                          the page alone, from what lies in results/
+  python -m experiments.report
+  python -m experiments.report --only path_planning blocks_world
+  python -m experiments.report --no-run                          the page alone, from what lies in results/
 """
 
 import argparse
@@ -20,7 +20,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from experiments._outcome import Table, as_markdown, run
+from experiments.figures.outcome import Table, as_markdown, run
 from srt_jax.bench.machine import told
 from srt_jax.formats.files import make_folder, written
 
@@ -53,7 +53,7 @@ TITLES = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs what is asked for and writes the page; exit code 1 where a run failed, whose older result then stays."""
     parser = argparse.ArgumentParser(
-        prog="python -m experiments.results", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m experiments.report", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--page", type=pathlib.Path, default=pathlib.Path("docs/results.md"), help="default: %(default)s")
     parser.add_argument(
@@ -140,7 +140,7 @@ def _command(record: dict[str, Any]) -> str:
 
 _HEAD = """# Results
 
-Made by `python -m experiments.results`, each part by the command above it, on the machine named there. The same seed gives the
+Made by `python -m experiments.report`, each part by the command above it, on the machine named there. The same seed gives the
 same plan lengths and counts; times are medians with quartiles in brackets, of one run on that machine. PY16 is the paper; its
 times are of 2016. The text of the paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
 

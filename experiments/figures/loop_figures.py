@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from experiments._figures import column_figure, grouped_bars, plain_ticks
-from experiments._loop_stages import STAGES, Case
-from experiments._loop_tables import PAPER_MS, Rows, spreads
+from experiments.figures.column_style import column_figure, grouped_bars, plain_ticks
+from experiments.figures.loop_stages import STAGES, Case
+from experiments.figures.loop_tables import PAPER_MS, Rows, spreads
 from srt_jax import Solution
 from srt_jax.instances.paper_blockers import BLOCKAGES
 

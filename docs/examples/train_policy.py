@@ -1,7 +1,7 @@
 """Trains a policy for SmartRelocation-v0 on a CPU in minutes: imitation of the oracle, then PPO; reports regret.
 
-    python examples/train_policy.py --out policy.npz            # train, save, evaluate
-    python examples/train_policy.py --evaluate policy.npz       # load, evaluate
+    python docs/examples/train_policy.py --out policy.npz            # train, save, evaluate
+    python docs/examples/train_policy.py --evaluate policy.npz       # load, evaluate
 
 Plain JAX: the network is two dense layers over the window the agent sees, Adam a dozen lines. Levels are drawn inside jit
 (`envs.sample_levels`), the oracle (`srt_jax.solve`) tells the best return of each, so that regret is known.

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from experiments._fragments import Fragment, free_cells
+from experiments.figures.city_fragments import Fragment, free_cells
 from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 import srt_jax
-from experiments import _kernel_maps as maps
-from experiments import kernel_campaign
-from experiments._compile_seconds import called
-from experiments._kernel_truth import reached_by_scipy, route_problem
+from experiments.campaigns import kernel_maps as maps
+from experiments.campaigns import kernels
+from experiments.campaigns.compile_seconds import called
+from experiments.campaigns.kernel_truth import reached_by_scipy, route_problem
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def compiled():
 
 
 def test_random_maps_snakes_and_slow_twins_agree(capsys):
-    assert kernel_campaign.main(["--quick"]) == 0
+    assert kernels.main(["--quick"]) == 0
     told = capsys.readouterr().out
     assert "0 checks failed" in told and "data: left out" in told
     for check in ("padded on all sides", "contour is the wall follower's trace", "trace_path holds every cell"):
@@ -34,8 +34,8 @@ def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsy
         reached = np.array(srt_jax.cost_to_come(free, start))
         return np.where(reached > 40, np.inf, reached).astype(np.float32)  # a false "unreached"
 
-    monkeypatch.setattr(kernel_campaign.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start)))
-    assert kernel_campaign.main(["--quick", "--only", "random", "--seed", "3"]) == 1
+    monkeypatch.setattr(kernels.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start)))
+    assert kernels.main(["--quick", "--only", "random", "--seed", "3"]) == 1
     told = capsys.readouterr()
     assert "random, reach equals scipy.ndimage.label: " in told.err and "seed 3, number " in told.err
     assert "turned by 90: no bit changes" in told.out
@@ -43,7 +43,7 @@ def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsy
 
 def test_an_unknown_part_is_refused(capsys):
     with pytest.raises(SystemExit):
-        kernel_campaign.main(["--only", "randon"])
+        kernels.main(["--only", "randon"])
     assert "there is no part 'randon'" in capsys.readouterr().err
 
 
@@ -72,7 +72,7 @@ def test_a_route_that_cuts_a_corner_is_told():
     assert "blocked" in route_problem(free, (0, 0), (1, 1), route, 2**0.5)
 
 
-@pytest.mark.parametrize("kernel", kernel_campaign.KERNELS)
+@pytest.mark.parametrize("kernel", kernels.KERNELS)
 def test_a_kernel_is_compiled_once_per_size_and_batch_bucket_and_nothing_else_is(kernel, compiled):
     called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))  # what all kernels share
     for counts in ((1,), (3, 4)):  # two buckets

@@ -1,6 +1,6 @@
 """How long one kernel takes to compile, in a process of its own without a cache on disk; prints one line of JSON.
 
-    python -m experiments._compile_seconds KERNEL SIDE BATCH
+    python -m experiments.campaigns.compile_seconds KERNEL SIDE BATCH
 
 Of a new size in the same buckets, and a smaller batch, the number of programs compiled is told: it must be 0.
 """

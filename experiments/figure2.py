@@ -13,9 +13,9 @@ same PDDL:
 A planner without a plan on three tasks in a row is not asked again.
 
 examples:
-  python -m experiments.blocks_world
-  python -m experiments.blocks_world --quick --no-peers
-  python -m experiments.blocks_world --most-blocks 30 --most-seconds 120
+  python -m experiments.figure2
+  python -m experiments.figure2 --quick --no-peers
+  python -m experiments.figure2 --most-blocks 30 --most-seconds 120
 """
 
 import sys
@@ -24,11 +24,11 @@ from typing import Any
 
 import numpy as np
 
-from experiments._blocks_figures import CAPTION, PAPER, SERIES_CAPTION, by_blocks, figure2, figure_of_series
-from experiments._blocks_tasks import BlocksTask, paper_tasks, series
-from experiments._figures import style
-from experiments._outcome import Outcome, Table, options, run, timed
-from experiments._planners import Answer, Planner, own_planners, peers
+from experiments.figures.blocks_figures import CAPTION, PAPER, SERIES_CAPTION, by_blocks, figure2, figure_of_series
+from experiments.figures.blocks_tasks import BlocksTask, paper_tasks, series
+from experiments.figures.column_style import style
+from experiments.figures.outcome import Outcome, Table, options, run, timed
+from experiments.figures.planners import Answer, Planner, own_planners, peers
 from srt_jax.bench.machine import spread
 
 STAGES = ("parse", "ground", "network", "search", "validate")

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from experiments._blocks_tasks import BlocksTask
+from experiments.figures.blocks_tasks import BlocksTask
 from sign_model import PlanningTask, PlanResult, load, plan, validate, world_model_of
 from sign_model.map_algorithm.authors_rule import plan_by_authors_rule
 

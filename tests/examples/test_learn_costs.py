@@ -4,7 +4,7 @@ import importlib
 
 import numpy as np
 
-learn_costs = importlib.import_module("examples.learn_costs")
+learn_costs = importlib.import_module("docs.examples.learn_costs")
 
 
 def test_costs_learned_from_shown_paths_find_better_ways_on_unseen_maps(tmp_path, capsys):

@@ -1,6 +1,6 @@
 """Every kernel against outside truth: SciPy, slow twins, known lengths, and the optimal lengths of MovingAI's scenarios.
 
-    python -m experiments.kernel_campaign [--only random,agree,bagels,snakes,data,compile] [--quick] [--seed 0] [--data DIR]
+    python -m experiments.campaigns.kernels [--only random,agree,bagels,snakes,data,compile] [--quick] [--seed 0] [--data DIR]
 
 random   2,000 maps from 1x1 to 130x97, empty to full: reach, cost_to_come and components equal SciPy's, and turning, mirroring,
          transposing and padding change no bit.
@@ -28,9 +28,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import srt_jax
-from experiments import _kernel_maps as maps
-from experiments import _kernel_truth as truth
-from experiments._tally import Tally, progress
+from experiments.campaigns import kernel_maps as maps
+from experiments.campaigns import kernel_truth as truth
+from experiments.campaigns.tally import Tally, progress
 from srt_jax import components
 from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
@@ -256,7 +256,7 @@ def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
 def compile_part(tally: Tally, side: int = 512) -> None:
     for kernel in KERNELS:
         for batch in (1, 64):
-            command = [sys.executable, "-m", "experiments._compile_seconds", kernel, str(side), str(batch)]
+            command = [sys.executable, "-m", "experiments.campaigns.compile_seconds", kernel, str(side), str(batch)]
             done = subprocess.run(command, capture_output=True, text=True, check=True)
             told = json.loads(done.stdout)
             is_right = told["programs"] == 1 and told["programs_for_new_sizes"] == 0

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from experiments._figures import column_figure
+from experiments.figures.column_style import column_figure
 from sign_model import plan
 from sign_model.relocation.domain import Scene, scene_task
 from sign_model.space.fuzzy import region_names, regions_touched, relocation_of, sector_of

@@ -13,9 +13,9 @@ Then many tasks on cities, rooms, fences, rings (and NAMO scenes, where they can
 Every answer is replayed by `check`.
 
 examples:
-  python -m experiments.smart_relocation
-  python -m experiments.smart_relocation --quick --out figure1
-  python -m experiments.smart_relocation --count 200 --size 128 --seed 7
+  python -m experiments.figure1
+  python -m experiments.figure1 --quick --out figure1
+  python -m experiments.figure1 --count 200 --size 128 --seed 7
 """
 
 import sys
@@ -26,10 +26,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from experiments._figure1 import GOAL, Story, drawn, told_and_walked
-from experiments._figures import style
-from experiments._outcome import Outcome, Table, options, run, timed
-from experiments._relocation_tasks import kinds
+from experiments.figures.column_style import style
+from experiments.figures.fuzzy_goal import GOAL, Story, drawn, told_and_walked
+from experiments.figures.outcome import Outcome, Table, options, run, timed
+from experiments.figures.relocation_tasks import kinds
 from srt_jax import Solution, Status, Task, check, solve, solver, stack
 from srt_jax.bench.machine import spread
 

@@ -1,4 +1,4 @@
-"""Small planning domains of our own, each with tasks: {name: (domain, problem)}, for `experiments.planning`.
+"""Small planning domains of our own, each with tasks: {name: (domain, problem)}, for `experiments.campaigns.planning`.
 
 They differ in what makes them hard: grids (gripper's rooms, sokoban, tiles, visiting), vehicles, switches without any relation,
 negative conditions, constants, and tasks without a solution.

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments._figures import COLOURS, MARKS, column_figure, grouped_bars, plain_ticks
+from experiments.figures.column_style import COLOURS, MARKS, column_figure, grouped_bars, plain_ticks
 from srt_jax.bench.machine import spread
 
 Rows = list[dict[str, Any]]

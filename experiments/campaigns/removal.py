@@ -1,6 +1,6 @@
 """The least removal against two exact solvers, on random labelled maps.
 
-    python -m experiments.removal_campaign [--count 2000] [--parts 200] [--seed 0]
+    python -m experiments.campaigns.removal [--count 2000] [--parts 200] [--seed 0]
 
 Brute force over all sets of obstacles: `--count` maps up to 20x20 with up to 8 connected, disjoint obstacles, where cost and
 bound must both be the optimum, and the route the shortest of all least sets; as many with overlaps and obstacles in parts.
@@ -15,8 +15,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from experiments._exact import exact_removal
-from experiments._labelled_maps import random_tasks, walled_tasks
+from experiments.campaigns.integer_programming import exact_removal
+from experiments.campaigns.labelled_maps import random_tasks, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve_many
 from srt_jax.reference.brute_force import least_removal
 

@@ -1,6 +1,6 @@
 """The paper's loop in both readings beside the least removal: how often it stops short, and how much more it destroys.
 
-    python -m experiments.modes [--count 200] [--size 96] [--seed 0] [--kinds half quarter bagel-10 rooms fences rings mixed]
+    python -m experiments.campaigns.modes [--count 200] [--size 96] [--seed 0] [--kinds half quarter bagel-10 rooms fences rings mixed]
 
 Every answer is replayed by `check` (route, plan, proof), and two claims are tested with SciPy: the seed of
 every cut-off task lies beside a piece of blocked cells that alone parts start and goal, and start and goal of every

