@@ -41,12 +41,12 @@ MOST_DESTROYED = 16
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the experiment; exit code 1 where an answer fails its replay, or beats the proven bound."""
-    parser = options("smart_relocation", __doc__ or "")
+    parser = options("figure1", __doc__ or "")
     parser.add_argument("--count", type=int, metavar="N", help="tasks of each kind (default: 128; quick: 16)")
     parser.add_argument("--size", type=int, metavar="CELLS", help="cells a side (default: 96; quick: 50)")
     given = parser.parse_args(arguments)
     count, size = given.count or (16 if given.quick else 128), given.size or (50 if given.quick else 96)
-    outcome = Outcome("smart_relocation", given, sys.argv[1:] if arguments is None else arguments)
+    outcome = Outcome("figure1", given, sys.argv[1:] if arguments is None else arguments)
     with style():
         outcome.progress("Figure 1: a world from its goal's sign to the executed plan")
         story = told_and_walked()

@@ -37,7 +37,7 @@ _PATIENCE = 3
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the experiment; exit code 1 where a length of the paper's is not met."""
-    parser = options("blocks_world", __doc__ or "")
+    parser = options("figure2", __doc__ or "")
     parser.add_argument("--most-blocks", type=int, metavar="N", help="end of the series (default: 15; quick: 6)")
     parser.add_argument("--budget", type=int, metavar="N", help="most states A* and W* expand (default: 10000; quick: 2000)")
     parser.add_argument("--most-seconds", type=float, metavar="S", help="most time for a peer's plan (default: 20; quick: 5)")
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     budget = given.budget or (2000 if given.quick else 10_000)
     most_blocks = given.most_blocks or (6 if given.quick else 15)
     packages = ("pyperplan", "up-fast-downward")
-    outcome = Outcome("blocks_world", given, sys.argv[1:] if arguments is None else arguments, *packages)
+    outcome = Outcome("figure2", given, sys.argv[1:] if arguments is None else arguments, *packages)
     others = {} if given.no_peers else peers(given.most_seconds or (5.0 if given.quick else 20.0))
     for name in [name for name, planner in others.items() if planner is None]:
         outcome.progress(f"{name} is not installed and left out (pip install 'srt-jax[bench]')")

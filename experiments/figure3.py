@@ -38,7 +38,7 @@ from srt_jax.reference.jps import jps
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the experiment; exit code 1 where a check does not hold."""
     given = _parser().parse_args(arguments)
-    outcome = Outcome("path_planning", given, sys.argv[1:] if arguments is None else arguments, "scipy")
+    outcome = Outcome("figure3", given, sys.argv[1:] if arguments is None else arguments, "scipy")
     with style():  # at once, so that a missing matplotlib does not cost the measurements
         cases = list(cut_off(_fragments(given, outcome.progress), given.seed, outcome.progress))
         if not cases:
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> ArgumentParser:
-    parser = options("path_planning", __doc__ or "")
+    parser = options("figure3", __doc__ or "")
     parser.add_argument("--windows", type=int, metavar="N", help="windows of Helsinki (default: 8; quick: 1)")
     parser.add_argument("--size", type=int, default=500, help="cells a side (default: the paper's 500)")
     parser.add_argument("--osm", type=pathlib.Path, nargs="*", default=[], metavar="FILE", help="OpenStreetMap extracts too")

@@ -5,7 +5,7 @@ Each run is a process of its own with another hash seed, so that no order of a s
 
 examples:
   python -m experiments.repeat
-  python -m experiments.repeat blocks_world --full --seed 3
+  python -m experiments.repeat figure2 --full --seed 3
 """
 
 import argparse
@@ -20,7 +20,7 @@ from typing import Any
 
 from experiments.figures.outcome import run
 
-NAMES = ("path_planning", "blocks_world", "smart_relocation")
+NAMES = ("figure3", "figure2", "figure1")
 
 TIMES = frozenset(("seconds", "parts", "kernels", "reference", "C++"))
 """Members of an experiment's data that hold times; as checks, which are no numbers, "kernels" and "C++" are compared."""

@@ -6,7 +6,7 @@ older one, and the page says so. Longer campaigns are commands of their own (exp
 
 examples:
   python -m experiments.report
-  python -m experiments.report --only path_planning blocks_world
+  python -m experiments.report --only figure3 figure2
   python -m experiments.report --no-run                          the page alone, from what lies in results/
 """
 
@@ -25,9 +25,9 @@ from srt_jax.bench.machine import told
 from srt_jax.formats.files import make_folder, written
 
 MINUTES = {
-    "path_planning": 1.0,
-    "blocks_world": 5.5,
-    "smart_relocation": 0.5,
+    "figure3": 1.0,
+    "figure2": 5.5,
+    "figure1": 0.5,
     "solve": 1.0,
     "plan": 1.0,
     "learning": 0.5,
@@ -36,12 +36,12 @@ MINUTES = {
 }
 """What is run, in the order of the page, and about how long each takes on 2 idle cores."""
 
-EXPERIMENTS = ("path_planning", "blocks_world", "smart_relocation")
+EXPERIMENTS = ("figure3", "figure2", "figure1")
 
 TITLES = {
-    "path_planning": "Figure 3: path planning with blocking-obstacle detection",
-    "blocks_world": "Figure 2: behaviour planning on the blocks world",
-    "smart_relocation": "Figure 1, end to end; the paper's loop beside the least removal",
+    "figure3": "Figure 3: path planning with blocking-obstacle detection",
+    "figure2": "Figure 2: behaviour planning on the blocks world",
+    "figure1": "Figure 1, end to end; the paper's loop beside the least removal",
     "solve": "Whole answers",
     "plan": "Planning",
     "learning": "What training loops wait for",

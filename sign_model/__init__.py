@@ -6,9 +6,6 @@ Names are loaded when first used, so that planning one task from the command lin
 import importlib
 from typing import TYPE_CHECKING
 
-# Loaded at once: its module bears the same name, and would hide the function when loaded later.
-from sign_model.pddl.validate import validate
-
 if TYPE_CHECKING:
     from sign_model.description import describe, to_dot
     from sign_model.experience.learn import learn
@@ -18,6 +15,7 @@ if TYPE_CHECKING:
     from sign_model.pddl.grounding import load
     from sign_model.pddl.planning_task import PlanningTask
     from sign_model.pddl.syntax import PddlError
+    from sign_model.pddl.validate import validate
     from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
@@ -44,17 +42,18 @@ __all__ = [
 ]
 
 _MODULES = {
-    "batch": ("plan_batch",),
+    "map_batch.ladder": ("plan_batch",),
     "description": ("describe", "to_dot"),
-    "grounding": ("load",),
-    "heuristics": ("HeuristicSign", "load_signs", "save_signs"),
-    "learning": ("learn",),
-    "memory": ("Memory", "load_memory", "save_memory"),
-    "planner": ("plan",),
+    "pddl.grounding": ("load",),
+    "map_algorithm.heuristics": ("HeuristicSign", "load_signs", "save_signs"),
+    "experience.learn": ("learn",),
+    "experience.memory": ("Memory", "load_memory", "save_memory"),
+    "plan_task": ("plan",),
     "result": ("PlanResult", "PlanStatus"),
-    "syntax": ("PddlError",),
-    "task": ("PlanningTask",),
-    "translate": ("world_model_of",),
+    "pddl.syntax": ("PddlError",),
+    "pddl.planning_task": ("PlanningTask",),
+    "pddl.validate": ("validate",),
+    "signs.from_tasks": ("world_model_of",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

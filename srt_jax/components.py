@@ -1,4 +1,8 @@
-"""The 8-connected pieces of a mask, numbered, on the host: how obstacles are told apart where only `free` is given."""
+"""Connected components of a mask, numbered, on the host.
+
+`label` joins cells by sides and corners: obstacles are those components where only `free` is given. `regions` joins
+cells by sides only, as an agent walks.
+"""
 
 import numpy as np
 
@@ -24,6 +28,33 @@ def label(blocked: np.ndarray) -> np.ndarray:
     length = last - first + 1
     flat[blocked.ravel()] = np.repeat(number.astype(np.int32), length)
     return flat.reshape(blocked.shape)
+
+
+def regions(mask: np.ndarray) -> np.ndarray:
+    """Returns int64 [H, W], for each cell of `mask` the number of its component, connected by sides; -1 elsewhere.
+
+    Runs of cells in a row are linked to those below; a run takes the least number among its links until none changes.
+    """
+    flat = np.pad(mask, ((0, 0), (0, 1))).ravel()
+    stride = mask.shape[1] + 1
+    run = np.cumsum(flat & ~np.concatenate([[False], flat[:-1]])) - 1
+    touching = np.flatnonzero(flat[:-stride] & flat[stride:])
+    upper, lower = run[touching], run[touching + stride]
+    least = np.arange(run[-1] + 1)
+    while len(upper):
+        np.minimum.at(least, np.maximum(upper, lower), np.minimum(upper, lower))
+        while (least != least[least]).any():
+            least = least[least]
+        upper, lower = least[upper], least[lower]
+        is_apart = upper != lower
+        upper, lower = upper[is_apart], lower[is_apart]
+    return np.where(flat, np.append(least, -1)[run], -1).reshape(-1, stride)[:, :-1]
+
+
+def largest_region(free: np.ndarray) -> np.ndarray:
+    """Returns bool [H, W], the largest component of `free`, connected by sides; the first in row order among equals."""
+    numbers = regions(free)
+    return numbers == np.argmax(np.bincount(numbers[free])) if free.any() else free.copy()
 
 
 def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

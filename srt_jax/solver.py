@@ -14,7 +14,7 @@ from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced
 from srt_jax.engine.kernel import batch_kernel, jitted
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
-from srt_jax.objects import opens_at
+from srt_jax.obstacles import opens_at
 from srt_jax.removal.branch_and_bound import least_removal
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices

@@ -1,6 +1,7 @@
 """Tasks on the host: one from arrays, many as one padded batch, and back (PY16 §2)."""
 
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -211,3 +212,10 @@ def _as_cell(name: str, cell: object, size: tuple[int, ...]) -> np.ndarray:
             f"{name} {tuple(given.tolist())} lies outside the map of {size[0]} x {size[1]} cells: rows and columns count from 0"
         )
     return narrowed
+
+
+class NamedTask(NamedTuple):
+    """A task with the name it goes by in tables, files and pictures."""
+
+    name: str
+    task: Task

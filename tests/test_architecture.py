@@ -1,6 +1,7 @@
 """Imports run one way; judges share nothing with what they judge; the core loads nothing but jax, numpy and chex."""
 
 import ast
+import collections
 import pathlib
 import subprocess
 import sys
@@ -9,33 +10,35 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
-# From the ground up; a module may import from lower layers and from its own.
-LAYERS = (
-    ("types", "notes"),
-    ("moves", "shapes", "fixed_point", "cores", "devices"),
-    ("kernel", "packing", "bucketed", "components"),
-    ("target",),
-    ("cones", "frontier", "wavefront", "wordqueue"),
-    ("traversal",),
-    ("tree",),
-    ("gradient",),
-    ("reach", "distance", "path", "corridor", "seed", "contour"),
-    ("objects", "task", "rings", "scanlines", "world", "place", "raster"),
-    ("openings",),
-    ("planner", "route", "prices", "acts", "symbols"),
-    ("removal", "greedy", "proof"),
-    ("solver",),
-    ("many", "whatif", "least", "soft"),
-    ("explanation",),
-    ("explain", "story", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw", "ends"),
-    ("envs", "dataset_labels", "dataset_shards", "dataset"),
-    ("sources", "targets", "inputs", "results", "console"),
-    ("webpage",),
-    ("demo", "scenario", "bench"),
-    ("commands",),
-    ("cli",),
-    ("__main__", "__init__"),
-)
+# From the ground up: a folder or a top module may import from lower floors and from itself.
+FLOORS = {
+    "srt_jax": (
+        ("types", "components"),
+        ("moves", "engine"),
+        ("task", "obstacles", "fields", "symbols"),
+        ("gradients", "instances"),
+        ("paths", "geometry", "data"),
+        ("removal", "formats"),
+        ("solver", "draw"),
+        ("many_tasks", "removal_gradient", "answers", "envs"),
+        ("dataset",),
+        ("bench",),
+        ("commands",),
+        ("cli",),
+        ("__main__", "__init__"),
+    ),
+    "sign_model": (
+        ("ground",),
+        ("bits", "result"),
+        ("pddl",),
+        ("forward_search", "signs"),
+        ("map_algorithm", "space", "description"),
+        ("relocation", "plan_task"),
+        ("map_batch",),
+        ("experience", "blocks"),
+        ("__init__",),
+    ),
+}
 JUDGES = ("check", "reference")
 
 
@@ -55,26 +58,55 @@ def imports_of(path):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: relative import"
-            yield node.module, node.lineno
-            if node.module in ("srt_jax", "sign_model"):
-                yield from ((f"{node.module}.{alias.name}", node.lineno) for alias in node.names)
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield (inner if is_module(inner) else node.module), node.lineno
 
 
-def test_every_module_has_a_layer():
-    known = {name for layer in LAYERS for name in layer} | set(JUDGES)
-    assert {part_of(path) for path in modules("srt_jax")} <= known
+def is_module(name):
+    path = ROOT.joinpath(*name.split("."))
+    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
-def test_imports_run_from_high_layers_to_low_ones():
-    height = {name: level for level, layer in enumerate(LAYERS) for name in layer}
+def names(package):
+    """Every module of a package by its dotted name, with its file."""
+    dotted = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in modules(package)}
+    return {name.removesuffix(".__init__"): path for name, path in dotted.items()}
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_every_folder_and_top_module_has_a_floor(package):
+    known = {name for floor in FLOORS[package] for name in floor} | set(JUDGES)
+    assert {part_of(path) for path in modules(package)} <= known
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_imports_run_from_high_floors_to_low_ones(package):
+    height = {name: level for level, floor in enumerate(FLOORS[package]) for name in floor}
     wrong = []
-    for path in modules("srt_jax"):
+    for path in modules(package):
         here = height.get(part_of(path))
         for name, line in imports_of(path):
-            there = height.get(name.split(".")[1]) if name.startswith("srt_jax.") else None
+            there = height.get(name.split(".")[1]) if name.startswith(f"{package}.") else None
             if here is not None and there is not None and there > here:
-                wrong.append(f"{path.name}:{line} imports {name}")
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
     assert not wrong
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_no_import_circle_joins_two_modules(package):
+    files = names(package)
+    below = {name: {there for there, _ in imports_of(path) if there in files} - {name, package} for name, path in files.items()}
+    settled = set()
+    while ready := {name for name, needed in below.items() if name not in settled and needed <= settled}:
+        settled |= ready
+    assert set(files) - settled == set()
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_no_folder_holds_more_modules_than_a_reader_can_overlook(package):
+    held = collections.Counter(path.parent for path in modules(package))
+    assert {str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > 20} == {}
 
 
 def test_judges_import_nothing_of_ours_but_types():

@@ -5,18 +5,7 @@ from srt_jax import Status, check, make_task, solve, solve_many
 from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.dijkstra import dijkstra
 from tests.helpers.labelled import random_tasks
-from tests.helpers.pictures import drawn
-
-
-def task_from(picture, **options):
-    """A task from a picture: S, G, '.' free, '@' one firm obstacle each cell's piece, letters destroyable obstacles by name."""
-    free, places = drawn(picture)
-    rows = [line.strip() for line in picture.strip().splitlines()]
-    names = sorted({sign for row in rows for sign in row} - set(".@SG"))
-    labels = np.array([[names.index(sign) if sign in names else -1 for sign in row] for row in rows], np.int32)
-    labels[~free] = len(names)
-    destroyable = np.arange(len(names) + 1) < len(names)
-    return make_task(labels, places["S"], places["G"], destroyable=destroyable, **options), names
+from tests.helpers.pictures import task_from
 
 
 def brute_force(task):

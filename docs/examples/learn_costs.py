@@ -10,7 +10,7 @@ which is 0 where the path shown is the cheapest, and does not change when all co
 least cost and its exact gradient; `srt_jax.perturbed` makes it the mean over uncertain costs, so that paths shown must win by a
 margin.
 
-    python -m docs.examples.learn_costs --out learned_costs
+    python docs/examples/learn_costs.py --out learned_costs
 
 takes less than a minute on a CPU. It prints how much dearer the learner's paths are, at the true costs, on maps never seen, and
 writes parameters.npz and (with matplotlib) learned_costs.png.

@@ -29,7 +29,7 @@ def graph(free: np.ndarray, costs: np.ndarray) -> sparse.csr_matrix:
     pairs += [((up, up), (down, down), square, 2**0.5), ((up, down), (down, up), square, 2**0.5)]
     tail, head = (np.concatenate([cell[pair[side]][pair[2]] for pair in pairs]) for side in (0, 1))
     cost = np.concatenate([(costs[a].astype(float) + costs[b])[ok] / 2 * length for a, b, ok, length in pairs])
-    return sparse.coo_matrix((cost, (tail, head)), (free.size, free.size)).tocsr()
+    return sparse.csr_matrix(sparse.coo_matrix((cost, (tail, head)), (free.size, free.size)))
 
 
 def median_seconds(run: Callable, repeats: int = 5) -> float:
@@ -78,7 +78,8 @@ def temporary_bytes(free: np.ndarray) -> int:
         return jnp.where(jnp.isfinite(cost), cost, 0).sum()
 
     compiled = jax.jit(jax.grad(total)).lower(jnp.ones(free.shape, jnp.float32), free).compile()
-    return compiled.memory_analysis().temp_size_in_bytes
+    memory = compiled.memory_analysis()
+    return memory.temp_size_in_bytes if memory else 0
 
 
 def main() -> int:

@@ -17,9 +17,10 @@ from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import NamedTask, read_tasks
+from srt_jax.formats.task_files import read_tasks
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES
+from srt_jax.task import NamedTask
 
 
 @with_reading

@@ -5,12 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.data import helsinki
-from srt_jax.formats.task_files import NamedTask
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.paths.distance import cost_to_come
 from srt_jax.paths.reach import reach
-from srt_jax.task import make_task
+from srt_jax.task import NamedTask, make_task
 from srt_jax.types import FREE, Solution, Status
 
 SIDE = 500

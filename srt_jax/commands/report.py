@@ -10,7 +10,7 @@ from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
 from srt_jax.commands.console import counted, fitted, printer
 from srt_jax.formats.files import make_folder
-from srt_jax.formats.task_files import NamedTask
+from srt_jax.task import NamedTask
 from srt_jax.types import Solution, Status
 
 _COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))

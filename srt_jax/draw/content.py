@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from srt_jax.components import regions
 from srt_jax.draw.colours import Kind
-from srt_jax.instances.maps import regions
 from srt_jax.types import FREE, Solution, Status, Task
 
 Cell = tuple[int, int]

@@ -14,7 +14,7 @@ from typing import Any
 from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind
 from srt_jax.draw.tile import svg_tile
 from srt_jax.formats.files import written
-from srt_jax.formats.task_files import NamedTask
+from srt_jax.task import NamedTask
 from srt_jax.types import Solution, Status
 
 MOST_PICTURES = 1000

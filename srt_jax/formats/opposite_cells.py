@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from srt_jax.instances.maps import largest_region
+from srt_jax.components import largest_region
 
 Cell = tuple[int, int]
 

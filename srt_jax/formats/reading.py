@@ -22,19 +22,12 @@ from srt_jax.formats.xml_map import read_xml_map
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize, square_grid
 from srt_jax.geometry.world import World
-from srt_jax.task import make_task, unstack
+from srt_jax.task import NamedTask, make_task, unstack
 from srt_jax.types import FREE, Task
 
 Cell = tuple[int, int]
 SIZE = 500
 """Cells a side of a place where nobody asks for others, as in the paper."""
-
-
-class NamedTask(NamedTuple):
-    """A task with the name it goes by in tables, files and pictures."""
-
-    name: str
-    task: Task
 
 
 @dataclasses.dataclass(frozen=True)

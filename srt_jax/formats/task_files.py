@@ -6,9 +6,9 @@ import numpy as np
 
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Cell as Cell
-from srt_jax.formats.reading import NamedTask as NamedTask
 from srt_jax.formats.reading import Reading, read_source
 from srt_jax.instances.paper_blockers import block
+from srt_jax.task import NamedTask
 from srt_jax.types import Task
 
 

@@ -84,33 +84,6 @@ def city_buildings(height: int, width: int, *, seed: int) -> np.ndarray:
     return labels
 
 
-def regions(mask: np.ndarray) -> np.ndarray:
-    """Returns int64 [H, W], for each cell of `mask` the number of its piece that hangs together by sides; -1 elsewhere.
-
-    Runs of cells in a row are linked to those below; a run takes the least number among its links until none changes.
-    """
-    flat = np.pad(mask, ((0, 0), (0, 1))).ravel()
-    stride = mask.shape[1] + 1
-    run = np.cumsum(flat & ~np.concatenate([[False], flat[:-1]])) - 1
-    touching = np.flatnonzero(flat[:-stride] & flat[stride:])
-    upper, lower = run[touching], run[touching + stride]
-    least = np.arange(run[-1] + 1)
-    while len(upper):
-        np.minimum.at(least, np.maximum(upper, lower), np.minimum(upper, lower))
-        while (least != least[least]).any():
-            least = least[least]
-        upper, lower = least[upper], least[lower]
-        is_apart = upper != lower
-        upper, lower = upper[is_apart], lower[is_apart]
-    return np.where(flat, np.append(least, -1)[run], -1).reshape(-1, stride)[:, :-1]
-
-
-def largest_region(free: np.ndarray) -> np.ndarray:
-    """Returns bool [H, W], the largest part of `free` that hangs together by sides; the first in row order among equals."""
-    numbers = regions(free)
-    return numbers == np.argmax(np.bincount(numbers[free])) if free.any() else free.copy()
-
-
 def _tree(rows: int, cols: int, rng: np.random.Generator):
     """Yields the steps of a depth-first walk over a grid of places that visits every place once: pairs of places."""
     order = np.argsort(rng.random((rows * cols, 4)), axis=1).tolist()

@@ -8,7 +8,7 @@ costs.
 
 import numpy as np
 
-from srt_jax.instances.maps import largest_region
+from srt_jax.components import largest_region
 from srt_jax.types import FREE
 
 BLOCKAGES = ("half", "quarter", "bagel-100", "bagel-50", "bagel-10")

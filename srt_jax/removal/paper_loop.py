@@ -19,8 +19,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from srt_jax.engine.packing import unpack
-from srt_jax.objects import owners_at
-from srt_jax.obstacles import FAR, all_cells_of, all_nearest_of, all_open_cells, around, holds
+from srt_jax.obstacles import FAR, all_cells_of, all_nearest_of, all_open_cells, around, holds, owners_at
 from srt_jax.paths.blockage import Blockage, find_blockage
 from srt_jax.paths.contour import obstacle_ahead
 from srt_jax.paths.distance import cheapest, cost_field

@@ -9,8 +9,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.objects import owners_at
-from srt_jax.obstacles import all_open_cells
+from srt_jax.obstacles import all_open_cells, owners_at
 from srt_jax.paths.blockage import Blockage, find_blockage
 from srt_jax.paths.reach import reach_words
 from srt_jax.types import Array, Task

@@ -3,13 +3,13 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from test_solver import task_from
 
 from srt_jax import Status, check, make_task, solve, solve_many
 from srt_jax.symbols.acts import left_behind
 from srt_jax.symbols.planning import first_act
 from srt_jax.types import Act
 from tests.helpers.labelled import random_tasks
+from tests.helpers.pictures import task_from
 
 TWO_WALLS = """
     S.aa.b.G

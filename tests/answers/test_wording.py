@@ -8,7 +8,6 @@ import sys
 
 import numpy as np
 import pytest
-from test_solver import task_from
 
 from sign_model.map_algorithm.plan_specification import IS_ABSTRACT, REALISE, metacognition
 from sign_model.pddl.grounding import load
@@ -19,6 +18,7 @@ from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
 from srt_jax.symbols.scene_of_task import scene_of
+from tests.helpers.pictures import task_from
 
 
 def told(labels, start, goal, **options):

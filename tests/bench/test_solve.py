@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from test_reference import random_maps
 
 from srt_jax.bench import learning, machine, solve
 from srt_jax.bench.paper_pipeline import paper_pipeline
@@ -12,6 +11,7 @@ from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
 from srt_jax.reference.wall_following import follow_wall
+from tests.helpers.cut_off_maps import random_maps
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ import jax
 import numpy as np
 import pytest
 from scipy import ndimage
-from test_jps import seed_of
 
 from srt_jax.check import check
 from srt_jax.reference.astar import astar
@@ -12,6 +11,7 @@ from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Act, Solution, Status, Task
 from tests.helpers.answers import CASES, INF, ROOT, destroyed_from, fixed_wall, open_path, solution_of, two_walls
+from tests.helpers.cut_off_maps import seed_of
 
 all_cases = pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
 

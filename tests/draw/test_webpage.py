@@ -13,7 +13,7 @@ from srt_jax import make_task, solve_many
 from srt_jax.answers.results_file import as_record
 from srt_jax.cli import run
 from srt_jax.draw.webpage import write_page
-from srt_jax.formats.task_files import NamedTask
+from srt_jax.task import NamedTask
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 NASTY = "</script><script>document.title='broken'</script><b>&amp;"

@@ -23,7 +23,7 @@ from srt_jax.bench.machine import machine
 from srt_jax.geometry.place import Place
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-EXPERIMENTS = ("blocks_world", "path_planning", "smart_relocation")
+EXPERIMENTS = ("figure2", "figure3", "figure1")
 
 
 def result(folder, name):
@@ -49,7 +49,7 @@ def third_figure(tmp_path_factory):
 
 
 def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(third_figure):
-    data = result(third_figure, "path_planning")["data"]
+    data = result(third_figure, "figure3")["data"]
     assert [case["blockage"] for case in data["cases"]] == list(figure3.BLOCKAGES)
     assert all(case["agrees"] and case["contour"] > 0 and 0 < case["explored"] < 1 for case in data["cases"])
     explored = {case["blockage"]: case["explored"] for case in data["cases"]}
@@ -60,7 +60,7 @@ def test_figure_3_finds_the_same_by_every_make_and_explores_the_papers_shares(th
 
 
 def test_figure_3_tells_what_has_to_hold_and_that_it_does(third_figure):
-    record = result(third_figure, "path_planning")
+    record = result(third_figure, "figure3")
     table = next(table for table in record["tables"] if table["title"] == "Checks")
     assert len(table["rows"]) == len(record["data"]["checks"]) >= 3 and {row[-1] for row in table["rows"]} == {"yes"}
 
@@ -89,7 +89,7 @@ def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, mon
 
 
 def test_figure_3_is_drawn_and_its_record_says_how(third_figure):
-    record = result(third_figure, "path_planning")
+    record = result(third_figure, "figure3")
     assert record["command"].startswith("python -m experiments.figure3 --quick") and record["machine"]["packages"]["jax"]
     assert (third_figure / "figure3.png").read_bytes().startswith(b"\x89PNG")
     drawn = (third_figure / "figure3.svg").read_text()
@@ -111,7 +111,7 @@ def monkeypatch_module():
 
 
 def test_figure_2_has_the_papers_lengths_on_its_two_tasks(second_figure):
-    paper = result(second_figure, "blocks_world")["data"]["paper"]
+    paper = result(second_figure, "figure2")["data"]["paper"]
     for task, length in (("BLOCKS-4-0", 6), ("BLOCKS-4-1", 10)):
         assert {paper[task][name]["length"] for name in ("MAP", "A*", "W*", "authors' rule")} == {length}
     assert set(paper["BLOCKS-4-0"]["MAP"]["parts"]) == set(figure2.STAGES)
@@ -120,7 +120,7 @@ def test_figure_2_has_the_papers_lengths_on_its_two_tasks(second_figure):
 
 
 def test_the_series_is_solved_at_its_optimum_by_astar(second_figure):
-    rows = result(second_figure, "blocks_world")["data"]["series"]
+    rows = result(second_figure, "figure2")["data"]["series"]
     assert [row["blocks"] for row in rows] == [4, 4, 4, 5, 5, 5]
     for row in rows:
         lengths = {name: answer["length"] for name, answer in row["answers"].items()}
@@ -165,7 +165,7 @@ def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the
 
 def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
     assert figure1.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
-    data = result(tmp_path, "smart_relocation")["data"]
+    data = result(tmp_path, "figure1")["data"]
     rows = {(row["kind"], row["mode"]): row for row in data["modes"]}
     assert data["problems"] == 0 and {"cities", "Helsinki", "rooms", "fences", "rings"} <= {kind for kind, _ in rows}
     for (_, mode), row in rows.items():
@@ -177,10 +177,10 @@ def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
 
 
 def test_the_page_of_results_holds_every_table_with_its_command_and_figure(second_figure, tmp_path):
-    place = tmp_path / "results" / "blocks_world"
+    place = tmp_path / "results" / "figure2"
     shutil.copytree(second_figure, place)
     (tmp_path / "results" / "bench").mkdir()
-    record = result(place, "blocks_world")
+    record = result(place, "figure2")
     bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}
     (tmp_path / "results" / "bench" / "solve.json").write_text(json.dumps(bench))
     page = tmp_path / "page.md"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from srt_jax import components
 from srt_jax.instances import maps
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
@@ -197,7 +198,7 @@ def test_a_city_is_a_third_blocked_and_its_streets_hang_together(seed):
     free = maps.city(300, 420, seed=seed)
     assert ((labels < 0) == free).all()
     assert 0.25 < (~free).mean() < 0.42
-    assert maps.largest_region(free).sum() > 0.95 * free.sum()
+    assert components.largest_region(free).sum() > 0.95 * free.sum()
     assert set(np.unique(labels)) == {-1, *range(labels.max() + 1)}
     assert all(ndimage.label(labels == i, structure=CORNERS_TOO)[1] == 1 for i in range(0, labels.max() + 1, 5))
 
@@ -236,7 +237,7 @@ def test_regions_are_those_of_scipy():
     rng = np.random.default_rng(4)
     for _ in range(200):
         mask = rng.random(rng.integers(1, 30, 2)) < rng.random()
-        numbers, (pieces, count) = maps.regions(mask), ndimage.label(mask)
+        numbers, (pieces, count) = components.regions(mask), ndimage.label(mask)
         assert ((numbers >= 0) == mask).all()
         assert (
             len(set(zip(numbers[mask].tolist(), pieces[mask].tolist(), strict=True)))

@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
-from test_reference import half, quarter, random_maps, ring, walks
 
 from srt_jax.reference.astar import astar
 from srt_jax.reference.jps import jps
+from tests.helpers.cut_off_maps import half, quarter, random_maps, ring, seed_of, walks
 from tests.helpers.pictures import drawn
-
-
-def seed_of(closed, goal):
-    """The cell of CLOSED with the least octile distance to the goal, the first in row order."""
-    cells = np.argwhere(closed)
-    apart = abs(cells - goal)
-    return tuple(cells[(apart.max(axis=1) + (2**0.5 - 1) * apart.min(axis=1)).argmin()].tolist())
 
 
 def test_a_wall_is_rounded_without_cutting_its_corner():

@@ -5,11 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy import ndimage
-from test_jps import seed_of
-from test_reference import half, quarter, random_maps, ring
 
 from srt_jax.reference.astar import astar
 from srt_jax.reference.wall_following import follow_wall
+from tests.helpers.cut_off_maps import half, quarter, random_maps, ring, seed_of
 from tests.helpers.pictures import drawn
 
 CORNERS_TOO = np.ones((3, 3), bool)
