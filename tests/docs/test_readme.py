@@ -21,6 +21,7 @@ def test_the_commands_it_lists_are_the_commands_there_are():
     assert listed == there
 
 
-@pytest.mark.parametrize("module", re.findall(r"`(\w+\.py)`", README))
-def test_the_modules_of_its_table_exist(module):
-    assert list(pathlib.Path(__file__).resolve().parents[2].glob(f"s*/{module}"))
+@pytest.mark.parametrize("place", re.findall(r"`((?:srt_jax|sign_model)/[\w/.]+|\w+\.py)`", README))
+def test_the_places_of_its_table_exist(place):
+    root = pathlib.Path(__file__).resolve().parents[2]
+    assert (root / place).exists() or list(root.glob(f"s*/**/{place}"))
