@@ -3,7 +3,8 @@
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.engine.kernel import compiled_whole, each
+from sign_model.ground.marks import compiled_whole
+from srt_jax.engine.kernel import each
 from srt_jax.types import Act, Array
 
 
