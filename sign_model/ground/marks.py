@@ -10,8 +10,8 @@ What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_pa
 - a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of 4,096 entries or more
   (entries that go in, whatever the axes): it is handed to a library of kernels. `total` and `removal_gradient` stand in for them; sums and
   minima of wider integers, any, all and argmin are taken at any size;
-- large steps outside the body of a loop or the branch of a condition, the condition of a loop included: from 65,536 entries on,
-  look-ups from 4,096 on, they are split among threads, if there are several. `in_a_loop` puts them into a loop; a large test
+- a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries on, a look-up from 4,096
+  on, it is split among threads, if there are several. The body of a loop may hold it: `in_a_loop` makes one; a large test
   belongs into the body of its loop, which carries the outcome.
 
 A program that is refused all the same is compiled without the marks, that program alone, and one warning says so (`jitted`,
