@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import apart, compiled_whole, each, read, read_apart, runs_in_place, write
+from srt_jax.engine.kernel import each, read, read_apart, write
 from srt_jax.moves import octile_order
 from srt_jax.types import FREE
 

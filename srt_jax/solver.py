@@ -9,9 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from sign_model.ground.marks import jitted
 from srt_jax.engine import cores
 from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
-from srt_jax.engine.kernel import batch_kernel, jitted
+from srt_jax.engine.kernel import batch_kernel
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import opens_at

@@ -127,8 +127,31 @@ def test_the_symbolic_level_never_imports_the_grid_level():
 
 
 def test_one_gate_joins_both_levels():
-    users = {part_of(path) for path in modules("srt_jax") for name, _ in imports_of(path) if name.startswith("sign_model")}
+    users = {
+        part_of(path)
+        for path in modules("srt_jax")
+        for name, _ in imports_of(path)
+        if name.startswith("sign_model") and not name.startswith("sign_model.ground")
+    }
     assert users <= {"symbols", "commands", "bench", "draw"}
+
+
+def test_the_shared_ground_stands_on_nothing_of_ours():
+    wrong = [
+        f"{path.name}:{line} imports {name}"
+        for path in modules("sign_model/ground")
+        for name, line in imports_of(path)
+        if name.split(".")[0] in ("srt_jax", "sign_model") and not name.startswith("sign_model.ground")
+    ]
+    assert not wrong
+
+
+def test_importing_the_shared_ground_loads_little_of_the_symbolic_level():
+    code = "import sys, sign_model.ground.marks, sign_model.ground.cores; print(*(m for m in sys.modules if 'sign_model' in m))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    ground = {"sign_model", *(f"sign_model.ground{end}" for end in ("", ".marks", ".cores"))}
+    at_once = {f"sign_model.{name}" for name in ("validate", "task", "lifted", "bits")}  # see `sign_model`: numpy only
+    assert set(done.stdout.split()) <= ground | at_once
 
 
 @pytest.mark.parametrize("package", ["srt_jax", "sign_model"])

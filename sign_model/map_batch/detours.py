@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.map_batch.compiled import compiled_whole
+from sign_model.ground.marks import compiled_whole
 
 
 def have_detours(

@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.compiled import compiled_whole, jitted_wide
+from sign_model.ground.marks import compiled_whole, jitted_wide
 from sign_model.map_batch.counts import digits_of, hash_of, lowest, needed, position, weighted_count
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.lanes import Answers, Lanes, Queue, empty, turn_over

@@ -6,7 +6,6 @@ the whole ladder leaves goes to the exact search, which alone can prove that the
 
 import functools
 import math
-import os
 import time
 from collections import defaultdict
 from collections.abc import Sequence
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from sign_model.ground.cores import num_cores
 from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import MAX_BEAM, regress, regress_domains
@@ -79,7 +79,7 @@ def plan_batch(
       heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` where None.
       ladder: the rungs; by the size of the domain where None.
       max_expansions: of the exact search for what the ladder leaves.
-      num_threads: batches searched at once; the number of cores where None.
+      num_threads: batches searched at once; the number of cores, at most SRT_JAX_CORES (environment), where None.
     """
     signs = DEFAULTS if heuristic is None else (heuristic,) if isinstance(heuristic, HeuristicSign) else tuple(heuristic)
     if not signs:
@@ -89,7 +89,7 @@ def plan_batch(
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
         buckets[group.shapes].append(group)
-    num_threads = num_threads or _num_cores()
+    num_threads = num_threads or num_cores()
     with ThreadPoolExecutor(num_threads) as outer, ThreadPoolExecutor(num_threads) as inner:
 
         def climb(alike: list[PackedBatch]) -> None:
@@ -165,7 +165,3 @@ def _search(
         stacked = jax.tree.map(lambda *leaves: np.stack(leaves), *inputs)
         found = [np.asarray(part) for part in regress_domains(*stacked, **options)]
     return [(group, tasks, *(part[i, : len(tasks)] for part in found)) for i, (group, tasks) in enumerate(jobs)]
-
-
-def _num_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

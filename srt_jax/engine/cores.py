@@ -11,7 +11,6 @@ The parts do not depend on each other, and maps of a batch never do: no bit depe
 
 import functools
 import itertools
-import os
 import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from sign_model.ground.cores import num_cores
 from srt_jax.types import Array
 
 
@@ -39,13 +39,6 @@ _FINE = 16  # maps of a part worth cutting further, to even out
 
 _forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
 """Of each part that has been run the shapes and dtypes of its results, an entry each, and the tree they hang in."""
-
-
-def num_cores() -> int:
-    """Returns how many cores an eager call may use: those of the process, at most SRT_JAX_CORES (environment)."""
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    asked = os.environ.get("SRT_JAX_CORES", "")
-    return max(1, min(count, int(asked))) if asked.isdecimal() else count
 
 
 def is_on_host(*arrays: Array) -> bool:

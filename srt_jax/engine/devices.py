@@ -6,7 +6,7 @@ ways, and each would, left alone, reach inside a kernel's loops.
   without that check, and what comes out is declared to vary as what went in.
 - With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its leading axis.
 - With automatic axes the compiler splits every step and joins the parts again. A call compiled as one function (`kernel`)
-  cannot hold that: `may_be_split` tells it when to stay plain.
+  cannot hold that: `sign_model.ground.marks.may_be_split` says when it stays plain.
 """
 
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from typing import Any
 import jax
 from jax import lax
 
+from sign_model.ground.marks import manual_axes
 from srt_jax.types import Array
 
 try:  # undocumented, like the marks in `kernel`; without it shard_map takes the kernels with check_vma=False only
@@ -23,23 +24,12 @@ except ImportError:
     _varying_checked = None
 
 
-def may_be_split() -> bool:
-    """Returns whether the compiler may split the code being traced among devices: several of them, and no shard_map around."""
-    return jax.device_count() > 1 and not _manual_axes()
-
-
-def _manual_axes() -> tuple:
-    """The mesh axes along which an enclosing shard_map has split the arrays."""
-    get_mesh = getattr(jax.sharding, "get_abstract_mesh", None)
-    return tuple(getattr(get_mesh(), "manual_axes", ())) if get_mesh else ()
-
-
 def device_by_device(fun: Callable) -> Callable:
     """Returns `fun`, natively batched along a leading axis, such that it takes arrays spread along that axis over devices."""
 
     def run(*args: Array) -> Any:
         leaves = jax.tree.leaves(args)
-        varying = tuple(axis for axis in _manual_axes() if any(axis in _varies_over(leaf) for leaf in leaves))
+        varying = tuple(axis for axis in manual_axes() if any(axis in _varies_over(leaf) for leaf in leaves))
         if varying and _varying_checked is not None:
             return _unchecked(fun, varying, args)
         spread = [leaf for leaf in leaves if _leading_axes(leaf) is not None]

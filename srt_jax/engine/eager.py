@@ -12,8 +12,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, cores, packing
-from srt_jax.engine.kernel import jitted
 from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512

@@ -18,7 +18,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.engine.kernel import apart, read, read_apart, write
+from sign_model.ground.marks import apart
+from srt_jax.engine.kernel import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
 
 MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))

@@ -5,8 +5,9 @@ import functools
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.marks import apart
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import apart, read, read_apart, write
+from srt_jax.engine.kernel import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
 
 _BINS = 1024

@@ -16,7 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from sign_model.ground.marks import compiled_whole, runs_in_place
+from srt_jax.engine.kernel import batch_kernel, each, read_apart, write
 from srt_jax.moves import MOVES
 
 

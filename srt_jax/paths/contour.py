@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from sign_model.ground.marks import compiled_whole
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
+from srt_jax.engine.kernel import batch_kernel, each
 from srt_jax.paths.reach import cells_in_group, flood_group
 
 

@@ -15,9 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from sign_model.ground.marks import compiled_whole, runs_in_place
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place, write
+from srt_jax.engine.kernel import batch_kernel, each, write
 from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
 from srt_jax.fields.goal_bound import Target, target_of
 from srt_jax.gradients import least_costs

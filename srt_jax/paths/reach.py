@@ -10,9 +10,10 @@ import functools
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.marks import compiled_whole, runs_in_place
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place
+from srt_jax.engine.kernel import batch_kernel, each
 from srt_jax.fields.word_queue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes

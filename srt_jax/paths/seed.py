@@ -6,9 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from sign_model.ground.marks import compiled_whole
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each
+from srt_jax.engine.kernel import batch_kernel, each
 from srt_jax.moves import octile_order
 
 _FAR = 2**31 - 1

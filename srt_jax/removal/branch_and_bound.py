@@ -23,6 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.marks import least, total
 from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.obstacles import Labels
@@ -70,14 +71,31 @@ class _Best(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """Open nodes in the order they were made.
+    """Open nodes in the order they were made; each settles one obstacle more than its parent, the first node none.
 
-    gone, stays: uint32 [n, words], sets of obstacles. bound: float32 [n], inf where closed.
+    parent: int32 [n], a node, -1 of the first. obstacle: int32 [n]. is_gone: bool [n], else it stays.
+    bound: float32 [n], inf where closed.
     """
 
-    gone: Array
-    stays: Array
+    parent: Array
+    obstacle: Array
+    is_gone: Array
     bound: Array
+
+
+class _State(NamedTuple):
+    """The search under way.
+
+    num: int32 [], nodes expanded. best: the best answer so far. reached: the mask of cells reached with nothing destroyed.
+    least_bound: float32 [], of all open nodes. is_too_long: bool [], whether the route of the last node needs more room.
+    """
+
+    num: Array
+    nodes: _Nodes
+    best: _Best
+    reached: Array
+    least_bound: Array
+    is_too_long: Array
 
 
 def _search(
@@ -88,12 +106,12 @@ def _search(
     height, width = labels.all.shape[2:]
 
     def sum_of(which: Array) -> Array:
-        return jnp.sum(jnp.where(which, cost, jnp.float32(0)))
+        return total(jnp.where(which, cost, jnp.float32(0)))
 
-    def expanded(state: tuple) -> tuple:
-        num, nodes, best, reached, _ = state
-        at = _next(nodes.bound)
-        gone, stays = (_as_set(_entry(sets, at), num_obstacles) for sets in (nodes.gone, nodes.stays))
+    def expanded(state: _State) -> _State:
+        nodes, best = state.nodes, state.best
+        at = _next(nodes.bound, state.least_bound)
+        gone, stays = _settled(nodes, at, num_obstacles)
         paid = sum_of(gone)
         terms = Terms(start, goal, jnp.where(stays, jnp.inf, cost))
         prices = prices_of(labels, terms, gone, best.cost - paid)
@@ -102,8 +120,9 @@ def _search(
         new = lax.cond(is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices)
         best, branch, is_too_long = new
         nodes = nodes._replace(bound=_put(nodes.bound, jnp.where(is_too_long, bound, jnp.inf), at))
-        nodes = _branched(nodes, num, gone, stays, branch, jnp.where(branch >= 0, bound, jnp.inf))
-        return num + 1, nodes, best, jnp.where(num == 0, prices.reached, reached), is_too_long
+        nodes = _branched(nodes, state.num, at, branch, jnp.where(branch >= 0, bound, jnp.inf))
+        reached = jnp.where(state.num == 0, prices.reached, state.reached)
+        return _State(state.num + 1, nodes, best, reached, least(nodes.bound), is_too_long)
 
     def tried(best: _Best, gone: Array, prices: Prices) -> tuple:
         """The best answer with this node's, the obstacle to branch on (-1 none), whether its route is too long to be told."""
@@ -129,40 +148,45 @@ def _search(
         return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long
 
     size = 2 * max_nodes + 1
-    num_words = -(-num_obstacles // packing.WORD)
-    sets = jnp.zeros((size, num_words), jnp.uint32)
-    bounds = jnp.full(size, jnp.inf, jnp.float32)
-    nodes = _Nodes(sets, sets, _put(bounds, jnp.where(is_asked, jnp.float32(0), jnp.inf), jnp.int32(0)))
+    bounds = _put(jnp.full(size, jnp.inf, jnp.float32), jnp.where(is_asked, jnp.float32(0), jnp.inf), jnp.int32(0))
+    nodes = _Nodes(jnp.full(size, -1, jnp.int32), jnp.full(size, -1, jnp.int32), jnp.zeros(size, bool), bounds)
     best = _Best(jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
     reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
 
-    def goes_on(state: tuple) -> Array:
-        num, nodes, best, _, is_too_long = state
-        return (num < max_nodes) & (jnp.min(nodes.bound) * (1 + _EQUAL) < best.cost) & ~is_too_long
+    def goes_on(state: _State) -> Array:
+        is_open = state.least_bound * (1 + _EQUAL) < state.best.cost
+        return (state.num < max_nodes) & is_open & ~state.is_too_long
 
-    state = (jnp.int32(0), nodes, best, reached, jnp.bool_(False))
-    _, nodes, best, reached, _ = lax.while_loop(goes_on, expanded, state)
-    return reached, jnp.minimum(jnp.min(nodes.bound), best.cost), best.route, best.needed
+    end = lax.while_loop(goes_on, expanded, _State(jnp.int32(0), nodes, best, reached, bounds[0], jnp.bool_(False)))
+    return end.reached, jnp.minimum(end.least_bound, end.best.cost), end.best.route, end.best.needed
 
 
-def _branched(nodes: _Nodes, num: Array, gone: Array, stays: Array, branch: Array, bound: Array) -> _Nodes:
-    """Adds both children of the `num`-th node expanded, closed ones where `bound` is inf; the one with more gone is later."""
-    one = jnp.arange(len(gone), dtype=jnp.int32) == branch
-    for child, (more, less) in enumerate(((gone, stays | one), (gone | one, stays))):
-        at = 2 * num + 1 + child
-        more, less = obstacles.as_words(more), obstacles.as_words(less)
-        nodes = _Nodes(_put(nodes.gone, more, at), _put(nodes.stays, less, at), _put(nodes.bound, bound, at))
+def _settled(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
+    """The obstacles that are gone at a node, and those that stay there: bool [M] each."""
+
+    def note(state: tuple) -> tuple:
+        at, settled = state
+        place = _entry(nodes.obstacle, at)
+        return _entry(nodes.parent, at), _put(settled, jnp.where(_entry(nodes.is_gone, at), jnp.uint8(1), jnp.uint8(2)), place)
+
+    nothing = jnp.zeros(num_obstacles, jnp.uint8)
+    # Ends: every parent was made before its children; the first node settles nothing.
+    _, settled = lax.while_loop(lambda state: state[0] > 0, note, (at, nothing))
+    return settled == 1, settled == 2
+
+
+def _branched(nodes: _Nodes, num: Array, at: Array, branch: Array, bound: Array) -> _Nodes:
+    """Adds both children of node `at`, the `num`-th expanded; closed ones where `bound` is inf."""
+    for child, is_gone in enumerate((False, True)):
+        new = _Nodes(at, branch, jnp.bool_(is_gone), bound)
+        nodes = _Nodes(*(_put(old, value, 2 * num + 1 + child) for old, value in zip(nodes, new)))
     return nodes
 
 
-def _next(bound: Array) -> Array:
+def _next(bound: Array, least_bound: Array) -> Array:
     """The latest of the nodes of least bound."""
     ids = jnp.arange(len(bound), dtype=jnp.int32)
-    return jnp.max(jnp.where(bound == jnp.min(bound), ids, -1))
-
-
-def _as_set(words: Array, num_obstacles: int) -> Array:
-    return packing.unpack(words[None, None], num_obstacles)[0, 0]
+    return jnp.max(jnp.where(bound == least_bound, ids, -1))
 
 
 def _entry(array: Array, at: Array) -> Array:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.marks import least
 from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
 from srt_jax.obstacles import Labels
@@ -134,7 +135,7 @@ def _levels(
 
         met = lax.cond(is_there, lambda met: met, noted, met)
         open_at = met + cost
-        next_price = jnp.min(jnp.where(open_at > price, open_at, jnp.inf))
+        next_price = least(jnp.where(open_at > price, open_at, jnp.inf))
         goes_on = ~is_there & (next_price < most)
         found = jnp.where(is_there, price, jnp.inf)
         first = jnp.where(price == 0, reached, first)

@@ -3,7 +3,8 @@
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.engine.kernel import compiled_whole, each
+from sign_model.ground.marks import compiled_whole, in_a_loop
+from srt_jax.engine.kernel import each
 from srt_jax.types import Act, Array
 
 
@@ -61,4 +62,4 @@ def placed(act: Array, slot: Array, num_cells: Array, destroyed: Array, destroye
         plan = jnp.stack([act, jnp.where(slot >= 0, of_slot(destroyed), -1)], axis=-1)
         return plan, jnp.where(act >= 0, ends, -1)
 
-    return compiled_whole(run)(act, slot, num_cells, destroyed, destroyed_at, left_at)
+    return compiled_whole(in_a_loop(run))(act, slot, num_cells, destroyed, destroyed_at, left_at)

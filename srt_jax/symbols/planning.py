@@ -9,12 +9,12 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from sign_model.ground.marks import compiled_whole
 from sign_model.map_algorithm.heuristics import OVERLAP
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.relocation.domain import AGENT
 from sign_model.relocation.map_in_jit import plan_situations
 from sign_model.relocation.working_memory import BREAKABLE, FIRM, Attention, area, chain_attention, contour_attention, slot
-from srt_jax.engine.kernel import compiled_whole
 from srt_jax.types import Act, Array
 
 ATTENDED = 8

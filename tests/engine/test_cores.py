@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import srt_jax
+from sign_model.map_batch import ladder
 from srt_jax.engine import cores, eager
 from tests.helpers.maps import random_maps
 
@@ -89,6 +90,6 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
 
 def test_the_environment_may_ask_for_fewer_cores(monkeypatch):
     monkeypatch.setenv("SRT_JAX_CORES", "1")
-    assert cores.num_cores() == 1
+    assert cores.num_cores() == ladder.num_cores() == 1
     monkeypatch.setenv("SRT_JAX_CORES", "many")
     assert cores.num_cores() >= 1

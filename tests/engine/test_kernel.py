@@ -1,23 +1,26 @@
+import warnings
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
 
+from sign_model.ground import marks
 from srt_jax.engine import kernel
 
-needs_marks = pytest.mark.skipif(not kernel.is_marking(), reason="this JAX is older than 0.8: no call can be marked")
+needs_marks = pytest.mark.skipif(not marks.is_marking(), reason="this JAX is older than 0.8: no call can be marked")
 
 
 def _running_sums(x):
-    return kernel.compiled_whole(lambda x: lax.map(lambda row: lax.scan(lambda c, v: (c + v, c + v), 0, row)[1], x))(x)
+    return marks.compiled_whole(lambda x: lax.map(lambda row: lax.scan(lambda c, v: (c + v, c + v), 0, row)[1], x))(x)
 
 
 def test_a_marked_loop_gives_what_the_plain_one_gives(monkeypatch):
     x = np.arange(60, dtype=np.int32).reshape(4, 15)
     assert np.array_equal(jax.jit(_running_sums)(x), np.cumsum(x, 1))
     monkeypatch.setenv("SRT_JAX_PLAIN", "1")
-    assert not kernel.is_marking()
+    assert not marks.is_marking()
     assert np.array_equal(jax.jit(lambda x: _running_sums(x))(x), np.cumsum(x, 1))
 
 
@@ -54,7 +57,7 @@ def test_a_queue_runs_in_place_and_right(marked):
 
         return lax.while_loop(lambda state: state[0] != 1, step, (start[0], jnp.zeros(128, jnp.uint32)))[1][None]
 
-    run = kernel.compiled_whole(collatz) if marked else collatz
+    run = marks.compiled_whole(collatz) if marked else collatz
     visited = np.asarray(jax.jit(run)(jnp.array([6], jnp.uint32)))[0]
     assert np.flatnonzero(visited).tolist() == [2, 3, 4, 5, 6, 8, 10, 16] and visited.max() == 1
 
@@ -73,28 +76,32 @@ def test_nothing_global_is_changed_by_importing_the_package():
 
 def _refused_where_marked(x):
     """A scatter, which the compiler refuses in a marked call."""
-    return kernel.compiled_whole(lambda x: x.at[x].add(1))(x)
+    return marks.compiled_whole(lambda x: x.at[x].add(1))(x)
 
 
 @needs_marks
-def test_where_the_compiler_refuses_the_marks_the_call_succeeds_without_them(monkeypatch):
-    monkeypatch.setattr(kernel, "_refused", [])
-    run = kernel.jitted(_refused_where_marked)
+def test_where_the_compiler_refuses_the_marks_the_call_succeeds_without_them_and_no_other():
+    run = marks.jitted(_refused_where_marked)
     x = jnp.array([0, 2, 2], jnp.int32)
-    assert kernel.is_marking()
-    with pytest.warns(UserWarning, match="refuses the fast form"):
+    assert marks.is_marking()
+    with pytest.warns(UserWarning, match="refuses the fast form") as warned:
         out = run(x)
-    assert out.tolist() == [1, 2, 4] and not kernel.is_marking()
-    assert run(x).tolist() == [1, 2, 4]
+    assert out.tolist() == [1, 2, 4] and marks.is_marking()
+    assert len(warned) == 1 and len(str(warned[0].message).splitlines()) == 1 and len(str(warned[0].message)) < 300
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(x).tolist() == [1, 2, 4]  # compiled without marks at once
+    with pytest.warns(UserWarning, match="refuses the fast form"):
+        assert run(x[:2]).tolist() == [1, 2]  # another program is tried with them
+    assert "xla_cpu_small_call" in jax.jit(_running_sums).lower(jnp.zeros((2, 3), jnp.int32)).as_text()
 
 
 @needs_marks
-def test_what_fails_in_either_form_leaves_the_marks_on(monkeypatch):
-    monkeypatch.setattr(kernel, "_refused", [])
+def test_what_fails_in_either_form_leaves_the_marks_on():
 
     def fails(x):
         return jax.pure_callback(lambda x: 1 / 0, x, x)
 
     with pytest.raises(jax.errors.JaxRuntimeError):
-        jax.block_until_ready(kernel.jitted(fails)(jnp.zeros(3)))
-    assert kernel.is_marking()
+        jax.block_until_ready(marks.jitted(fails)(jnp.zeros(3)))
+    assert marks.is_marking()

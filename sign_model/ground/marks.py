@@ -1,0 +1,238 @@
+"""How a program is compiled: the one place that knows XLA's undocumented marks and its compiler options.
+
+By default XLA:CPU compiles every fused step of a loop body as a kernel of its own, and the code of one row step is then scalar:
+five to eight times slower than when the loop is compiled as one function. A call that carries the mark below is. The marks are
+local to their calls: nothing global is set, other JAX code in the process compiles as before. They are undocumented, so nothing
+but speed may depend on them: `srt-jax bench` shows whether they are in force, and the results are equal bit for bit without.
+
+What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_path.py` compiles around each threshold):
+- scatter, dot, sort, top_k, FFT and callbacks;
+- a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of 4,096 entries or more
+  (entries that go in, whatever the axes): it is handed to a library of kernels. `total` and `removal_gradient` stand in for them; sums and
+  minima of wider integers, any, all and argmin are taken at any size;
+- a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries on, a look-up from 4,096
+  on, it is split among threads, if there are several. The body of a loop may hold it: `in_a_loop` makes one; a large test
+  belongs into the body of its loop, which carries the outcome.
+
+A program that is refused all the same is compiled without the marks, that program alone, and one warning says so (`jitted`,
+`jitted_wide`). Inside a user's own jit the compiler speaks to the user alone: SRT_JAX_PLAIN=1 in the environment leaves the
+marks out everywhere.
+"""
+
+import contextlib
+import contextvars
+import functools
+import inspect
+import os
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array, lax
+
+try:
+    from jax.experimental.xla_metadata import set_xla_metadata
+except ImportError:
+    set_xla_metadata = None
+if jax.__version_info__ < (0, 8):  # it could mark no single call, or steps of it were split among threads that it cannot start
+    set_xla_metadata = None  # the same bits, compiled the slower way
+
+_KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
+_WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
+_WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
+_LANES = 1024
+_LONGEST_REASON = 120  # characters of what the compiler says
+
+_marks_apart = contextvars.ContextVar("marks_apart", default=False)
+_without_marks = contextvars.ContextVar("without_marks", default=False)
+
+
+def is_marking() -> bool:
+    """Returns whether programs carry the marks; SRT_JAX_PLAIN=1 in the environment leaves them out, to compare."""
+    is_possible = set_xla_metadata is not None and not _without_marks.get()
+    return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
+
+
+def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
+    """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled without, with a warning.
+
+    The marks are undocumented, and another jaxlib, or one with more threads, may not take them everywhere. That is noticed when
+    a call fails that succeeds without them; only calls of the same shapes go without marks afterwards. A user's own jit is not
+    caught so: there SRT_JAX_PLAIN=1 helps.
+
+    Args:
+      fun: takes and returns arrays.
+      is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any other jit. XLA would split
+        the steps that are not marked among all cores, where they wait for each other's.
+    """
+    options = {"xla_cpu_multi_thread_eigen": False} if is_part else None
+    forms = [jax.jit(lambda *args: fun(*args), compiler_options=options) for _ in range(2)]
+    return _with_fallback(lambda is_marked: forms[is_marked], _name_of(fun))
+
+
+def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
+    """Returns `fun` jitted, on CPU for the widest vector registers that the machine has, and as `jitted` where it is refused.
+
+    The vector width counts as much as the marks on machines with 512-bit registers; it is requested for each program and never
+    set globally.
+    """
+    knows_options = "compiler_options" in inspect.signature(jax.jit).parameters
+
+    @functools.cache
+    def form(is_marked: bool) -> Callable:  # made when first called: to ask for the backend starts it
+        is_wide = knows_options and is_marked and jax.default_backend() == "cpu"
+        options: dict[str, Any] = {"compiler_options": _WIDE} if is_wide else {}
+        return jax.jit(lambda *args, **static: fun(*args, **static), static_argnames=static_argnames, **options)
+
+    return functools.wraps(fun)(_with_fallback(form, _name_of(fun)))
+
+
+def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
+    """Returns a caller of form(is_marked), jitted functions of the same results, that remembers which programs were refused."""
+    refused: set[Any] = set()
+
+    def run(*args: Any, **static: Any) -> Any:
+        if not is_marking() or (refused and _program(args, static) in refused):
+            return _unmarked(form(False), *args, **static)
+        try:
+            return form(True)(*args, **static)
+        except jax.errors.JaxRuntimeError as error:
+            out = _unmarked(form(False), *args, **static)  # raises what has nothing to do with the marks
+            refused.add(_program(args, static))
+            told = f"the compiler refuses the fast form of {name} for arrays of this size, it runs slower: {_reason(error)}"
+            warnings.warn(told, stacklevel=2)
+            return out
+
+    run.form = form  # pyright: ignore[reportFunctionMemberAccess]
+    return run
+
+
+def _program(args: tuple, static: dict[str, Any]) -> Any:
+    """What decides which program a call runs: a key."""
+    leaves, tree = jax.tree.flatten((args, static))
+    return tree, tuple((leaf.shape, str(leaf.dtype)) if hasattr(leaf, "dtype") else leaf for leaf in leaves)
+
+
+def _reason(error: Exception) -> str:
+    line = next(iter(str(error).splitlines()), "").strip()
+    return line if len(line) <= _LONGEST_REASON else f"{line[:_LONGEST_REASON]}..."
+
+
+def _name_of(fun: Callable) -> str:
+    while isinstance(fun, functools.partial):
+        fun = fun.func
+    return getattr(fun, "__name__", "a kernel").strip("_")
+
+
+def _unmarked(run: Callable, *args: Any, **static: Any) -> Any:
+    with _set(_without_marks, True):
+        return run(*args, **static)
+
+
+def compiled_whole(fun: Callable) -> Callable:
+    """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls it; elsewhere as it is."""
+
+    def traced(marks_apart: bool) -> Callable:
+        def run(*args: Any) -> Any:
+            with _set(_marks_apart, marks_apart):
+                return fun(*args)
+
+        return jax.jit(run)  # becomes the call that the mark goes on; only `apart` marks anything inside it
+
+    plain, kept = traced(False), traced(True)
+
+    def marked(*args: Any) -> Any:
+        assert set_xla_metadata is not None
+        args = lax.optimization_barrier(args)  # a constant among the operands of a marked call would crash the compiler
+        return set_xla_metadata(kept(*args), **_WHOLE)
+
+    def run(*args: Any) -> Any:
+        may_mark = is_marking() and not may_be_split()
+        return lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
+
+    return run
+
+
+@contextlib.contextmanager
+def _set(variable: contextvars.ContextVar[bool], value: bool) -> Iterator[None]:
+    token = variable.set(value)
+    try:
+        yield
+    finally:
+        variable.reset(token)
+
+
+def may_be_split() -> bool:
+    """Returns whether the compiler may split the code being traced among devices: several of them, and no shard_map around."""
+    return jax.device_count() > 1 and not manual_axes()
+
+
+def manual_axes() -> tuple:
+    """The mesh axes along which an enclosing shard_map has split the arrays."""
+    get_mesh = getattr(jax.sharding, "get_abstract_mesh", None)
+    return tuple(getattr(get_mesh(), "manual_axes", ())) if get_mesh else ()
+
+
+def runs_in_place() -> bool:
+    """Returns whether the code being traced goes into a marked call: whether a queue is worth its while there.
+
+    Elsewhere (a GPU, an older JAX) its arrays would be copied at every step; kernels then sweep to the end.
+    """
+    return _marks_apart.get()
+
+
+def apart(fun: Callable) -> Callable:
+    """Returns `fun` such that, inside a marked call, its result is computed once and not again wherever it is used."""
+
+    def run(*args: Any) -> Any:
+        if not runs_in_place():
+            return fun(*args)
+        assert set_xla_metadata is not None
+        return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)
+
+    return run
+
+
+def in_a_loop(fun: Callable) -> Callable:
+    """Returns `fun` as the body of a loop of one step, whose steps may be as large as they are inside a marked call.
+
+    At least one of its arguments holds integers or bools. The number of steps is hidden from the compiler, which would do away
+    with the loop.
+    """
+
+    def run(*args: Any) -> Any:
+        empty = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(fun, *args))
+        return lax.fori_loop(jnp.int32(0), jnp.int32(1) + hidden_zero(args), lambda _, out: fun(*args), empty)
+
+    return run
+
+
+def hidden_zero(args: Any) -> Array:
+    """Returns 0, int32, computed from an array of `args` that is not of floats, so that the compiler does not know it."""
+    some = next(leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating))
+    return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
+
+
+def least(values: Array) -> Array:
+    """Returns the least of `values`, float32 [...], none of them negative or NaN: their bits, as integers, order alike."""
+    return lax.bitcast_convert_type(jnp.min(lax.bitcast_convert_type(values, jnp.int32)), jnp.float32)
+
+
+def total(values: Array) -> Array:
+    """Returns the sum of `values`, float32 [N], in an order of its own: the same bits whatever zeros follow them.
+
+    Entry i goes to lane i % 1024, each lane adds up in order, and then the upper half of the lanes is added to the lower one
+    until one is left.
+    """
+    rows = jnp.pad(values, (0, -len(values) % _LANES)).reshape(-1, _LANES)
+
+    def add_row(i: Array, sums: Array) -> Array:
+        return sums + lax.dynamic_index_in_dim(rows, i, keepdims=False)
+
+    def fold(i: Array, sums: Array) -> Array:
+        return sums + lax.dynamic_slice(jnp.pad(sums, (0, _LANES // 2)), ((_LANES // 2) >> i,), (_LANES,))
+
+    lanes = lax.fori_loop(1, len(rows), add_row, rows[0])
+    return lax.fori_loop(0, _LANES.bit_length() - 1, fold, lanes)[0]
