@@ -162,18 +162,16 @@ def _solve_batch(
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, firm = blockages(task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart)
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
-    status = jnp.select(
-        [~starts, is_inside, is_apart, way.is_stuck, ~has_route, is_open],
-        [
-            Status.START_BLOCKED,
-            Status.GOAL_BLOCKED,
-            Status.UNSOLVABLE,
-            Status.STOPPED_SHORT,
-            Status.BUDGET_SPENT,
-            Status.PATH_EXISTS,
-        ],
-        Status.SOLVED,
-    ).astype(jnp.int32)
+    status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
+    for holds, told in (  # the first that holds, so it is set last
+        (is_open, Status.PATH_EXISTS),
+        (~has_route, Status.BUDGET_SPENT),
+        (way.is_stuck, Status.STOPPED_SHORT),
+        (is_apart, Status.UNSOLVABLE),
+        (is_inside, Status.GOAL_BLOCKED),
+        (~starts, Status.START_BLOCKED),
+    ):
+        status = jnp.where(holds, jnp.int32(told), status)
     is_too_long = way.num_cells > room
     return Solution(
         status=status,

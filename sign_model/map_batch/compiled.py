@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax import lax
 
 try:
@@ -44,6 +45,19 @@ def compiled_whole(fun: Callable) -> Callable:
         return lax.platform_dependent(*args, cpu=marked, default=plain) if is_marking() else plain(*args)
 
     return run
+
+
+def repeat(count: int, step: Callable[[jax.Array, Any], Any], value: Any) -> Any:
+    """Returns `value` after value = step(i, value) for i from 0 to count - 1, each int32 [].
+
+    `lax.fori_loop` with a known number of steps would count in int64 under `jax_enable_x64`.
+    """
+
+    def one(state: tuple, _: None) -> tuple:
+        i, value = state
+        return (i + 1, step(i, value)), None
+
+    return lax.scan(one, (jnp.int32(0), value), None, length=count)[0][1]
 
 
 def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:

@@ -158,7 +158,20 @@ def each(fun: Callable, *args: Any) -> Any:
         new = fun(*jax.tree.map(lambda leaf: lax.dynamic_index_in_dim(leaf, i, keepdims=False), args))
         return jax.tree.map(lambda leaf, value: lax.dynamic_update_index_in_dim(leaf, value, i, 0), out, new)
 
-    return lax.fori_loop(0, steps, step, empty)
+    return lax.fori_loop(jnp.int32(0), steps, step, empty)
+
+
+def repeat(count: int, step: Callable[[Array, Any], Any], value: Any) -> Any:
+    """Returns `value` after value = step(i, value) for i from 0 to count - 1, each int32 [].
+
+    `lax.fori_loop` with a known number of steps would count in int64 under `jax_enable_x64`.
+    """
+
+    def one(state: tuple, _: None) -> tuple:
+        i, value = state
+        return (i + 1, step(i, value)), None
+
+    return lax.scan(one, (jnp.int32(0), value), None, length=count)[0][1]
 
 
 def read(array: Array, index: Array) -> Array:

@@ -12,7 +12,7 @@ from jax import Array, lax
 
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, runs_in_place
+from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, repeat, runs_in_place
 from srt_jax.fields.word_queue import flood_rest
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
@@ -122,7 +122,7 @@ def cells_in_group(free: Array, cell: Array) -> Array:
         bit = jnp.where(inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0))
         return lax.dynamic_update_slice(marks, bit & lax.dynamic_slice(free, at, (1, 1)), at)
 
-    return lax.fori_loop(0, group, mark, jnp.zeros_like(free))
+    return repeat(group, mark, jnp.zeros_like(free))
 
 
 def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:

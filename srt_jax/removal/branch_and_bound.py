@@ -123,7 +123,7 @@ def _search(
         is_told = is_better | (is_too_long & ~jnp.isfinite(best.cost))
         route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed))
         order = jnp.where(gone, NEVER, needed)
-        first = jnp.argmin(order).astype(jnp.int32)
+        first = lax.argmin(order, 0, jnp.int32)
         is_settled = jnp.min(order) == NEVER
         branch = jnp.where(is_settled | is_too_long, -1, first)
         return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long
