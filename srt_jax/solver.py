@@ -73,7 +73,9 @@ def solve(
     if is_traced(task):
         solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
     else:
-        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
+        solution = cores.at_device_of(
+            lambda: _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches), *jax.tree.leaves(task)
+        )
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 

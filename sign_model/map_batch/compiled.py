@@ -57,11 +57,13 @@ def repeat(count: int, step: Callable[[jax.Array, Any], Any], value: Any) -> Any
         i, value = state
         return (i + 1, step(i, value)), None
 
+    if count < 1:  # which scan does not take under `jax.disable_jit`
+        return value
     return lax.scan(one, (jnp.int32(0), value), None, length=count)[0][1]
 
 
 def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
-    """Returns `fun` jitted, on CPU for the widest vector registers that the machine has."""
+    """Returns `fun` jitted, on CPU for the widest vector registers that the machine has; under `jax.disable_jit` too."""
     knows_options = "compiler_options" in inspect.signature(jax.jit).parameters
 
     @functools.cache
@@ -72,6 +74,9 @@ def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
 
     @functools.wraps(fun)
     def run(*args: Any, **options: Any) -> Any:
+        if jax.config.jax_disable_jit:  # pyright: ignore
+            with jax.disable_jit(False):  # a search, step by step in Python, would not end
+                return program()(*args, **options)
         return program()(*args, **options)
 
     return run

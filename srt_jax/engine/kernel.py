@@ -54,6 +54,8 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
     a call fails that succeeds without them; afterwards nothing is marked any more. A user's own jit is not caught so: there
     SRT_JAX_PLAIN=1 helps.
 
+    The call is compiled under `jax.disable_jit` too: there is nothing in a kernel for its caller to step through.
+
     Args:
       fun: takes and returns arrays.
       is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any other jit. XLA would split
@@ -63,6 +65,9 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
     form = {is_marked: jax.jit(lambda *args: fun(*args), compiler_options=options) for is_marked in (True, False)}
 
     def run(*args: Any) -> Any:
+        if jax.config.jax_disable_jit:  # pyright: ignore
+            with jax.disable_jit(False):  # a loop over cells, step by step in Python, would not end
+                return run(*args)
         is_marked = is_marking()
         try:
             return form[is_marked](*args)
@@ -171,6 +176,8 @@ def repeat(count: int, step: Callable[[Array, Any], Any], value: Any) -> Any:
         i, value = state
         return (i + 1, step(i, value)), None
 
+    if count < 1:  # which scan does not take under `jax.disable_jit`
+        return value
     return lax.scan(one, (jnp.int32(0), value), None, length=count)[0][1]
 
 
