@@ -127,7 +127,7 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     far = jnp.full(num_obstacles + 1, FAR, jnp.int32)
     if not runs_in_place():
         ids, is_asked = _owners(labels, cells)
-        rows, cols = (place.astype(jnp.int32) for place in jnp.indices(labels.all.shape[2:]))
+        rows, cols = jnp.indices(labels.all.shape[2:], jnp.int32)
         h = jnp.broadcast_to(octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]).reshape(-1)
         return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
 

@@ -74,7 +74,9 @@ def solve(
     if is_traced(task):
         solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
     else:
-        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
+        solution = cores.at_device_of(
+            lambda: _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches), *jax.tree.leaves(task)
+        )
     return jax.tree.map(lambda array: unfold(array, batch), solution)
 
 
@@ -163,18 +165,16 @@ def _solve_batch(
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, firm = blockages(task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart)
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
-    status = jnp.select(
-        [~starts, is_inside, is_apart, way.is_stuck, ~has_route, is_open],
-        [
-            Status.START_BLOCKED,
-            Status.GOAL_BLOCKED,
-            Status.UNSOLVABLE,
-            Status.STOPPED_SHORT,
-            Status.BUDGET_SPENT,
-            Status.PATH_EXISTS,
-        ],
-        Status.SOLVED,
-    ).astype(jnp.int32)
+    status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
+    for holds, told in (  # the first that holds, so it is set last
+        (is_open, Status.PATH_EXISTS),
+        (~has_route, Status.BUDGET_SPENT),
+        (way.is_stuck, Status.STOPPED_SHORT),
+        (is_apart, Status.UNSOLVABLE),
+        (is_inside, Status.GOAL_BLOCKED),
+        (~starts, Status.START_BLOCKED),
+    ):
+        status = jnp.where(holds, jnp.int32(told), status)
     is_too_long = way.num_cells > room
     return Solution(
         status=status,

@@ -8,10 +8,10 @@ but speed may depend on them: `srt-jax bench` shows whether they are in force, a
 What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_path.py` compiles around each threshold):
 - scatter, dot, sort, top_k, FFT and callbacks;
 - a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of 4,096 entries or more
-  (entries that go in, whatever the axes): it is handed to a library of kernels. `total` and `removal_gradient` stand in for them; sums and
+  (entries that go in, whatever the axes): it is handed to a library of kernels. `loops.total` and `loops.least` stand in for them; sums and
   minima of wider integers, any, all and argmin are taken at any size;
 - a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries on, a look-up from 4,096
-  on, it is split among threads, if there are several. The body of a loop may hold it: `in_a_loop` makes one; a large test
+  on, it is split among threads, if there are several. The body of a loop may hold it: `loops.in_a_loop` makes one; a large test
   belongs into the body of its loop, which carries the outcome.
 
 A program that is refused all the same is compiled without the marks, that program alone, and one warning says so (`jitted`,
@@ -29,8 +29,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
-import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
@@ -42,7 +41,6 @@ if jax.__version_info__ < (0, 8):  # it could mark no single call, or steps of i
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
-_LANES = 1024
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
@@ -60,7 +58,8 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
 
     The marks are undocumented, and another jaxlib, or one with more threads, may not take them everywhere. That is noticed when
     a call fails that succeeds without them; only calls of the same shapes go without marks afterwards. A user's own jit is not
-    caught so: there SRT_JAX_PLAIN=1 helps.
+    caught so: there SRT_JAX_PLAIN=1 helps. The call is compiled under `jax.disable_jit` too: there is nothing in a kernel for
+    its caller to step through.
 
     Args:
       fun: takes and returns arrays.
@@ -94,6 +93,9 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
     refused: set[Any] = set()
 
     def run(*args: Any, **static: Any) -> Any:
+        if jax.config.jax_disable_jit:  # pyright: ignore
+            with jax.disable_jit(False):  # a loop over cells, step by step in Python, would not end
+                return run(*args, **static)
         if not is_marking() or (refused and _program(args, static) in refused):
             return _unmarked(form(False), *args, **static)
         try:
@@ -193,46 +195,3 @@ def apart(fun: Callable) -> Callable:
         return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)
 
     return run
-
-
-def in_a_loop(fun: Callable) -> Callable:
-    """Returns `fun` as the body of a loop of one step, whose steps may be as large as they are inside a marked call.
-
-    At least one of its arguments holds integers or bools. The number of steps is hidden from the compiler, which would do away
-    with the loop.
-    """
-
-    def run(*args: Any) -> Any:
-        empty = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(fun, *args))
-        return lax.fori_loop(jnp.int32(0), jnp.int32(1) + hidden_zero(args), lambda _, out: fun(*args), empty)
-
-    return run
-
-
-def hidden_zero(args: Any) -> Array:
-    """Returns 0, int32, computed from an array of `args` that is not of floats, so that the compiler does not know it."""
-    some = next(leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating))
-    return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
-
-
-def least(values: Array) -> Array:
-    """Returns the least of `values`, float32 [...], none of them negative or NaN: their bits, as integers, order alike."""
-    return lax.bitcast_convert_type(jnp.min(lax.bitcast_convert_type(values, jnp.int32)), jnp.float32)
-
-
-def total(values: Array) -> Array:
-    """Returns the sum of `values`, float32 [N], in an order of its own: the same bits whatever zeros follow them.
-
-    Entry i goes to lane i % 1024, each lane adds up in order, and then the upper half of the lanes is added to the lower one
-    until one is left.
-    """
-    rows = jnp.pad(values, (0, -len(values) % _LANES)).reshape(-1, _LANES)
-
-    def add_row(i: Array, sums: Array) -> Array:
-        return sums + lax.dynamic_index_in_dim(rows, i, keepdims=False)
-
-    def fold(i: Array, sums: Array) -> Array:
-        return sums + lax.dynamic_slice(jnp.pad(sums, (0, _LANES // 2)), ((_LANES // 2) >> i,), (_LANES,))
-
-    lanes = lax.fori_loop(1, len(rows), add_row, rows[0])
-    return lax.fori_loop(0, _LANES.bit_length() - 1, fold, lanes)[0]

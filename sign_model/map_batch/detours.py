@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole
 
 
@@ -35,7 +36,7 @@ def have_detours(
             return lax.dynamic_update_index_in_dim(found, new, i, 0)
 
         assert num_steps > 0
-        return lax.fori_loop(0, chunks, chunk, jnp.zeros((plan.shape[0], lanes), bool))
+        return lax.fori_loop(jnp.int32(0), chunks, chunk, jnp.zeros((plan.shape[0], lanes), bool))
 
     return compiled_whole(search)(keeps, needs, deletes, *map(by_lanes, (start, goal, plan))).reshape(-1)
 
@@ -62,4 +63,4 @@ def _in_lanes(keeps, needs, deletes, start, goal, plan):
         later = (jnp.arange(num_steps, dtype=jnp.int32)[:, None] >= i) & (plan >= 0)
         return found | (meets & later).any(axis=0)
 
-    return lax.fori_loop(0, num_steps, at_step, jnp.zeros(plan.shape[1], bool))
+    return repeat(num_steps, at_step, jnp.zeros(plan.shape[1], bool))

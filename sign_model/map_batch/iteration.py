@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, jitted_wide
 from sign_model.map_batch.counts import digits_of, hash_of, lowest, needed, position, weighted_count
 from sign_model.map_batch.detours import have_detours
@@ -97,7 +98,7 @@ def _parts(tables, start, count, *, lanes, uses_landmarks, uses_plan):
 
     shapes = [jax.eval_shape(make, tables, jnp.zeros((num_words * WORD, lanes), bool)) for make in makers]
     first = tuple(jnp.zeros((size, *shape.shape[:-1]), jnp.uint32) for shape in shapes)
-    return lax.fori_loop(0, (count + lanes - 1) // lanes, chunk, first)
+    return lax.fori_loop(np.int32(0), (count + lanes - 1) // lanes, chunk, first)
 
 
 class _Domain(NamedTuple):
@@ -290,4 +291,4 @@ def _remembered(seen: jax.Array, situations: jax.Array, alive: jax.Array) -> jax
         one = lax.dynamic_slice(tag, place, (1, 1))
         return lax.dynamic_update_slice(seen, one, (lax.dynamic_slice(slot, place, (1, 1))[0, 0], place[1]))
 
-    return lax.fori_loop(0, beam * num_lanes, put, seen)
+    return repeat(beam * num_lanes, put, seen)

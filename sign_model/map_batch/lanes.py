@@ -118,6 +118,6 @@ def _filled(queue: Queue, lanes: Lanes, lane: jax.Array) -> Lanes:
         start=put(lanes.start, start),
         parts=tuple(put(whole, of(rows)) for whole, rows in zip(lanes.parts, queue.parts)),
         situations=put(lanes.situations, jnp.broadcast_to(goal[:, None], (goal.shape[0], beam, 1))),
-        alive=put(lanes.alive, (jnp.arange(beam)[:, None] == 0) & is_some & ~is_done),
+        alive=put(lanes.alive, (jnp.arange(beam, dtype=jnp.int32)[:, None] == 0) & is_some & ~is_done),
         seen=put(lanes.seen, jnp.zeros((memory, 1), jnp.uint32)),
     )

@@ -31,7 +31,7 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
     """
     size, num_tasks = start.shape
     at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]  # "none" needs nothing
-    comes_along = jnp.asarray(tables.column_adds)[:, :, None] & ~pack_rows(at_start[tables.column_features, 0])[None]
+    comes_along = jnp.asarray(tables.column_adds)[:, :, None] & ~pack_rows(at_start[:, 0][tables.column_features])[None]
     first = jnp.where(at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL))
 
     own = tables.column_own[:, :, None]

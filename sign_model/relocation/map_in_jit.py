@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.ground.loops import repeat
 from sign_model.relocation.working_memory import Attention
 from sign_model.signs.matrix import Array
 
@@ -100,7 +101,7 @@ class _Rules:
     def __init__(self, attention: Attention) -> None:
         space = attention.space
         changes = (space.adds | space.deletes).any(axis=0)
-        self.changing, self.static = np.flatnonzero(changes), np.flatnonzero(~changes)
+        self.changing, self.static = (np.flatnonzero(which).astype(np.int32) for which in (changes, ~changes))
         words = lambda rows, places: _words(rows[:, places])[:, :, None]  # noqa: E731
         self.adds, self.deletes, self.bad = (words(m, self.changing) for m in (space.adds, space.deletes, space.bad))
         self.needs, self.needs_static = (words(space.conditions, places) for places in (self.changing, self.static))
@@ -131,7 +132,7 @@ class _Rules:
 
     def row(self, matrix: np.ndarray, action: Array) -> Array:
         """The row of each action, uint32 [W, B]."""
-        return jnp.asarray(matrix)[:, action.clip(0), 0]
+        return jnp.asarray(matrix[:, :, 0])[:, action.clip(0)]
 
 
 def _first(goal: Array, given: _Given, max_steps: int, beam: int) -> _Search:
@@ -144,7 +145,7 @@ def _first(goal: Array, given: _Given, max_steps: int, beam: int) -> _Search:
     known = jnp.full((W, max_steps + 1, beam, B), 0xFFFFFFFF, jnp.uint32)
     known = known.at[:, 0].set(jnp.where(is_alive[None], situations, jnp.uint32(0xFFFFFFFF)))
     trail = jnp.full((max_steps, beam, B), -1, jnp.int32)
-    length = jnp.where(is_done, 0, _NEVER)
+    length = jnp.where(is_done, jnp.int32(0), jnp.int32(_NEVER))
     return _Search(jnp.int32(0), situations, is_alive, known, trail, trail, length, jnp.zeros(B, bool))
 
 
@@ -158,7 +159,7 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
     before = before.reshape(W, A * K, B)
     rating = jnp.zeros((A * K, B), jnp.int32)
     for place, digit in enumerate(given.levels):
-        rating += lax.population_count(before & digit[:, None]).astype(jnp.int32).sum(axis=0) << place
+        rating += lax.population_count(before & digit[:, None]).astype(jnp.int32).sum(axis=0, dtype=jnp.int32) << place
     number = jnp.arange(A * K, dtype=jnp.int32)[:, None]
     key = jnp.where(fits.reshape(A * K, B), rating * (A * K) + number, _NEVER)
     kept = (jnp.zeros((W, K, B), jnp.uint32), jnp.full((K, B), -1, jnp.int32), jnp.zeros(B, jnp.int32), key)
@@ -166,7 +167,7 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
     def pick(_: Array, kept: tuple) -> tuple:
         return _pick(kept, before, search.known)
 
-    situations, places, _, key = lax.fori_loop(0, K + _SPARE, pick, kept)
+    situations, places, _, key = repeat(K + _SPARE, pick, kept)
     is_kept = places >= 0
     is_done = is_kept[0] & ((situations[:, 0] & ~given.holds) == 0).all(axis=0)
     step = search.step
@@ -194,7 +195,8 @@ def _pick(kept: tuple, before: Array, known: Array) -> tuple:
     here = (jnp.arange(K, dtype=jnp.int32)[:, None] == num_kept[None]) & goes[None]
     contains = ((one[:, None] & ~before) == 0).all(axis=0)
     situations = jnp.where(here[None], one[:, None], situations)
-    places = jnp.where(here, jnp.where(is_it, jnp.arange(key.shape[0], dtype=jnp.int32)[:, None], 0).sum(axis=0)[None], places)
+    number = jnp.arange(key.shape[0], dtype=jnp.int32)[:, None]
+    places = jnp.where(here, jnp.where(is_it, number, 0).sum(axis=0, dtype=jnp.int32)[None], places)
     is_out = (is_it | contains) & (goes | ~is_new)[None]  # what finds no room stays, so that it is seen to have been cut off
     return situations, places, num_kept + goes.astype(jnp.int32), jnp.where(is_out, _NEVER, key)
 
@@ -213,12 +215,12 @@ def _unwound(chosen: Array, parent: Array, length: Array) -> Array:
         step = length - 1 - number  # of the search, for each task
         is_on = step >= 0
         is_row = (jnp.arange(T, dtype=jnp.int32)[:, None, None] == step[None, None]) & (beam == at[None])[None]
-        action, up = (jnp.where(is_row, trail, 0).sum(axis=(0, 1)) for trail in (chosen, parent))
+        action, up = (jnp.where(is_row, trail, 0).sum(axis=(0, 1), dtype=jnp.int32) for trail in (chosen, parent))
         actions = _with_row(actions, jnp.where(is_on, action, -1)[None], number, 0)
         return jnp.where(is_on, up, at), actions
 
     nothing = jnp.full((T, length.shape[0]), -1, jnp.int32)
-    return lax.fori_loop(0, length.max().clip(0, T), back, (jnp.zeros_like(length), nothing))[1]
+    return lax.fori_loop(np.int32(0), length.max().clip(0, T), back, (jnp.zeros_like(length), nothing))[1]
 
 
 def _is_replayed(rules: _Rules, given: _Given, actions: Array, goal: Array) -> Array:
@@ -236,7 +238,7 @@ def _is_replayed(rules: _Rules, given: _Given, actions: Array, goal: Array) -> A
         return jnp.where(is_on[None], after, situation), is_right & (can | ~is_on)
 
     num_steps = (actions >= 0).any(axis=1).sum(dtype=jnp.int32)
-    end, is_right = lax.fori_loop(0, num_steps, act, (given.holds, jnp.ones(actions.shape[1], bool)))
+    end, is_right = lax.fori_loop(np.int32(0), num_steps, act, (given.holds, jnp.ones(actions.shape[1], bool)))
     return is_right & ((goal & ~end) == 0).all(axis=0)
 
 

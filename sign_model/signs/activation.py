@@ -6,6 +6,7 @@ import chex
 import jax
 import jax.numpy as jnp
 
+from sign_model.ground.loops import repeat
 from sign_model.signs.matrix import Array, Component, Matrices
 
 
@@ -37,7 +38,7 @@ def spread_activation(matrices: Matrices, activation: Array, *, decay: Array, st
         return active.at[target].max(jnp.broadcast_to(sent, target.shape), mode="drop")
 
     def one(active: Array) -> Array:
-        return jax.lax.fori_loop(0, steps, step, active)
+        return repeat(steps, step, active)
 
     for _ in range(activation.ndim - 1):
         one = jax.vmap(one)

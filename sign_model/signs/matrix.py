@@ -140,7 +140,7 @@ def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
     """
     named = (matrices.bits & (matrices.kind == kind)[:, None, :]).any(axis=2)
     num_signs = matrices.is_sign.shape[0]
-    slot = jnp.arange(named.shape[0])[:, None]
+    slot = jnp.arange(named.shape[0], dtype=jnp.int32)[:, None]
     # Unused rows point one past the end, where the update is dropped (index -1 would wrap to the last sign).
     column = jnp.where(matrices.feature >= 0, matrices.feature, num_signs)
     return jnp.zeros((named.shape[0], num_signs), bool).at[slot, column].max(named, mode="drop")

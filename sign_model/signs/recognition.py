@@ -16,6 +16,7 @@ import chex
 import jax
 import jax.numpy as jnp
 
+from sign_model.ground.loops import repeat
 from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices, num_columns, record
 
 
@@ -135,7 +136,7 @@ def _advanced(
         found = jnp.where(done, matrices.owner, offered.shape[0])
         return offered.at[found].set(True, mode="drop")
 
-    offered = jax.lax.fori_loop(0, levels - 1, offer, jnp.asarray(features))
+    offered = repeat(levels - 1, offer, jnp.asarray(features))
     return _stepped(matrices, prefix, offered, is_ours, contiguous=contiguous)
 
 

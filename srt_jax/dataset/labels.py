@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from sign_model.ground.marks import jitted
 from srt_jax.engine.arguments import batch_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.many_tasks import solve_many
@@ -78,7 +79,7 @@ def _as_sets(solutions: list[Solution], name: str, num_obstacles: int) -> np.nda
     return sets
 
 
-@jax.jit
+@jitted
 def _maps(labels: Array, removed: Array, blocking: Array, start: Array, goal: Array, is_solved: Array) -> dict[str, Array]:
     """Returns the labels that are maps, [B, H, W] each."""
     _, _, H, W = labels.shape

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from jax import core
 
 from sign_model.ground.cores import num_cores
 from srt_jax.types import Array
@@ -48,6 +49,27 @@ def is_on_host(*arrays: Array) -> bool:
         return False
     placed = [array for array in arrays if hasattr(array, "devices")]  # the others are numpy's, or were made while tracing
     return all(array.devices() == home for array in placed)
+
+
+def device_of(*arrays: Array) -> Any:
+    """Returns the device, not the default one, that holds the arrays of JAX among these; None where there is no such one.
+
+    An array that JAX may move, since nobody has asked for its place, counts only where there are no others.
+    """
+    placed = [array for array in arrays if isinstance(array, jax.Array) and not isinstance(array, core.Tracer)]
+    fixed = [array for array in placed if getattr(array, "committed", True)]
+    devices = {device for array in fixed or placed for device in array.devices()}
+    default = jax.config.jax_default_device or jax.local_devices()[0]  # pyright: ignore
+    return devices.pop() if len(devices) == 1 and devices != {default} else None
+
+
+def at_device_of(fun: Callable[[], Any], *arrays: Array) -> Any:
+    """Returns fun(), computed on the device that holds the arrays, and put there, although it goes by way of the host."""
+    device = device_of(*arrays)
+    if device is None:
+        return fun()
+    with jax.default_device(device):
+        return jax.device_put(fun(), device)
 
 
 @functools.cache

@@ -43,8 +43,11 @@ def call(
         folded = [arguments.fold(array, array.ndim - len(batch)) for array in arrays]
         out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
     else:
-        out = _call_eagerly(kernel, on_quads, is_light, [_folded(array, batch) for array in arrays], options)
-    return jax.tree.map(lambda array: _unfolded(array, batch), out)
+        folded = [_folded(array, batch) for array in arrays]
+        return cores.at_device_of(
+            lambda: _all_unfolded(_call_eagerly(kernel, on_quads, is_light, folded, options), batch), *arrays
+        )
+    return _all_unfolded(out, batch)
 
 
 def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, arrays: Sequence[Array], options: tuple) -> Any:
@@ -105,6 +108,10 @@ def _folded(array: Array, batch: tuple[int, ...]) -> Array:
     """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
     core_rank = array.ndim - len(batch)
     return arguments.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
+
+
+def _all_unfolded(arrays: Any, batch: tuple[int, ...]) -> Any:
+    return jax.tree.map(lambda array: _unfolded(array, batch), arrays)
 
 
 def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:

@@ -15,7 +15,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from sign_model.ground.marks import apart, hidden_zero
+from sign_model.ground.loops import hidden_zero
+from sign_model.ground.marks import apart
 from srt_jax.engine.devices import device_by_device
 
 
@@ -36,7 +37,7 @@ def each(fun: Callable, *args: Any) -> Any:
         new = fun(*jax.tree.map(lambda leaf: lax.dynamic_index_in_dim(leaf, i, keepdims=False), args))
         return jax.tree.map(lambda leaf, value: lax.dynamic_update_index_in_dim(leaf, value, i, 0), out, new)
 
-    return lax.fori_loop(0, steps, step, empty)
+    return lax.fori_loop(jnp.int32(0), steps, step, empty)
 
 
 def read(array: Array, index: Array) -> Array:

@@ -138,7 +138,7 @@ class SmartRelocation:
 
     def is_truncated(self, state: EnvState, params: EnvParams) -> Array:
         """Returns whether time is up."""
-        return state.time >= params.max_steps_in_episode
+        return state.time >= jnp.asarray(params.max_steps_in_episode, jnp.int32)
 
     def discount(self, state: EnvState, params: EnvParams) -> Array:
         """Returns 0 in the goal, else 1: float32 []."""
@@ -184,11 +184,11 @@ class SmartRelocation:
         effect = act(params.levels, state, action)
         is_there = (effect.cell == params.levels.goal[state.level]).all()
         reward = (
-            jnp.where(is_there, params.goal_reward, 0.0)
-            - params.step_cost * effect.length
-            - params.removal_weight * effect.removal
-            - jnp.where(effect.is_wasted, params.wasted_cost, 0.0)
-        ).astype(jnp.float32)
+            jnp.where(is_there, _single(params.goal_reward), jnp.float32(0))
+            - _single(params.step_cost) * effect.length
+            - _single(params.removal_weight) * effect.removal
+            - jnp.where(effect.is_wasted, _single(params.wasted_cost), jnp.float32(0))
+        )
         stepped = state.replace(
             cell=effect.cell,
             gone=effect.gone,
@@ -225,7 +225,13 @@ def _check(state: EnvState, action: Array) -> None:
 def oracle_score(params: EnvParams) -> Array:
     """Returns the sum of rewards the oracle gets on each level: float32 [N]; NaN where it was not asked."""
     levels = params.levels
-    return params.goal_reward - params.step_cost * levels.length - params.removal_weight * levels.removal
+    reward, step_cost, weight = (_single(x) for x in (params.goal_reward, params.step_cost, params.removal_weight))
+    return reward - step_cost * levels.length - weight * levels.removal
+
+
+def _single(value: Array | float) -> Array:
+    """Returns a parameter as float32, whatever `jax_enable_x64` has made of the caller's number."""
+    return jnp.asarray(value, jnp.float32)
 
 
 def _begun(level: Array, params: EnvParams) -> EnvState:

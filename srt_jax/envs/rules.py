@@ -66,7 +66,7 @@ def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
     _, L, H, W = levels.labels.shape
     is_inside = (rows >= 0) & (rows < H) & (cols >= 0) & (cols < W)
     rows, cols = rows.clip(0, H - 1), cols.clip(0, W - 1)
-    return jnp.stack([jnp.where(is_inside, levels.labels[level, layer, rows, cols], OUTSIDE) for layer in range(L)])
+    return jnp.stack([jnp.where(is_inside, levels.labels[level, jnp.int32(layer), rows, cols], OUTSIDE) for layer in range(L)])
 
 
 def stands(gone: Array, ids: Array) -> Array:

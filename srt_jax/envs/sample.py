@@ -5,6 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from srt_jax.envs.levels import Levels
 from srt_jax.types import FREE, Array
@@ -41,7 +42,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
 
 
 def _priced(key: Array, shape: tuple[int, ...]) -> Array:
-    return jax.random.choice(key, jnp.asarray(np.array(_PRICES, np.float32)), shape)
+    return jnp.asarray(np.array(_PRICES, np.float32))[jax.random.randint(key, shape, 0, len(_PRICES), jnp.int32)]
 
 
 def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
@@ -51,17 +52,17 @@ def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
     rows = 1 + band * jnp.arange(_BARRIERS, dtype=jnp.int32) + inner
     segment = jnp.minimum(jnp.arange(size, dtype=jnp.int32) * _SEGMENTS // size, _SEGMENTS - 1)
     is_on = jnp.arange(size, dtype=jnp.int32)[:, None] == rows[None, :]  # [size, barriers]
-    which = jnp.where(is_on.any(axis=1), is_on.argmax(axis=1).astype(jnp.int32), -1)
+    which = jnp.where(is_on.any(axis=1), lax.argmax(is_on, 1, jnp.int32), -1)
     labels = jnp.where(which[:, None] >= 0, which[:, None] * _SEGMENTS + segment[None, :], FREE)
     price = _priced(keys[1], (_BARRIERS, _SEGMENTS))
     if not is_fence:
-        is_fixed = jax.random.bernoulli(keys[2], 0.5, (_BARRIERS, _SEGMENTS))
+        is_fixed = jax.random.bernoulli(keys[2], jnp.float32(0.5), (_BARRIERS, _SEGMENTS))
         spared = jax.random.randint(keys[3], (_BARRIERS, 1), 0, _SEGMENTS, jnp.int32)
         is_fixed &= jnp.arange(_SEGMENTS, dtype=jnp.int32)[None] != spared
         price = jnp.where(is_fixed, jnp.inf, price)
     cols = jax.random.randint(keys[4], (2,), 0, size, jnp.int32)
     ends = jnp.stack([jnp.stack([jnp.int32(0), cols[0]]), jnp.stack([jnp.int32(size - 1), cols[1]])])
-    is_flipped, is_turned = jax.random.bernoulli(keys[5], 0.5, (2,))
+    is_flipped, is_turned = jax.random.bernoulli(keys[5], jnp.float32(0.5), (2,))
     ends = jnp.where(is_flipped, ends[::-1], ends)
     labels, ends = jnp.where(is_turned, labels.T, labels), jnp.where(is_turned, ends[:, ::-1], ends)
     return labels, price.reshape(-1), ends[0], ends[1]
@@ -75,20 +76,20 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
     walls = np.isin(row, edges) | np.isin(col, edges)
     labels = jnp.asarray(np.where(walls, 0, FREE).astype(np.int32))
     number = (_ROOMS - 1) * _ROOMS
-    places = jax.random.uniform(keys[0], (2, number))
-    is_open = jax.random.bernoulli(keys[1], 0.25, (2, number))
+    places = jax.random.uniform(keys[0], (2, number), jnp.float32)
+    is_open = jax.random.bernoulli(keys[1], jnp.float32(0.25), (2, number))
     for axis in range(2):
         for index in range(number):
             wall, room = edges[1 + index // _ROOMS], index % _ROOMS
             low, high = int(edges[room]) + 1, int(edges[room + 1])
             place = low + (places[axis, index] * (high - low)).astype(jnp.int32).clip(0, high - low - 1)
-            door = jnp.where(is_open[axis, index], FREE, 1 + axis * number + index).astype(jnp.int32)
+            door = jnp.where(is_open[axis, index], jnp.int32(FREE), jnp.int32(1 + axis * number + index))
             here = (int(wall), place) if axis == 0 else (place, int(wall))
             labels = jnp.where((row == here[0]) & (col == here[1]), door, labels)
     price = jnp.concatenate([jnp.full(1, jnp.inf, jnp.float32), _priced(keys[2], (2 * number,))])
-    rooms = jax.random.choice(keys[3], _ROOMS * _ROOMS, (2,), replace=False).astype(jnp.int32)
+    rooms = jax.random.choice(keys[3], jnp.arange(_ROOMS * _ROOMS, dtype=jnp.int32), (2,), replace=False)
     rooms = jnp.stack([rooms // _ROOMS, rooms % _ROOMS], axis=1)  # [2 ends, 2]
     lows, highs = jnp.asarray(edges[:-1] + 1)[rooms], jnp.asarray(edges[1:])[rooms]
-    inside = (jax.random.uniform(keys[4], (2, 2)) * (highs - lows).astype(jnp.float32)).astype(jnp.int32)
+    inside = (jax.random.uniform(keys[4], (2, 2), jnp.float32) * (highs - lows).astype(jnp.float32)).astype(jnp.int32)
     ends = lows + jnp.minimum(inside, highs - lows - 1)
     return labels, price, ends[0], ends[1]

@@ -33,7 +33,7 @@ class Box:
 
     def sample(self, key: Array) -> Array:
         """Returns an array drawn evenly between the bounds."""
-        return jax.random.uniform(key, self.shape, minval=self.low, maxval=self.high).astype(self.dtype)
+        return jax.random.uniform(key, self.shape, jnp.float32, self.low, self.high).astype(self.dtype)
 
     def contains(self, x: Array) -> Array:
         """Returns whether every entry of `x` lies within the bounds."""

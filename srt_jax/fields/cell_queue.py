@@ -37,11 +37,11 @@ def neighbours(free: Array) -> Array:
 
     def row_bits(row: Array) -> Array:
         """Row by row: all at once, each byte of the flat result would be computed from its row and column, ten times slower."""
-        rows = lax.dynamic_slice(byte, (row, 0), (3, width + 4))
+        rows = lax.dynamic_slice(byte, (row, np.int32(0)), (3, width + 4))
         moved = [rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)]
         return functools.reduce(jnp.bitwise_or, moved)
 
-    return lax.map(row_bits, jnp.arange(height + 2)).reshape(-1)
+    return lax.map(row_bits, jnp.arange(height + 2, dtype=jnp.int32)).reshape(-1)
 
 
 @functools.cache

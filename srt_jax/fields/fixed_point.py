@@ -45,8 +45,8 @@ def finest_scale(free: Array) -> Array | int:
         most = _LONGEST[-1] // 3 * 4
         raise ValueError(f"a map of {height}x{width} cells is too large for exact lengths: split it, at most {most} cells")
     count = jnp.pad(free, ((0, height % 2), (0, width % 2))).astype(jnp.int32)
-    count = count.reshape(rows, 2, cols, 2).sum((1, 3))
-    num_free, num_path = count.sum(), jnp.where(count == 4, 2, count).sum()
+    count = count.reshape(rows, 2, cols, 2).sum((1, 3), dtype=jnp.int32)
+    num_free, num_path = count.sum(dtype=jnp.int32), jnp.where(count == 4, 2, count).sum(dtype=jnp.int32)
     longest = num_path + (num_free - num_path) // 4 + 1
     return sum((longest > bound).astype(jnp.int32) for bound in _LONGEST[:-1])
 

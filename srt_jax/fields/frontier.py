@@ -28,7 +28,7 @@ def frontier(field: Array, straight: Array, diagonal: Array, towards: Target | N
 
     def row_words(row: Array) -> Array:
         """One row at a time: XLA would split a step over the whole map among threads, which no marked call can hold."""
-        above, here, below = lax.dynamic_slice(field, (row, 0), (3, stride))
+        above, here, below = lax.dynamic_slice(field, (row, jnp.int32(0)), (3, stride))
         can_improve = _can_improve(above, here, below, straight, diagonal)
         if towards is not None:
             cols = jnp.arange(1, width + 1, dtype=jnp.int32)
@@ -37,7 +37,7 @@ def frontier(field: Array, straight: Array, diagonal: Array, towards: Target | N
 
     most = jnp.uint32(0) if towards is None else towards.cost(field.reshape(-1), stride)
 
-    return lax.map(row_words, jnp.arange(height - 2))
+    return lax.map(row_words, jnp.arange(height - 2, dtype=jnp.int32))
 
 
 def _can_improve(above: Array, here: Array, below: Array, straight: Array, diagonal: Array) -> Array:

@@ -12,6 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
+from sign_model.ground.loops import repeat
+
 BLOCKED = np.uint32(1 << 31)
 
 _STRIP = 16  # rows
@@ -56,11 +58,13 @@ def transposed(field: Array) -> Array:
     if rows < _STRIP:
         return field.T
 
+    zero = np.int32(0)
+
     def move(strip: Array, out: Array) -> Array:
         first = jnp.minimum(strip * _STRIP, rows - _STRIP)
-        return lax.dynamic_update_slice(out, lax.dynamic_slice(field, (first, 0), (_STRIP, cols)).T, (0, first))
+        return lax.dynamic_update_slice(out, lax.dynamic_slice(field, (first, zero), (_STRIP, cols)).T, (zero, first))
 
-    return lax.fori_loop(0, -(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
+    return repeat(-(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
 
 
 def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
@@ -69,19 +73,20 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
     Reading an array that the loop carries anywhere but in the slice then overwritten would copy it at every step.
     """
     rows, cols = field.shape
+    zero = np.int32(0)
 
     def row_of(field: Array, y: Array) -> Array:
-        return lax.dynamic_slice(field, (y, 0), (1, cols))[0]
+        return lax.dynamic_slice(field, (y, zero), (1, cols))[0]
 
     def row_step(step: Array, carry: tuple) -> tuple:
         line, bare, field = carry  # the row before, with its border and without: to cut it out again costs 50 %
         y = rows - 2 - step if upwards else 1 + step
         new = _relaxed(line, bare, row_of(field, y), straight, diagonal)
         line = lax.dynamic_update_slice(line, new, (1,))  # its ends, the border, stay: a pad is slower by 40 %
-        return line, new, lax.dynamic_update_slice(field, line[None], (y, 0))
+        return line, new, lax.dynamic_update_slice(field, line[None], (y, zero))
 
     line = row_of(field, jnp.int32(rows - 1 if upwards else 0))
-    return lax.fori_loop(0, rows - 2, row_step, (line, line[1:-1], field))[2]
+    return repeat(rows - 2, row_step, (line, line[1:-1], field))[2]
 
 
 def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:

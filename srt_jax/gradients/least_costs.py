@@ -16,6 +16,7 @@ import numpy as np
 from jax import lax
 from jax.dtypes import float0
 
+from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, eager
 from srt_jax.gradients.cell_costs import cost_maps
 from srt_jax.gradients.path_tree import move_integral, parents, path_mask, path_sums
@@ -88,12 +89,12 @@ def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[A
     return batch
 
 
-@jax.jit
+@jitted
 def _along_tree(tree: Array, tangent: Array) -> Array:
     return path_sums(tree, move_integral(tree, tangent))
 
 
-@jax.jit
+@jitted
 def _along_path(tree: Array, on_path: Array, tangent: Array) -> Array:
     return jnp.where(on_path, move_integral(tree, tangent), 0).sum(axis=(-2, -1))
 

@@ -58,7 +58,7 @@ def _contour_quads(free: Array, seed: Array, goal: Array, size: Array) -> Array:
     group = packing.group_size(batch, height, 4 * count)
 
     def value(row: Array, col: Array) -> Array:
-        quad = free[jnp.arange(batch), row, col // 4]
+        quad = free[jnp.arange(batch, dtype=jnp.int32), row, col // 4]
         return ((quad >> (8 * (col % 4)).astype(jnp.uint32)) & jnp.uint32(1)).astype(jnp.int32)
 
     ahead = _ahead(value, (height, 4 * count), seed, goal, size)
@@ -113,7 +113,8 @@ def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None 
     batch, height, width = free.shape
     if size is None:
         size = jnp.broadcast_to(jnp.array((height, width), jnp.int32)[None], seed.shape)
-    return _ahead(lambda row, col: free[jnp.arange(batch), row, col].astype(jnp.int32), (height, width), seed, goal, size)
+    which = jnp.arange(batch, dtype=jnp.int32)
+    return _ahead(lambda row, col: free[which, row, col].astype(jnp.int32), (height, width), seed, goal, size)
 
 
 def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, size: Array) -> Array:

@@ -60,7 +60,7 @@ def corridor(
     start, goal = jnp.asarray(arguments.as_cells("start", start)), jnp.asarray(arguments.as_cells("goal", goal))
     permitted = jnp.asarray(deviation, jnp.float32)
     permitted = jnp.broadcast_to(permitted, start.shape[:-1])[..., None, None] + jnp.float32(_SLACK)
-    rows, cols = (place.astype(jnp.int32) for place in jnp.meshgrid(jnp.arange(height), jnp.arange(width), indexing="ij"))
+    rows, cols = jnp.indices((height, width), jnp.int32)
     rows, cols = (place.reshape((1,) * (start.ndim - 1) + place.shape) for place in (rows, cols))
     (row, col), (to_row, to_col) = (_sides(cell) for cell in (start, goal))
     down, right = to_row - row, to_col - col

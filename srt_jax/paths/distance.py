@@ -178,7 +178,7 @@ def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: 
         field = sweep(field)
         if towards is not None:
             return *listed(field), field
-        num_reached = jnp.sum((field < row_sweeps.unreached(diagonal)).astype(jnp.int32))
+        num_reached = jnp.sum(field < row_sweeps.unreached(diagonal), dtype=jnp.int32)
         field = lax.cond(num_reached * 8 > field.size, sweep, lambda field: field, field)
         return *listed(field), field
 
@@ -215,5 +215,5 @@ def _swept_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
 def _is_rough(free: Array) -> Array:
     """Whether paths are likely to turn often: whether walls lie closer than a dozen cells, in a sample of rows."""
     sample = free[::4]
-    num_edges = jnp.sum((sample[:, 1:] != sample[:, :-1]).astype(jnp.int32))
+    num_edges = jnp.sum(sample[:, 1:] != sample[:, :-1], dtype=jnp.int32)
     return num_edges * 12 > sample.size

@@ -89,7 +89,7 @@ def _trace(
             # Read cell by cell from the whole batch: a map cut out would be a copy of it, ten times the walk.
             return _walk(_reader(cost, which, unreached), goal, straight, diagonal, max_cells)
 
-        return each(one_map, jnp.arange(cost.shape[0]), *rest)
+        return each(one_map, jnp.arange(cost.shape[0], dtype=jnp.int32), *rest)
 
     cells, num_cells, at_goal = compiled_whole(all_maps)(cost, goal, straight, diagonal)
     return cells, jnp.where(at_goal == unreached, 0, num_cells), at_goal
@@ -116,7 +116,7 @@ def _walk(at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells
     def step(state: tuple) -> tuple:
         row, col, here, num, cells = state
         row, col, there = _parent(at, row, col, here, straight, diagonal)
-        cells = lax.dynamic_update_slice(cells, jnp.stack([row, col])[None], (max_cells - 1 - num, 0))
+        cells = lax.dynamic_update_slice(cells, jnp.stack([row, col])[None], (max_cells - 1 - num, np.int32(0)))
         return row, col, there, num + 1, cells
 
     at_goal = at(goal[0], goal[1])
@@ -127,7 +127,7 @@ def _walk(at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells
     *_, num, cells = lax.while_loop(lambda state: state[2] > 0, step, state)
     padding = jnp.full((max_cells, 2), -1, jnp.int32)
     first = jnp.where(is_reached & (num <= max_cells), max_cells - num, max_cells)
-    cells = lax.dynamic_slice(jnp.concatenate([cells, padding]), (first, 0), (max_cells, 2))
+    cells = lax.dynamic_slice(jnp.concatenate([cells, padding]), (first, np.int32(0)), (max_cells, 2))
     return cells, num, at_goal
 
 

@@ -10,6 +10,7 @@ import functools
 import jax.numpy as jnp
 from jax import Array, lax
 
+from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, runs_in_place
 from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
@@ -123,7 +124,7 @@ def cells_in_group(free: Array, cell: Array) -> Array:
         bit = jnp.where(inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0))
         return lax.dynamic_update_slice(marks, bit & lax.dynamic_slice(free, at, (1, 1)), at)
 
-    return lax.fori_loop(0, group, mark, jnp.zeros_like(free))
+    return repeat(group, mark, jnp.zeros_like(free))
 
 
 def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:

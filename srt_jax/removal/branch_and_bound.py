@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from sign_model.ground.marks import least, total
+from sign_model.ground.loops import least, total
 from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.obstacles import Labels
@@ -142,7 +142,7 @@ def _search(
         is_told = is_better | (is_too_long & ~jnp.isfinite(best.cost))
         route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed))
         order = jnp.where(gone, NEVER, needed)
-        first = jnp.argmin(order).astype(jnp.int32)
+        first = lax.argmin(order, 0, jnp.int32)
         is_settled = jnp.min(order) == NEVER
         branch = jnp.where(is_settled | is_too_long, -1, first)
         return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long

@@ -137,7 +137,7 @@ def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Sy
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
 
     def take(left: Array, _: None) -> tuple[Array, Array]:
-        best = jnp.where(left, h, 2 * FAR + 1).argmin(axis=1).astype(jnp.int32)
+        best = lax.argmin(jnp.where(left, h, 2 * FAR + 1), 1, jnp.int32)
         return left & (ids != best[:, None]), jnp.where(left.any(axis=1), best, -1)
 
     return lax.scan(take, blocking, None, length=symbolic.num_slots)[1].T
@@ -182,7 +182,7 @@ def _carry_out(walk: Walk, steps: Array, chosen: Array, goes: Array) -> Walk:
         is_over = is_over | (act == Act.DESTROY)
     K = walk.destroyed.shape[1]
     is_slot = (jnp.arange(K, dtype=jnp.int32)[None] == walk.num_destroyed[:, None]) & goes[:, None]
-    ids = chosen.argmax(axis=1).astype(jnp.int32)[:, None]
+    ids = lax.argmax(chosen, 1, jnp.int32)[:, None]
     return walk._replace(
         destroyed=jnp.where(is_slot, ids, walk.destroyed),
         destroyed_at=jnp.where(is_slot, walk.num_cells[:, None] - 1, walk.destroyed_at),

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
-from sign_model.ground.marks import least
+from sign_model.ground.loops import least
 from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
 from srt_jax.obstacles import Labels

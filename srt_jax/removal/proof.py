@@ -44,7 +44,7 @@ def blockages(task: Task, reached: Array, *, is_cut_off: Array, is_inside: Array
         return number + 1, first, found.on_contour & ~task.destroyable & is_last
 
     nothing = Blockage(jnp.full((B, 2), -1, jnp.int32), jnp.zeros_like(reached), jnp.zeros((B, M), bool))
-    num_rounds = jnp.where(is_apart.any(), 2, 1)
+    num_rounds = jnp.where(is_apart.any(), jnp.int32(2), jnp.int32(1))
     # Ends: after one round or two.
     _, first, firm = lax.while_loop(lambda state: state[0] < num_rounds, look, (jnp.int32(0), nothing, nothing.on_contour))
     return first, firm

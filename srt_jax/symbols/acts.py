@@ -3,7 +3,8 @@
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, in_a_loop
+from sign_model.ground.loops import in_a_loop
+from sign_model.ground.marks import compiled_whole
 from srt_jax.engine.kernel import each
 from srt_jax.types import Act, Array
 
@@ -35,7 +36,7 @@ def left_behind(labels: Array, cells: Array, num_cells: Array, destroyed: Array,
                 end = lax.while_loop(lambda i: (i < following) & is_covered(i, obstacle), lambda i: i + 1, first)
                 return lax.dynamic_update_slice(left, jnp.where(obstacle >= 0, end, -1)[None], (k,))
 
-            return lax.fori_loop(0, (ids >= 0).sum(dtype=jnp.int32), leave, jnp.full(K, -1, jnp.int32))
+            return lax.fori_loop(jnp.int32(0), (ids >= 0).sum(dtype=jnp.int32), leave, jnp.full(K, -1, jnp.int32))
 
         return each(one_route, jnp.arange(cells.shape[0], dtype=jnp.int32), last, ids, at)
 

@@ -1,0 +1,99 @@
+"""JAX's switches round a call: jit disabled, another device, transfers guarded, checks for NaN and leaks, keys of old form."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import srt_jax
+from srt_jax.envs.sample import sample_levels
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+START, GOAL = np.zeros(2, np.int32), np.array([4, 5], np.int32)
+
+
+def ground():
+    free = np.ones((5, 6), bool)
+    free[:3, 3] = False
+    return free, np.ones((5, 6), np.float32)
+
+
+def kernels(place=lambda array: array):
+    """Returns name -> answer of the kernels, on arrays that `place` has put somewhere."""
+    free, cost, start, goal = (place(array) for array in (*ground(), START, GOAL))
+    return {
+        "reach": srt_jax.reach(free, start),
+        "lengths": srt_jax.cost_to_come(free, start),
+        "costs": srt_jax.cost_to_come(free, start, cost),
+        "path": srt_jax.trace_path(srt_jax.cost_to_come(free, start), goal, max_cells=12).cells,
+        "seed": srt_jax.seed_cell(free, goal),
+        "contour": srt_jax.contour(free, start, goal),
+        "gradient": jax.grad(lambda cost: srt_jax.path_cost(free, start, goal, cost))(cost),
+    }
+
+
+def equal(one, other):
+    return all(np.asarray(one[name]).tobytes() == np.asarray(other[name]).tobytes() for name in one)
+
+
+def test_kernels_stay_compiled_where_jit_is_disabled():
+    expected = kernels()
+    with jax.disable_jit():
+        assert equal(expected, kernels())
+        free = ground()[0]
+        assert jax.vmap(srt_jax.reach)(free[None], START[None]).tolist() == [expected["reach"].tolist()]
+
+
+@pytest.mark.parametrize("mode", [jax.checking_leaks, lambda: jax.debug_nans(True), lambda: jax.threefry_partitionable(False)])
+def test_checks_of_jax_find_nothing(mode):
+    free = ground()[0]
+    expected = srt_jax.cost_to_come(free, START)
+    with mode():  # compiled anew under each
+        assert srt_jax.cost_to_come(free, START).tolist() == expected.tolist()
+
+
+def test_guarded_transfers_leave_alone_what_lies_on_the_device():
+    free, start = jnp.asarray(ground()[0]), jnp.asarray(START)
+    run = jax.jit(srt_jax.reach)
+    expected = run(free, start).tolist()
+    with jax.transfer_guard("disallow"):
+        told = run(free, start)
+    assert told.tolist() == expected
+
+
+def test_random_keys_of_both_forms_draw_the_same():
+    one, other = (sample_levels(key, count=2, kind="walls") for key in (jax.random.key(5), jax.random.PRNGKey(5)))
+    assert all((a == b).all() for a, b in zip(one.to_tuple()[:5], other.to_tuple()[:5]))
+
+
+_ON_THE_SECOND = """
+import sys
+import jax
+sys.path.insert(0, "tests")
+import srt_jax
+from tests.engine.test_jax_modes import ground, kernels
+second = jax.devices()[1]
+for name, answer in kernels(lambda array: jax.device_put(array, second)).items():
+    assert answer.devices() == {second}, (name, answer.devices())
+task = jax.device_put(srt_jax.make_task(ground()[0], (0, 0), (4, 5)), second)
+answer = srt_jax.solve(task)
+assert all(leaf.devices() == {second} for leaf in jax.tree.leaves(answer)), "solve"
+assert srt_jax.reach(ground()[0], (0, 0)).devices() == {jax.devices()[0]}
+"""
+
+
+def test_an_input_on_the_second_device_is_answered_there():
+    flags = os.environ.get("XLA_FLAGS", "") + " --xla_force_host_platform_device_count=2"
+    env = os.environ | {
+        "XLA_FLAGS": flags,
+        "JAX_PLATFORMS": "cpu",
+        "PYTHONPATH": str(ROOT),
+        "JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir),
+    }
+    done = subprocess.run([sys.executable, "-c", _ON_THE_SECOND], env=env, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-3000:]
