@@ -1,17 +1,19 @@
 """Connected components of a mask, numbered, on the host.
 
-`label` joins cells by sides and corners: obstacles are those components where only `free` is given. `regions` joins
-cells by sides only, as an agent walks.
+`label` joins cells by sides and corners: obstacles are those components where only `free` is given.
+`regions` joins cells by sides only, as an agent walks.
 """
 
 import numpy as np
 
 
 def label(blocked: np.ndarray) -> np.ndarray:
-    """Returns the number of the 8-connected component of each blocked cell; -1 where the cell is not blocked.
+    """Returns the number of the 8-connected component of each blocked cell; -1 where the cell is
+    not blocked.
 
-    Components are numbered from 0 in row-major order of their first cell. They are joined run by run: runs of blocked cells in
-    a row are the nodes, and runs of neighbouring rows that touch by side or corner are the edges.
+    Components are numbered from 0 in row-major order of their first cell. They are joined run by
+    run: runs of blocked cells in a row are the nodes, and runs of neighbouring rows that touch by
+    side or corner are the edges.
 
     Args:
       blocked: bool [H, W], NumPy.
@@ -31,9 +33,11 @@ def label(blocked: np.ndarray) -> np.ndarray:
 
 
 def regions(mask: np.ndarray) -> np.ndarray:
-    """Returns int64 [H, W], for each cell of `mask` the number of its component, connected by sides; -1 elsewhere.
+    """Returns int64 [H, W], for each cell of `mask` the number of its component, connected by
+    sides; -1 elsewhere.
 
-    Runs of cells in a row are linked to those below; a run takes the least number among its links until none changes.
+    Runs of cells in a row are linked to those below; a run takes the least number among its links
+    until none changes.
     """
     flat = np.pad(mask, ((0, 0), (0, 1))).ravel()
     stride = mask.shape[1] + 1
@@ -52,13 +56,17 @@ def regions(mask: np.ndarray) -> np.ndarray:
 
 
 def largest_region(free: np.ndarray) -> np.ndarray:
-    """Returns bool [H, W], the largest component of `free`, connected by sides; the first in row order among equals."""
+    """Returns bool [H, W], the largest component of `free`, connected by sides; the first in row
+    order among equals.
+    """
     numbers = regions(free)
     return numbers == np.argmax(np.bincount(numbers[free])) if free.any() else free.copy()
 
 
 def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and last cell of every run, as row * (W + 1) + col: one free column is added, so that no run passes a row's end."""
+    """First and last cell of every run, as row * (W + 1) + col: one free column is added, so that
+    no run passes a row's end.
+    """
     height, width = blocked.shape
     wide = np.zeros((height, width + 1), np.int8)
     wide[:, :width] = blocked
@@ -67,9 +75,13 @@ def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of runs (upper, lower) in neighbouring rows that touch: the lower one's columns, one more at each end, meet."""
-    low = np.searchsorted(last, first - stride - 1)  # first run that ends no earlier than one column left of the run above
-    high = np.searchsorted(first, last - stride + 1, side="right")  # first run that begins more than one column right of it
+    """Pairs of runs (upper, lower) in neighbouring rows that touch: the lower one's columns, one
+    more at each end, meet.
+    """
+    # first run that ends no earlier than one column left of the run above
+    low = np.searchsorted(last, first - stride - 1)
+    # first run that begins more than one column right of it
+    high = np.searchsorted(first, last - stride + 1, side="right")
     count = np.maximum(high - low, 0)
     lower = np.repeat(np.arange(len(first)), count)
     offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
@@ -77,9 +89,11 @@ def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndar
 
 
 def _joined(num: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The least member of every node's component, given edges a-b: hooking roots onto smaller ones, then jumping to the root.
+    """The least member of every node's component, given edges a-b: hooking roots onto smaller ones,
+    then jumping to the root.
 
-    It ends, because every round in which an edge still joins two roots takes at least one root away; all but few in practice.
+    It ends, because every round in which an edge still joins two roots takes at least one root
+    away; all but few in practice.
     """
     root = np.arange(num)
     while True:

@@ -1,7 +1,9 @@
-"""One map of a batch in machine words: which cells are open once obstacles are gone, which obstacles border a region.
+"""One map of a batch in machine words: which cells are open once obstacles are gone, which
+obstacles border a region.
 
-`owners_at` and `opens_at` answer for one cell of each map of a batch. The rest is for use inside a marked call
-(`kernel`), map by map: rows of labels are read from the whole batch, since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
+`owners_at` and `opens_at` answer for one cell of each map of a batch. The rest is for use inside a
+marked call (`kernel`), map by map: rows of labels are read from the whole batch, since a map cut
+out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
@@ -21,7 +23,8 @@ FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
 
 _MOST_SELECTED = 16
-"""Words of obstacles up to which picking one by comparing is faster than a table look-up per cell."""
+"""Words of obstacles up to which picking one by comparing is faster than a table look-up per cell.
+"""
 
 
 class Labels(NamedTuple):
@@ -33,11 +36,15 @@ class Labels(NamedTuple):
     def row(self, layer: int, row: Array) -> Array:
         """Returns int32 [W]."""
         width = self.all.shape[3]
-        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, jnp.int32(0)), (1, 1, 1, width)).reshape(width)
+        return lax.dynamic_slice(
+            self.all, (self.which, jnp.int32(layer), row, jnp.int32(0)), (1, 1, 1, width)
+        ).reshape(width)
 
     def at(self, layer: int, row: Array, col: Array) -> Array:
         """Returns int32 [], the nearest cell's label where the cell lies outside."""
-        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, col), (1, 1, 1, 1))[0, 0, 0, 0]
+        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, col), (1, 1, 1, 1))[
+            0, 0, 0, 0
+        ]
 
 
 def as_words(which: Array) -> Array:
@@ -46,7 +53,9 @@ def as_words(which: Array) -> Array:
 
 
 def open_cells(labels: Labels, gone: Array) -> Array:
-    """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a cell has to go."""
+    """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a
+    cell has to go.
+    """
     words = as_words(gone)
     return _row_by_row(labels, lambda ids: (ids == FREE) | _is_one_of(ids, words), jnp.logical_and)
 
@@ -57,7 +66,9 @@ def cells_of(labels: Labels, which: Array) -> Array:
     return _row_by_row(labels, lambda ids: _is_one_of(ids, words), jnp.logical_or)
 
 
-def _row_by_row(labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]) -> Array:
+def _row_by_row(
+    labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]
+) -> Array:
     """Returns the cells whose labels pass the test, of all layers joined, as a mask."""
     _, num_layers, height, _ = labels.all.shape
 
@@ -79,17 +90,23 @@ def _is_one_of(ids: Array, which: Array) -> Array:
 
 
 def all_open_cells(labels: Array, gone: Array) -> Array:
-    """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
+    """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H,
+    words].
+    """
     return of_all(open_cells, labels, gone)
 
 
 def all_cells_of(labels: Array, which: Array) -> Array:
-    """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B, H, words]."""
+    """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B, H,
+    words].
+    """
     return of_all(cells_of, labels, which)
 
 
 def all_met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
-    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool [B, M]."""
+    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool
+    [B, M].
+    """
     return of_all(functools.partial(met_by, num_obstacles=num_obstacles), labels, cells)
 
 
@@ -102,7 +119,11 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
     """Returns fun(labels of one map, ...) of each map of a batch, in a marked call."""
 
     def all_maps(labels: Array, *args: Array) -> Any:
-        return each(lambda which, *args: fun(Labels(labels, which), *args), jnp.arange(len(labels), dtype=jnp.int32), *args)
+        return each(
+            lambda which, *args: fun(Labels(labels, which), *args),
+            jnp.arange(len(labels), dtype=jnp.int32),
+            *args,
+        )
 
     return compiled_whole(all_maps)(labels, *args)
 
@@ -111,16 +132,23 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if not runs_in_place():
         ids, is_asked = _owners(labels, cells)
-        return jnp.zeros(num_obstacles, bool).at[jnp.where(is_asked, ids, num_obstacles)].set(True, mode="drop")
+        return (
+            jnp.zeros(num_obstacles, bool)
+            .at[jnp.where(is_asked, ids, num_obstacles)]
+            .set(True, mode="drop")
+        )
 
     def note(met: Array, owner: Array, row: Array, col: Array) -> Array:
         return write(met, jnp.uint32(1), owner)
 
-    return _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+    return (
+        _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+    )
 
 
 def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) -> Array:
-    """Returns how near `goal` (int32 [2]) each obstacle comes with those of `cells` that it covers: int32 [M].
+    """Returns how near `goal` (int32 [2]) each obstacle comes with those of `cells` that it covers:
+    int32 [M].
 
     In the order of `octile_order`; FAR for an obstacle that covers none.
     """
@@ -128,24 +156,35 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     if not runs_in_place():
         ids, is_asked = _owners(labels, cells)
         rows, cols = jnp.indices(labels.all.shape[2:], jnp.int32)
-        h = jnp.broadcast_to(octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]).reshape(-1)
+        h = jnp.broadcast_to(
+            octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]
+        ).reshape(-1)
         return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
 
     def note(near: Array, owner: Array, row: Array, col: Array) -> Array:
-        return write(near, jnp.minimum(octile_order(row - goal[0], col - goal[1]), read_apart(near, owner)), owner)
+        return write(
+            near,
+            jnp.minimum(octile_order(row - goal[0], col - goal[1]), read_apart(near, owner)),
+            owner,
+        )
 
     return _noted(labels, cells, note, far)[:num_obstacles]
 
 
 def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
-    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for: [L * H * W] each."""
+    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for:
+    [L * H * W] each.
+    """
     own = labels.all[labels.which]
     asked = packing.unpack(cells[None], own.shape[2])
     return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
 
 
-def _noted(labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array) -> Array:
-    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the last owner is nobody.
+def _noted(
+    labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array
+) -> Array:
+    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the
+    last owner is nobody.
 
     Takes the lowest bit of the word in hand; when that was the last, the next word.
     """
@@ -156,14 +195,29 @@ def _noted(labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Ar
     def step(state: tuple) -> tuple:
         ahead, word, out = state
         which = ahead - one
-        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)  # of an empty word: a cell that is not noted
-        row, col = ((which // per_row).astype(jnp.int32), (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32))
+        # of an empty word: a cell that is not noted
+        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)
+        row, col = (
+            (which // per_row).astype(jnp.int32),
+            (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32),
+        )
         for layer in range(labels.all.shape[1]):
-            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(labels, row, col)
-            out = note(out, jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32), row, col)
+            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
+                labels, row, col
+            )
+            out = note(
+                out,
+                jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32),
+                row,
+                col,
+            )
         word = word & (word - one)
         is_spent = word == 0
-        return ahead + is_spent.astype(jnp.uint32), jnp.where(is_spent, read(words, ahead), word), out
+        return (
+            ahead + is_spent.astype(jnp.uint32),
+            jnp.where(is_spent, read(words, ahead), word),
+            out,
+        )
 
     state = (one, words[0], out)
     return lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
@@ -190,7 +244,9 @@ def holds(mask: Array, cell: Array) -> Array:
 
 
 def beside(mask: Array) -> Array:
-    """Returns the cells that share a side with one of the mask's, those inside it too; past the map's last column perhaps."""
+    """Returns the cells that share a side with one of the mask's, those inside it too; past the
+    map's last column perhaps.
+    """
     one, top = jnp.uint32(1), jnp.uint32(31)
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))
     along = (mask << one) | (mask >> one) | (wide[:, :-2] >> top) | (wide[:, 2:] << top)
@@ -198,32 +254,48 @@ def beside(mask: Array) -> Array:
 
 
 def around(masks: Array) -> Array:
-    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or corner."""
+    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or
+    corner.
+    """
     one, top = jnp.uint32(1), jnp.uint32(31)
     sides = [(0, 0)] * (masks.ndim - 2)
     guarded = jnp.pad(masks, (*sides, (0, 0), (1, 1)))
-    wide = masks | (masks << one) | (masks >> one) | (guarded[..., :-2] >> top) | (guarded[..., 2:] << top)
+    wide = (
+        masks
+        | (masks << one)
+        | (masks >> one)
+        | (guarded[..., :-2] >> top)
+        | (guarded[..., 2:] << top)
+    )
     wide = jnp.pad(wide, (*sides, (1, 1), (0, 0)))
     return wide[..., :-2, :] | wide[..., 1:-1, :] | wide[..., 2:, :]
 
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:
-    """Returns the obstacles that cover `cell` (int32 [B, 2]): bool [B, M]; none where it lies outside the array."""
+    """Returns the obstacles that cover `cell` (int32 [B, 2]): bool [B, M]; none where it lies
+    outside the array.
+    """
     owners, is_inside = _entry_at(jnp.moveaxis(labels, 1, -1), cell)  # [B, L]
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)
     return (owners[:, :, None] == ids[None, None, :]).any(axis=1) & is_inside[:, None]
 
 
 def opens_at(labels: Array, cell: Array, gone: Array) -> Array:
-    """Returns whether `cell` (int32 [B, 2]) is on the map and free once the obstacles `gone` (bool [B, M]) are: bool [B]."""
+    """Returns whether `cell` (int32 [B, 2]) is on the map and free once the obstacles `gone` (bool
+    [B, M]) are: bool [B].
+    """
     owners, is_inside = _entry_at(jnp.moveaxis(labels, 1, -1), cell)  # [B, L]
     is_open = (owners == FREE) | (jnp.take_along_axis(gone, owners.clip(0), axis=1) & (owners >= 0))
     return is_open.all(axis=1) & is_inside
 
 
 def _entry_at(array: Array, cell: Array) -> tuple[Array, Array]:
-    """Returns the entry of `array` [B, H, W, ...] at `cell`, or the nearest it has, and whether it has `cell` (bool [B])."""
+    """Returns the entry of `array` [B, H, W, ...] at `cell`, or the nearest it has, and whether it
+    has `cell` (bool [B]).
+    """
     _, H, W = array.shape[:3]
     row, col = cell[:, 0], cell[:, 1]
     is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
-    return array[jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)], is_inside
+    return array[
+        jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)
+    ], is_inside

@@ -1,4 +1,6 @@
-"""Imports run one way; judges share nothing with what they judge; the core loads nothing but jax, numpy and chex."""
+"""Imports run one way; judges share nothing with what they judge; the core loads nothing but jax,
+numpy and chex.
+"""
 
 import ast
 import collections
@@ -70,7 +72,9 @@ def is_module(name):
 
 def names(package):
     """Every module of a package by its dotted name, with its file."""
-    dotted = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in modules(package)}
+    dotted = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in modules(package)
+    }
     return {name.removesuffix(".__init__"): path for name, path in dotted.items()}
 
 
@@ -96,9 +100,14 @@ def test_imports_run_from_high_floors_to_low_ones(package):
 @pytest.mark.parametrize("package", FLOORS)
 def test_no_import_circle_joins_two_modules(package):
     files = names(package)
-    below = {name: {there for there, _ in imports_of(path) if there in files} - {name, package} for name, path in files.items()}
+    below = {
+        name: {there for there, _ in imports_of(path) if there in files} - {name, package}
+        for name, path in files.items()
+    }
     settled = set()
-    while ready := {name for name, needed in below.items() if name not in settled and needed <= settled}:
+    while ready := {
+        name for name, needed in below.items() if name not in settled and needed <= settled
+    }:
         settled |= ready
     assert set(files) - settled == set()
 
@@ -106,7 +115,9 @@ def test_no_import_circle_joins_two_modules(package):
 @pytest.mark.parametrize("package", FLOORS)
 def test_no_folder_holds_more_modules_than_a_reader_can_overlook(package):
     held = collections.Counter(path.parent for path in modules(package))
-    assert {str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > 20} == {}
+    assert {
+        str(folder.relative_to(ROOT)): count for folder, count in held.items() if count > 20
+    } == {}
 
 
 def test_judges_import_nothing_of_ours_but_types():
@@ -114,14 +125,25 @@ def test_judges_import_nothing_of_ours_but_types():
     for path in modules("srt_jax"):
         if part_of(path) in JUDGES:
             allowed = ("srt_jax.types", f"srt_jax.{part_of(path)}")
-            ours = [(name, line) for name, line in imports_of(path) if name.split(".")[0] in ("srt_jax", "sign_model")]
-            wrong += [f"{path.name}:{line} imports {name}" for name, line in ours if not name.startswith(allowed)]
+            ours = [
+                (name, line)
+                for name, line in imports_of(path)
+                if name.split(".")[0] in ("srt_jax", "sign_model")
+            ]
+            wrong += [
+                f"{path.name}:{line} imports {name}"
+                for name, line in ours
+                if not name.startswith(allowed)
+            ]
     assert not wrong
 
 
 def test_the_symbolic_level_never_imports_the_grid_level():
     wrong = [
-        f"{path.name}:{line}" for path in modules("sign_model") for name, line in imports_of(path) if name.startswith("srt_jax")
+        f"{path.name}:{line}"
+        for path in modules("sign_model")
+        for name, line in imports_of(path)
+        if name.startswith("srt_jax")
     ]
     assert not wrong
 
@@ -141,16 +163,23 @@ def test_the_shared_ground_stands_on_nothing_of_ours():
         f"{path.name}:{line} imports {name}"
         for path in modules("sign_model/ground")
         for name, line in imports_of(path)
-        if name.split(".")[0] in ("srt_jax", "sign_model") and not name.startswith("sign_model.ground")
+        if name.split(".")[0] in ("srt_jax", "sign_model")
+        and not name.startswith("sign_model.ground")
     ]
     assert not wrong
 
 
 def test_importing_the_shared_ground_loads_little_of_the_symbolic_level():
-    code = "import sys, sign_model.ground.marks, sign_model.ground.cores; print(*(m for m in sys.modules if 'sign_model' in m))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    code = (
+        "import sys, sign_model.ground.marks, sign_model.ground.cores; print(*(m for m in"
+        " sys.modules if 'sign_model' in m))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
     ground = {"sign_model", *(f"sign_model.ground{end}" for end in ("", ".marks", ".cores"))}
-    at_once = {f"sign_model.{name}" for name in ("validate", "task", "lifted", "bits")}  # see `sign_model`: numpy only
+    # see `sign_model`: numpy only
+    at_once = {f"sign_model.{name}" for name in ("validate", "task", "lifted", "bits")}
     assert set(done.stdout.split()) <= ground | at_once
 
 
@@ -160,7 +189,11 @@ def test_importing_loads_no_more_than_jax_numpy_and_chex_do(package):
 
     def loaded(imports):
         done = subprocess.run(
-            [sys.executable, "-c", code.format(imports)], capture_output=True, text=True, check=True, cwd=ROOT
+            [sys.executable, "-c", code.format(imports)],
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=ROOT,
         )
         return set(done.stdout.split())
 

@@ -1,4 +1,6 @@
-"""Loops and sums that a marked call can hold (`marks`), with the same bits under `jax_enable_x64`."""
+"""Loops and sums that a marked call can hold (`marks`), with the same bits under
+`jax_enable_x64`.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,35 +28,49 @@ def repeat(count: int, step: Callable[[Array, Any], Any], value: Any) -> Any:
 
 
 def in_a_loop(fun: Callable) -> Callable:
-    """Returns `fun` as the body of a loop of one step, whose steps may be as large as they are inside a marked call.
+    """Returns `fun` as the body of a loop of one step, whose steps may be as large as they are
+    inside a marked call.
 
-    At least one of its arguments holds integers or bools. The number of steps is hidden from the compiler, which would do away
-    with the loop.
+    At least one of its arguments holds integers or bools. The number of steps is hidden from the
+    compiler, which would do away with the loop.
     """
 
     def run(*args: Any) -> Any:
-        empty = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(fun, *args))
-        return lax.fori_loop(jnp.int32(0), jnp.int32(1) + hidden_zero(args), lambda _, out: fun(*args), empty)
+        empty = jax.tree.map(
+            lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(fun, *args)
+        )
+        return lax.fori_loop(
+            jnp.int32(0), jnp.int32(1) + hidden_zero(args), lambda _, out: fun(*args), empty
+        )
 
     return run
 
 
 def hidden_zero(args: Any) -> Array:
-    """Returns 0, int32, computed from an array of `args` that is not of floats, so that the compiler does not know it."""
-    some = next(leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating))
+    """Returns 0, int32, computed from an array of `args` that is not of floats, so that the
+    compiler does not know it.
+    """
+    some = next(
+        leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating)
+    )
     return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
 
 
 def least(values: Array) -> Array:
-    """Returns the least of `values`, float32 [...], none of them negative or NaN: their bits, as integers, order alike."""
-    return lax.bitcast_convert_type(jnp.min(lax.bitcast_convert_type(values, jnp.int32)), jnp.float32)
+    """Returns the least of `values`, float32 [...], none of them negative or NaN: their bits, as
+    integers, order alike.
+    """
+    return lax.bitcast_convert_type(
+        jnp.min(lax.bitcast_convert_type(values, jnp.int32)), jnp.float32
+    )
 
 
 def total(values: Array) -> Array:
-    """Returns the sum of `values`, float32 [N], in an order of its own: the same bits whatever zeros follow them.
+    """Returns the sum of `values`, float32 [N], in an order of its own: the same bits whatever
+    zeros follow them.
 
-    Entry i goes to lane i % 1024, each lane adds up in order, and then the upper half of the lanes is added to the lower one
-    until one is left.
+    Entry i goes to lane i % 1024, each lane adds up in order, and then the upper half of the lanes
+    is added to the lower one until one is left.
     """
     rows = jnp.pad(values, (0, -len(values) % _LANES)).reshape(-1, _LANES)
 
@@ -62,7 +78,9 @@ def total(values: Array) -> Array:
         return sums + lax.dynamic_index_in_dim(rows, i, keepdims=False)
 
     def fold(i: Array, sums: Array) -> Array:
-        return sums + lax.dynamic_slice(jnp.pad(sums, (0, _LANES // 2)), ((_LANES // 2) >> i,), (_LANES,))
+        return sums + lax.dynamic_slice(
+            jnp.pad(sums, (0, _LANES // 2)), ((_LANES // 2) >> i,), (_LANES,)
+        )
 
     lanes = repeat(len(rows), add_row, jnp.zeros(_LANES, jnp.float32))
     return repeat(_LANES.bit_length() - 1, fold, lanes)[0]

@@ -1,22 +1,28 @@
-"""How a program is compiled: the one place that knows XLA's undocumented marks and its compiler options.
+"""How a program is compiled: the one place that knows XLA's undocumented marks and its compiler
+options.
 
-By default XLA:CPU compiles every fused step of a loop body as a kernel of its own, and the code of one row step is then scalar:
-five to eight times slower than when the loop is compiled as one function. A call that carries the mark below is. The marks are
-local to their calls: nothing global is set, other JAX code in the process compiles as before. They are undocumented, so nothing
-but speed may depend on them: `srt-jax bench` shows whether they are in force, and the results are equal bit for bit without.
+By default XLA:CPU compiles every fused step of a loop body as a kernel of its own, and the code of
+one row step is then scalar: five to eight times slower than when the loop is compiled as one
+function. A call that carries the mark below is. The marks are local to their calls: nothing global
+is set, other JAX code in the process compiles as before. They are undocumented, so nothing but
+speed may depend on them: `srt-jax bench` shows whether they are in force, and the results are equal
+bit for bit without.
 
-What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_path.py` compiles around each threshold):
+What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_path.py` compiles
+around each threshold):
 - scatter, dot, sort, top_k, FFT and callbacks;
-- a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of 4,096 entries or more
-  (entries that go in, whatever the axes): it is handed to a library of kernels. `loops.total` and `loops.least` stand in for them; sums and
-  minima of wider integers, any, all and argmin are taken at any size;
-- a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries on, a look-up from 4,096
-  on, it is split among threads, if there are several. The body of a loop may hold it: `loops.in_a_loop` makes one; a large test
-  belongs into the body of its loop, which carries the outcome.
+- a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of
+  4,096 entries or more (entries that go in, whatever the axes): it is handed to a library of
+  kernels. `loops.total` and `loops.least` stand in for them; sums and minima of wider integers,
+  any, all and argmin are taken at any size;
+- a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries
+  on, a look-up from 4,096 on, it is split among threads, if there are several. The body of a loop
+  may hold it: `loops.in_a_loop` makes one; a large test belongs into the body of its loop, which
+  carries the outcome.
 
-A program that is refused all the same is compiled without the marks, that program alone, and one warning says so (`jitted`,
-`jitted_wide`). Inside a user's own jit the compiler speaks to the user alone: SRT_JAX_PLAIN=1 in the environment leaves the
-marks out everywhere.
+A program that is refused all the same is compiled without the marks, that program alone, and one
+warning says so (`jitted`, `jitted_wide`). Inside a user's own jit the compiler speaks to the user
+alone: SRT_JAX_PLAIN=1 in the environment leaves the marks out everywhere.
 """
 
 import contextlib
@@ -35,7 +41,8 @@ try:
     from jax.experimental.xla_metadata import set_xla_metadata
 except ImportError:
     set_xla_metadata = None
-if jax.__version_info__ < (0, 8):  # it could mark no single call, or steps of it were split among threads that it cannot start
+# it could mark no single call, or steps of it were split among threads that it cannot start
+if jax.__version_info__ < (0, 8):
     set_xla_metadata = None  # the same bits, compiled the slower way
 
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
@@ -48,23 +55,28 @@ _without_marks = contextvars.ContextVar("without_marks", default=False)
 
 
 def is_marking() -> bool:
-    """Returns whether programs carry the marks; SRT_JAX_PLAIN=1 in the environment leaves them out, to compare."""
+    """Returns whether programs carry the marks; SRT_JAX_PLAIN=1 in the environment leaves them out,
+    to compare.
+    """
     is_possible = set_xla_metadata is not None and not _without_marks.get()
     return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
 def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
-    """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled without, with a warning.
+    """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled
+    without, with a warning.
 
-    The marks are undocumented, and another jaxlib, or one with more threads, may not take them everywhere. That is noticed when
-    a call fails that succeeds without them; only calls of the same shapes go without marks afterwards. A user's own jit is not
-    caught so: there SRT_JAX_PLAIN=1 helps. The call is compiled under `jax.disable_jit` too: there is nothing in a kernel for
-    its caller to step through.
+    The marks are undocumented, and another jaxlib, or one with more threads, may not take them
+    everywhere. That is noticed when a call fails that succeeds without them; only calls of the same
+    shapes go without marks afterwards. A user's own jit is not caught so: there SRT_JAX_PLAIN=1
+    helps. The call is compiled under `jax.disable_jit` too: there is nothing in a kernel for its
+    caller to step through.
 
     Args:
       fun: takes and returns arrays.
-      is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any other jit. XLA would split
-        the steps that are not marked among all cores, where they wait for each other's.
+      is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any
+        other jit. XLA would split the steps that are not marked among all cores, where they wait
+        for each other's.
     """
     options = {"xla_cpu_multi_thread_eigen": False} if is_part else None
     forms = [jax.jit(lambda *args: fun(*args), compiler_options=options) for _ in range(2)]
@@ -72,24 +84,30 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
 
 
 def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
-    """Returns `fun` jitted, on CPU for the widest vector registers that the machine has, and as `jitted` where it is refused.
+    """Returns `fun` jitted, on CPU for the widest vector registers that the machine has, and as
+    `jitted` where it is refused.
 
-    The vector width counts as much as the marks on machines with 512-bit registers; it is requested for each program and never
-    set globally.
+    The vector width counts as much as the marks on machines with 512-bit registers; it is requested
+    for each program and never set globally.
     """
     knows_options = "compiler_options" in inspect.signature(jax.jit).parameters
 
     @functools.cache
-    def form(is_marked: bool) -> Callable:  # made when first called: to ask for the backend starts it
+    # made when first called: to ask for the backend starts it
+    def form(is_marked: bool) -> Callable:
         is_wide = knows_options and is_marked and jax.default_backend() == "cpu"
         options: dict[str, Any] = {"compiler_options": _WIDE} if is_wide else {}
-        return jax.jit(lambda *args, **static: fun(*args, **static), static_argnames=static_argnames, **options)
+        return jax.jit(
+            lambda *args, **static: fun(*args, **static), static_argnames=static_argnames, **options
+        )
 
     return functools.wraps(fun)(_with_fallback(form, _name_of(fun)))
 
 
 def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
-    """Returns a caller of form(is_marked), jitted functions of the same results, that remembers which programs were refused."""
+    """Returns a caller of form(is_marked), jitted functions of the same results, that remembers
+    which programs were refused.
+    """
     refused: set[Any] = set()
 
     def run(*args: Any, **static: Any) -> Any:
@@ -101,9 +119,13 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
         try:
             return form(True)(*args, **static)
         except jax.errors.JaxRuntimeError as error:
-            out = _unmarked(form(False), *args, **static)  # raises what has nothing to do with the marks
+            # raises what has nothing to do with the marks
+            out = _unmarked(form(False), *args, **static)
             refused.add(_program(args, static))
-            told = f"the compiler refuses the fast form of {name} for arrays of this size, it runs slower: {_reason(error)}"
+            told = (
+                f"the compiler refuses the fast form of {name} for arrays of this size, it runs"
+                f" slower: {_reason(error)}"
+            )
             warnings.warn(told, stacklevel=2)
             return out
 
@@ -114,7 +136,9 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
 def _program(args: tuple, static: dict[str, Any]) -> Any:
     """What decides which program a call runs: a key."""
     leaves, tree = jax.tree.flatten((args, static))
-    return tree, tuple((leaf.shape, str(leaf.dtype)) if hasattr(leaf, "dtype") else leaf for leaf in leaves)
+    return tree, tuple(
+        (leaf.shape, str(leaf.dtype)) if hasattr(leaf, "dtype") else leaf for leaf in leaves
+    )
 
 
 def _reason(error: Exception) -> str:
@@ -134,25 +158,31 @@ def _unmarked(run: Callable, *args: Any, **static: Any) -> Any:
 
 
 def compiled_whole(fun: Callable) -> Callable:
-    """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls it; elsewhere as it is."""
+    """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls it;
+    elsewhere as it is.
+    """
 
     def traced(marks_apart: bool) -> Callable:
         def run(*args: Any) -> Any:
             with _set(_marks_apart, marks_apart):
                 return fun(*args)
 
-        return jax.jit(run)  # becomes the call that the mark goes on; only `apart` marks anything inside it
+        # becomes the call that the mark goes on; only `apart` marks anything inside it
+        return jax.jit(run)
 
     plain, kept = traced(False), traced(True)
 
     def marked(*args: Any) -> Any:
         assert set_xla_metadata is not None
-        args = lax.optimization_barrier(args)  # a constant among the operands of a marked call would crash the compiler
+        # a constant among the operands of a marked call would crash the compiler
+        args = lax.optimization_barrier(args)
         return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
         may_mark = is_marking() and not may_be_split()
-        return lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
+        return (
+            lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
+        )
 
     return run
 
@@ -167,7 +197,9 @@ def _set(variable: contextvars.ContextVar[bool], value: bool) -> Iterator[None]:
 
 
 def may_be_split() -> bool:
-    """Returns whether the compiler may split the code being traced among devices: several of them, and no shard_map around."""
+    """Returns whether the compiler may split the code being traced among devices: several of them,
+    and no shard_map around.
+    """
     return jax.device_count() > 1 and not manual_axes()
 
 
@@ -178,15 +210,19 @@ def manual_axes() -> tuple:
 
 
 def runs_in_place() -> bool:
-    """Returns whether the code being traced goes into a marked call: whether a queue is worth its while there.
+    """Returns whether the code being traced goes into a marked call: whether a queue is worth its
+    while there.
 
-    Elsewhere (a GPU, an older JAX) its arrays would be copied at every step; kernels then sweep to the end.
+    Elsewhere (a GPU, an older JAX) its arrays would be copied at every step; kernels then sweep to
+    the end.
     """
     return _marks_apart.get()
 
 
 def apart(fun: Callable) -> Callable:
-    """Returns `fun` such that, inside a marked call, its result is computed once and not again wherever it is used."""
+    """Returns `fun` such that, inside a marked call, its result is computed once and not again
+    wherever it is used.
+    """
 
     def run(*args: Any) -> Any:
         if not runs_in_place():

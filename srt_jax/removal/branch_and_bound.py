@@ -1,19 +1,24 @@
-"""The least removal: which obstacles to destroy so that start and goal are joined at the least total cost, and the route.
+"""The least removal: which obstacles to destroy so that start and goal are joined at the least
+total cost, and the route.
 
-Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is the optimum. In general the
-problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price a lower bound only: an obstacle in several pieces, or
-two on one cell, may be paid once where they are needed twice, or apart where they are needed together. So branch and bound:
+Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is
+the optimum. In general the problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price
+a lower bound only: an obstacle in several pieces, or two on one cell, may be paid once where they
+are needed twice, or apart where they are needed together. So branch and bound:
 
-- a node says which obstacles must go and which must stay; its bound is the cost of the first plus the price with these gone;
-- the shortest route over all that is tight there (a member of some cheapest chain) needs some obstacles: an answer, and if it
-  costs no more than the bound, the least, and of the least sets the one with the shortest route, for all of these are tight;
-- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay. Of least sets found
-  only then, the first is taken: a shorter route through another is passed over in 2 or 3 of 100 random tasks that need
-  opening (`python -m experiments.campaigns.removal`).
+- a node says which obstacles must go and which must stay; its bound is the cost of the first plus
+  the price with these gone;
+- the shortest route over all that is tight there (a member of some cheapest chain) needs some
+  obstacles: an answer, and if it costs no more than the bound, the least, and of the least sets the
+  one with the shortest route, for all of these are tight;
+- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
+  Of least sets found only then, the first is taken: a shorter route through another is passed over
+  in 2 or 3 of 100 random tasks that need opening (`python -m experiments.campaigns.removal`).
 
-The node of the least bound is next, the latest of several: children in which one more obstacle is gone come first. Where the
-price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of
-those left is proven all the same, and the best answer found stands beside it.
+The node of the least bound is next, the latest of several: children in which one more obstacle is
+gone come first. Where the price is the optimum, such a dive keeps the bound and ends with it. If
+the nodes allowed do not suffice, the least bound of those left is proven all the same, and the best
+answer found stands beside it.
 """
 
 import functools
@@ -39,9 +44,11 @@ class Removal(NamedTuple):
     """The answer to each task of a batch.
 
     reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
-    bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf where nothing helps.
+    bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf
+      where nothing helps.
     route: of the best set found; `num_cells` 0 where none was.
-    needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER if it need not.
+    needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER
+      if it need not.
     """
 
     reached: Array
@@ -50,11 +57,14 @@ class Removal(NamedTuple):
     needed: Array
 
 
-def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int) -> Removal:
-    """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose goal is on the map.
+def least_removal(
+    task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int
+) -> Removal:
+    """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose
+    goal is on the map.
 
-    `room` (int32 [B]) is how many of the `capacity` cells a route may use; one that needs more ends the search, with its
-    number of cells. `max_nodes`: branches looked at, at most.
+    `room` (int32 [B]) is how many of the `capacity` cells a route may use; one that needs more ends
+    the search, with its number of cells. `max_nodes`: branches looked at, at most.
     """
 
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
@@ -71,9 +81,11 @@ class _Best(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """Open nodes in the order they were made; each settles one obstacle more than its parent, the first node none.
+    """Open nodes in the order they were made; each settles one obstacle more than its parent, the
+    first node none.
 
-    parent: int32 [n], a node, -1 of the first. obstacle: int32 [n]. is_gone: bool [n], else it stays.
+    parent: int32 [n], a node, -1 of the first. obstacle: int32 [n]. is_gone: bool [n], else it
+      stays.
     bound: float32 [n], inf where closed.
     """
 
@@ -86,8 +98,10 @@ class _Nodes(NamedTuple):
 class _State(NamedTuple):
     """The search under way.
 
-    num: int32 [], nodes expanded. best: the best answer so far. reached: the mask of cells reached with nothing destroyed.
-    least_bound: float32 [], of all open nodes. is_too_long: bool [], whether the route of the last node needs more room.
+    num: int32 [], nodes expanded. best: the best answer so far. reached: the mask of cells reached
+      with nothing destroyed.
+    least_bound: float32 [], of all open nodes. is_too_long: bool [], whether the route of the last
+      node needs more room.
     """
 
     num: Array
@@ -99,7 +113,15 @@ class _State(NamedTuple):
 
 
 def _search(
-    labels: Labels, cost: Array, start: Array, goal: Array, room: Array, is_asked: Array, *, capacity: int, max_nodes: int
+    labels: Labels,
+    cost: Array,
+    start: Array,
+    goal: Array,
+    room: Array,
+    is_asked: Array,
+    *,
+    capacity: int,
+    max_nodes: int,
 ) -> tuple:
     """The search on one map; cost float32 [M], inf for what must stay."""
     num_obstacles = len(cost)
@@ -117,7 +139,9 @@ def _search(
         prices = prices_of(labels, terms, gone, best.cost - paid)
         bound = jnp.maximum(_entry(nodes.bound, at), paid + prices.goal)
         is_open = bound * (1 + _EQUAL) < best.cost
-        new = lax.cond(is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices)
+        new = lax.cond(
+            is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices
+        )
         best, branch, is_too_long = new
         nodes = nodes._replace(bound=_put(nodes.bound, jnp.where(is_too_long, bound, jnp.inf), at))
         nodes = _branched(nodes, state.num, at, branch, jnp.where(branch >= 0, bound, jnp.inf))
@@ -125,7 +149,9 @@ def _search(
         return _State(state.num + 1, nodes, best, reached, least(nodes.bound), is_too_long)
 
     def tried(best: _Best, gone: Array, prices: Prices) -> tuple:
-        """The best answer with this node's, the obstacle to branch on (-1 none), whether its route is too long to be told."""
+        """The best answer with this node's, the obstacle to branch on (-1 none), whether its route
+        is too long to be told.
+        """
 
         def walk(state: tuple) -> tuple:
             num_tried, _, _ = state
@@ -140,7 +166,9 @@ def _search(
         is_too_long = route.num_cells > room
         is_better = (own < best.cost) & ~is_too_long
         is_told = is_better | (is_too_long & ~jnp.isfinite(best.cost))
-        route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed))
+        route, best_needed = jax.tree.map(
+            lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed)
+        )
         order = jnp.where(gone, NEVER, needed)
         first = lax.argmin(order, 0, jnp.int32)
         is_settled = jnp.min(order) == NEVER
@@ -148,16 +176,26 @@ def _search(
         return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long
 
     size = 2 * max_nodes + 1
-    bounds = _put(jnp.full(size, jnp.inf, jnp.float32), jnp.where(is_asked, jnp.float32(0), jnp.inf), jnp.int32(0))
-    nodes = _Nodes(jnp.full(size, -1, jnp.int32), jnp.full(size, -1, jnp.int32), jnp.zeros(size, bool), bounds)
-    best = _Best(jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
+    bounds = _put(
+        jnp.full(size, jnp.inf, jnp.float32),
+        jnp.where(is_asked, jnp.float32(0), jnp.inf),
+        jnp.int32(0),
+    )
+    nodes = _Nodes(
+        jnp.full(size, -1, jnp.int32), jnp.full(size, -1, jnp.int32), jnp.zeros(size, bool), bounds
+    )
+    best = _Best(
+        jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32)
+    )
     reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
 
     def goes_on(state: _State) -> Array:
         is_open = state.least_bound * (1 + _EQUAL) < state.best.cost
         return (state.num < max_nodes) & is_open & ~state.is_too_long
 
-    end = lax.while_loop(goes_on, expanded, _State(jnp.int32(0), nodes, best, reached, bounds[0], jnp.bool_(False)))
+    end = lax.while_loop(
+        goes_on, expanded, _State(jnp.int32(0), nodes, best, reached, bounds[0], jnp.bool_(False))
+    )
     return end.reached, jnp.minimum(end.least_bound, end.best.cost), end.best.route, end.best.needed
 
 
@@ -167,7 +205,9 @@ def _settled(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array
     def note(state: tuple) -> tuple:
         at, settled = state
         place = _entry(nodes.obstacle, at)
-        return _entry(nodes.parent, at), _put(settled, jnp.where(_entry(nodes.is_gone, at), jnp.uint8(1), jnp.uint8(2)), place)
+        return _entry(nodes.parent, at), _put(
+            settled, jnp.where(_entry(nodes.is_gone, at), jnp.uint8(1), jnp.uint8(2)), place
+        )
 
     nothing = jnp.zeros(num_obstacles, jnp.uint8)
     # Ends: every parent was made before its children; the first node settles nothing.

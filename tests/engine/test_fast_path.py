@@ -1,6 +1,8 @@
-"""No size takes a kernel off the fast path: what XLA refuses inside a marked call is in none of them.
+"""No size takes a kernel off the fast path: what XLA refuses inside a marked call is in none of
+them.
 
-The thresholds and how they were found: `sign_model.ground.marks`. Nothing here is run at full size, only traced or compiled.
+The thresholds and how they were found: `sign_model.ground.marks`. Nothing here is run at full size,
+only traced or compiled.
 """
 
 import re
@@ -21,13 +23,18 @@ from srt_jax.solver import MODES
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import Task
 
-needs_marks = pytest.mark.skipif(not marks.is_marking(), reason="this JAX is older than 0.8: no call can be marked")
+needs_marks = pytest.mark.skipif(
+    not marks.is_marking(), reason="this JAX is older than 0.8: no call can be marked"
+)
 
 _TO_A_LIBRARY = 4096
 """Entries from which on XLA hands a reduction of floats to a library (jaxlib 0.10)."""
 
 _CALL = re.compile(r"call @([\w.]+)\(")
-_REDUCE = re.compile(r"stablehlo\.reduce\(%\S+ init: %\S+ applies stablehlo\.(\w+) across .*? : \(tensor<([\dx]*)x(\w+)>,")
+_REDUCE = re.compile(
+    r"stablehlo\.reduce\(%\S+ init: %\S+ applies stablehlo\.(\w+) across .*? :"
+    r" \(tensor<([\dx]*)x(\w+)>,"
+)
 
 
 def shape(*sides, dtype=jnp.int32):
@@ -36,8 +43,13 @@ def shape(*sides, dtype=jnp.int32):
 
 def task_of(batch=1, layers=1, height=8, width=8, obstacles=8):
     ends = {name: shape(batch, 2) for name in ("start", "goal", "size")}
-    flags, costs = shape(batch, obstacles, dtype=jnp.bool_), shape(batch, obstacles, dtype=jnp.float32)
-    return Task(labels=shape(batch, layers, height, width), destroyable=flags, removal_cost=costs, **ends)
+    flags, costs = (
+        shape(batch, obstacles, dtype=jnp.bool_),
+        shape(batch, obstacles, dtype=jnp.float32),
+    )
+    return Task(
+        labels=shape(batch, layers, height, width), destroyable=flags, removal_cost=costs, **ends
+    )
 
 
 def marked_functions(text):
@@ -85,7 +97,9 @@ def test_the_search_for_what_would_be_refused_finds_it():
     floats = shape(64, 64, dtype=jnp.float32)
     assert refused_reductions(marks.compiled_whole(lambda x: jnp.min(x) + x), floats)
     assert refused_reductions(marks.compiled_whole(lambda x: jnp.sum(x, axis=1)), floats)
-    assert not refused_reductions(marks.compiled_whole(lambda x: jnp.sum(x)), shape(64, 63, dtype=jnp.float32))
+    assert not refused_reductions(
+        marks.compiled_whole(lambda x: jnp.sum(x)), shape(64, 63, dtype=jnp.float32)
+    )
     with pytest.raises(jax.errors.JaxRuntimeError, match="Fusion kind not implemented"):
         jax.jit(marks.compiled_whole(jnp.sum)).lower(shape(4096, dtype=jnp.float32)).compile()
 
@@ -108,7 +122,11 @@ def test_no_stage_of_the_solver_holds_what_would_be_refused(sides):
 @needs_marks
 @pytest.mark.parametrize("sides", [(1, 4096, 4096), (1, 1, 70000), (1 << 16, 4, 4)], ids=str)
 def test_no_public_kernel_holds_what_would_be_refused(sides):
-    free, cell, costs = shape(*sides, dtype=jnp.bool_), shape(sides[0], 2), shape(*sides, dtype=jnp.float32)
+    free, cell, costs = (
+        shape(*sides, dtype=jnp.bool_),
+        shape(sides[0], 2),
+        shape(*sides, dtype=jnp.float32),
+    )
     summed = lambda costs, free, start: srt_jax.cost_to_come(free, start, costs).sum()  # noqa: E731
     at_goal = lambda costs, free, start, goal: srt_jax.path_cost(free, start, goal, costs).sum()  # noqa: E731
     trace = lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=1 << 16)  # noqa: E731
@@ -176,7 +194,9 @@ def test_a_total_is_the_same_bits_whatever_zeros_follow(is_marked):
 
 def test_the_least_of_floats_that_are_not_negative():
     values = np.array([np.inf, 3.5, 1e-40, 2e38, 1e-45], np.float32)
-    assert [marks.least(values[: i + 1]).item() for i in range(5)] == [values[: i + 1].min().item() for i in range(5)]
+    assert [marks.least(values[: i + 1]).item() for i in range(5)] == [
+        values[: i + 1].min().item() for i in range(5)
+    ]
     assert marks.least(np.append(values, np.float32(0))) == 0
 
 
@@ -208,7 +228,8 @@ def test_obstacles_that_are_nowhere_change_no_bit_of_the_least_removal():
 @needs_marks
 def test_a_refused_search_of_plans_falls_back_alone():
     run = marks.jitted_wide(
-        lambda x, *, twice: marks.compiled_whole(lambda x: x.at[x].add(twice))(x), static_argnames=("twice",)
+        lambda x, *, twice: marks.compiled_whole(lambda x: x.at[x].add(twice))(x),
+        static_argnames=("twice",),
     )
     x = np.array([0, 2, 2], np.int32)
     with pytest.warns(UserWarning, match="refuses the fast form") as warned:

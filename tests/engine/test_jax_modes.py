@@ -1,4 +1,6 @@
-"""JAX's switches round a call: jit disabled, another device, transfers guarded, checks for NaN and leaks, keys of old form."""
+"""JAX's switches round a call: jit disabled, another device, transfers guarded, checks for NaN and
+leaks, keys of old form.
+"""
 
 import os
 import pathlib
@@ -46,10 +48,15 @@ def test_kernels_stay_compiled_where_jit_is_disabled():
     with jax.disable_jit():
         assert equal(expected, kernels())
         free = ground()[0]
-        assert jax.vmap(srt_jax.reach)(free[None], START[None]).tolist() == [expected["reach"].tolist()]
+        assert jax.vmap(srt_jax.reach)(free[None], START[None]).tolist() == [
+            expected["reach"].tolist()
+        ]
 
 
-@pytest.mark.parametrize("mode", [jax.checking_leaks, lambda: jax.debug_nans(True), lambda: jax.threefry_partitionable(False)])
+@pytest.mark.parametrize(
+    "mode",
+    [jax.checking_leaks, lambda: jax.debug_nans(True), lambda: jax.threefry_partitionable(False)],
+)
 def test_checks_of_jax_find_nothing(mode):
     free = ground()[0]
     expected = srt_jax.cost_to_come(free, START)
@@ -67,7 +74,10 @@ def test_guarded_transfers_leave_alone_what_lies_on_the_device():
 
 
 def test_random_keys_of_both_forms_draw_the_same():
-    one, other = (sample_levels(key, count=2, kind="walls") for key in (jax.random.key(5), jax.random.PRNGKey(5)))
+    one, other = (
+        sample_levels(key, count=2, kind="walls")
+        for key in (jax.random.key(5), jax.random.PRNGKey(5))
+    )
     assert all((a == b).all() for a, b in zip(one.to_tuple()[:5], other.to_tuple()[:5]))
 
 
@@ -95,5 +105,7 @@ def test_an_input_on_the_second_device_is_answered_there():
         "PYTHONPATH": str(ROOT),
         "JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir),
     }
-    done = subprocess.run([sys.executable, "-c", _ON_THE_SECOND], env=env, cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", _ON_THE_SECOND], env=env, cwd=ROOT, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr[-3000:]

@@ -1,4 +1,6 @@
-"""Random maps with a start and a goal, the blockers of the paper drawn by hand, and what a search on them must satisfy."""
+"""Random maps with a start and a goal, the blockers of the paper drawn by hand, and what a search
+on them must satisfy.
+"""
 
 from itertools import pairwise
 
@@ -6,7 +8,9 @@ import numpy as np
 
 
 def random_maps(count: int, seed: int, *, largest: int = 24):
-    """Yields (free, start, goal) of any size and density; the start is free, the goal need not be."""
+    """Yields (free, start, goal) of any size and density; the start is free, the goal need not
+    be.
+    """
     rng = np.random.default_rng(seed)
     while count:
         height, width = rng.integers(1, largest + 1, 2)

@@ -1,4 +1,5 @@
-"""Small cases of the whole public face. As a program: writes their results, every leaf by its name, to an npz file.
+"""Small cases of the whole public face. As a program: writes their results, every leaf by its name,
+to an npz file.
 
 python x64_cases.py FILE.npz
 """
@@ -17,8 +18,20 @@ from sign_model.signs.activation import spread_activation
 from srt_jax import envs
 from srt_jax.envs.sample import KINDS, sample_levels
 
-_QUICK = ("reach", "lengths", "path", "seed", "octile", "gradient at the goal", "episode", "levels of walls", "levels of rooms")
-"""Those whose bits are compared; the solver's are by its own tests, which `.ci/run` repeats with x64."""
+_QUICK = (
+    "reach",
+    "lengths",
+    "path",
+    "seed",
+    "octile",
+    "gradient at the goal",
+    "episode",
+    "levels of walls",
+    "levels of rooms",
+)
+"""Those whose bits are compared; the solver's are by its own tests, which `.ci/run` repeats with
+x64.
+"""
 
 
 def ground():
@@ -38,7 +51,9 @@ def ground():
 def tasks(given):
     """Returns the maps as one batch of tasks, costs of obstacles unequal."""
     few = [srt_jax.make_task(free, (0, 0), (11, 13)) for free in given["free"]]
-    few = [task.replace(removal_cost=given["removal_cost"][: len(task.removal_cost)]) for task in few]
+    few = [
+        task.replace(removal_cost=given["removal_cost"][: len(task.removal_cost)]) for task in few
+    ]
     return srt_jax.stack(few)
 
 
@@ -68,7 +83,12 @@ def numeric_cases(given):
 
     def episode(key):
         seen, state = env.reset(key, params)
-        return seen, env.step(key, state, jnp.int32(4), params), env.action_mask(state, params), env.action_space().sample(key)
+        return (
+            seen,
+            env.step(key, state, jnp.int32(4), params),
+            env.action_mask(state, params),
+            env.action_space().sample(key),
+        )
 
     def solved(mode):
         return lambda batch: srt_jax.solve(batch, mode=mode, max_destroyed=3)
@@ -78,7 +98,12 @@ def numeric_cases(given):
         "lengths": (srt_jax.cost_to_come, free, start),
         "costs": (srt_jax.cost_to_come, free, start, cost),
         "path": (lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=40), cost, goal),
-        "path_within": (lambda *args: srt_jax.path_within(*args, 3.0, max_cells=40), free, start, goal),
+        "path_within": (
+            lambda *args: srt_jax.path_within(*args, 3.0, max_cells=40),
+            free,
+            start,
+            goal,
+        ),
         "seed": (srt_jax.seed_cell, free, goal),
         "contour": (srt_jax.contour, free, start, goal),
         "octile": (srt_jax.octile_distance, start, goal),
@@ -88,7 +113,13 @@ def numeric_cases(given):
         "perturbed, by the score": (noisy(False), cost[0], key),
         "gradient of the removal": (jax.grad(removal), batch.removal_cost),
         "episode": (episode, key),
-        **{f"levels of {kind}": (lambda key, kind=kind: sample_levels(key, count=3, kind=kind), key) for kind in KINDS},
+        **{
+            f"levels of {kind}": (
+                lambda key, kind=kind: sample_levels(key, count=3, kind=kind),
+                key,
+            )
+            for kind in KINDS
+        },
         **{f"mode {mode}": (solved(mode), batch) for mode in ("least", "paper", "literal")},
     }
 
@@ -102,7 +133,9 @@ def small_environment(given):
 def symbolic_cases():
     """Returns name -> arrays of the symbolic level."""
     ladder = (Rung(beam=4, branch=8, steps=32, lanes=16),)
-    plans = plan_batch(random_blocks_tasks(4, 5, seed=1), heuristic=LANDMARKS, ladder=ladder, num_threads=1)
+    plans = plan_batch(
+        random_blocks_tasks(4, 5, seed=1), heuristic=LANDMARKS, ladder=ladder, num_threads=1
+    )
     from tests.helpers.sign_worlds import face_signs, model_of
 
     model = model_of(face_signs())
