@@ -23,7 +23,7 @@ _MAX_SWEEPS = 4096
 
 
 def pack_rows(bits: Array) -> Array:
-    """Returns the first axis packed into words: bool [32 W, ...] -> uint32 [W, ...]."""
+    """bool [32 W, ...] -> uint32 [W, ...]."""
     words = bits.reshape(-1, WORD, *bits.shape[1:]).astype(jnp.uint32)
     shifts = jnp.array(_BITS).reshape(1, WORD, *([1] * (bits.ndim - 1)))
     return (words << shifts).sum(axis=1, dtype=jnp.uint32)

@@ -21,8 +21,6 @@ from sign_model.map_algorithm.regression import RegressionSpace
 from sign_model.signs.matrix import Array
 
 WORD = 32
-"""Bits of a word."""
-
 MAX_WEIGHT = 15
 """The largest weight: weights are read as 4 binary digits, so a weighted count is a few popcounts.
 """
@@ -90,8 +88,8 @@ def bucket(count: int) -> int:
 
 
 def coarse_bucket(count: int, least: int) -> int:
-    """Returns the least power of two that holds `count`, at least `least`: for sizes that differ
-    from task to task and whose padding costs little.
+    """Returns the next power of two, at least `least`: for sizes that differ from task to task and
+    cost little.
     """
     return max(least, 1 << max(0, count - 1).bit_length())
 
