@@ -147,7 +147,8 @@ def test_a_plan_without_acts_has_no_steps():
 def test_an_act_whose_effects_hold_already_has_an_empty_sub_plan():
     task = load(
         """(define (domain d) (:predicates (p) (q)) (:action a :effect (p))
-          (:action b :precondition (p) :effect (q)) (:action keep :precondition (p) :effect (p)))""",
+          (:action b :precondition (p) :effect (q))
+          (:action keep :precondition (p) :effect (p)))""",
         "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
     steps = specified(task, ("(a)", "(keep)", "(b)"), [task], plan_batch=Planner())
@@ -156,7 +157,8 @@ def test_an_act_whose_effects_hold_already_has_an_empty_sub_plan():
 
 def test_an_operation_among_abstract_acts_is_an_action_of_the_finer_level():
     domain = """(define (domain d) (:predicates (p) (q) (r)) (:action a :effect (p))
-      (:action b :precondition (p) :effect (q)) (:action step :effect (r)) (:action b-fine :precondition (and (r) (p)) :effect (q)))"""
+      (:action b :precondition (p) :effect (q)) (:action step :effect (r))
+      (:action b-fine :precondition (and (r) (p)) :effect (q)))"""
     coarse = load(domain, "(define (problem p) (:domain d) (:init) (:goal (q)))")
     finer = load(
         domain.replace("(:action b :precondition (p) :effect (q))", ""),
