@@ -178,6 +178,8 @@ def _misplaced(state: tuple[int, ...], goal: list[int]) -> set[int]:
     goal_above = {place: block for block, place in enumerate(goal) if place != TABLE}
     fine: dict[int, bool] = {TABLE: True}
 
+    # A block is fine in its place of the goal, or anywhere if it has none, on a block that is fine
+    # and that no other block must be on.
     def is_fine(block: int) -> bool:
         if block not in fine:
             place = state[block]

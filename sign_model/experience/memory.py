@@ -17,6 +17,7 @@ import os
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from sign_model.experience.precedent import Precedent, precedent_of, without_plan
 from sign_model.experience.renaming import Atom, find_renaming, rename
@@ -111,6 +112,7 @@ def load_memory(path: str | pathlib.Path) -> Memory:
       ValueError: the file is not JSON, not of this format, or a precedent lacks a part; names the
         file and the precedent.
     """
+    # The file is JSON, and says that it is a memory.
     try:
         payload = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -154,12 +156,29 @@ def _from_plain(entry: object, where: str) -> Precedent:
     Raises:
       ValueError: a member is missing, unknown or of a wrong type.
     """
-    # Each member has its type.
+    parts = _checked_parts(entry, where)
+    return Precedent(
+        domain=parts["domain"],
+        objects=tuple((name, tuple(types)) for name, types in parts["objects"]),
+        constants=tuple(parts["constants"]),
+        plan=tuple(map(tuple, parts["plan"])),
+        **{
+            part: frozenset(map(tuple, parts[part])) for part in ("start", "goal", "needs", "gives")
+        },
+    )
+
+
+def _checked_parts(entry: object, where: str) -> dict[str, Any]:
+    """Returns the members of a precedent of the file; ValueError if one is missing, unknown or of a
+    wrong type.
+    """
     names = [field.name for field in dataclasses.fields(Precedent)]
     if not isinstance(entry, dict) or sorted(entry) != sorted(names):
         raise ValueError(
             f"{where}: must have exactly the parts {', '.join(names)}; write it with save_memory"
         )
+
+    # Each member has its type.
     objects = entry["objects"]
     if (
         not isinstance(entry["domain"], str)
@@ -187,16 +206,7 @@ def _from_plain(entry: object, where: str) -> Precedent:
             raise ValueError(
                 f"{where}: {part} must be a list of lists of names; write it with save_memory"
             )
-
-    return Precedent(
-        domain=entry["domain"],
-        objects=tuple((name, tuple(types)) for name, types in objects),
-        constants=tuple(entry["constants"]),
-        plan=tuple(map(tuple, entry["plan"])),
-        **{
-            part: frozenset(map(tuple, entry[part])) for part in ("start", "goal", "needs", "gives")
-        },
-    )
+    return entry
 
 
 def _is_names(value: object) -> bool:

@@ -115,7 +115,7 @@ def sub_tasks(
     return [_from_to(finer, start, goal) for start, goal in zip(starts, goals)]
 
 
-def specified(
+def specify_plan(
     task: PlanningTask,
     actions: Sequence[str],
     levels: Sequence[PlanningTask],
@@ -157,7 +157,7 @@ def specified(
     inner = iter(
         tuple(Step(act, REALISE) for act in joined)
         if validate(whole, joined)
-        else specified(
+        else specify_plan(
             whole, joined, levels[1:], plan_batch=plan_batch, operations=operations, rule=rule
         )
     )

@@ -58,6 +58,7 @@ def union_of_rows(situations: Array, table: Array) -> list[Array]:
     Returns:
       S words, uint32 [K, B] each.
     """
+    # One word of features after the other, with the 32 rows of its features.
     num_words, num_columns, num_tasks = situations.shape[0], table.shape[1], situations.shape[2]
     rows = table.reshape(num_words, WORD, num_columns, num_tasks)
 

@@ -165,6 +165,8 @@ def _start_tables(
     ]
     if not makers:
         return ()
+
+    # Each chunk of starts is unpacked into bits, and its tables are written behind those before.
     size, num_words = start.shape
     places = jnp.arange(WORD, dtype=jnp.uint32)
 
@@ -305,7 +307,7 @@ def _expand(domain: _Domain, branch: int, slots: Slots) -> _Candidates:
     Pass m takes the m-th fitting action of every situation of every slot, and writes the situations
     before them as candidates m K to m K + K - 1.
     """
-    num_words, beam, num_slots = slots.situations.shape
+    num_words, beam, _ = slots.situations.shape
 
     # M-step, for all passes at once. The weight of a feature depends on whether it holds at the
     # start.
@@ -336,16 +338,7 @@ def _expand(domain: _Domain, branch: int, slots: Slots) -> _Candidates:
             ),
         )
 
-    # No candidate yet, and all fitting actions untried.
-    size = branch * beam
-    first = _Candidates(
-        jnp.zeros((num_words, size, num_slots), jnp.uint32),
-        jnp.zeros((size, num_slots), jnp.int32),
-        jnp.full((size, num_slots), _ALL, jnp.uint32),
-    )
-    groups = _groups(bitmap)
-    nothing = jnp.zeros((beam, num_slots), jnp.uint32)
-    untried = _Untried(groups, nothing, nothing.astype(jnp.int32))
+    first = _first_expansion(bitmap, num_words, branch)
 
     # Ends: after `branch` passes, or earlier when no situation has an untried action.
     def continues(state: _Expansion) -> Array:
@@ -354,7 +347,24 @@ def _expand(domain: _Domain, branch: int, slots: Slots) -> _Candidates:
             untried.word | functools.reduce(jnp.bitwise_or, untried.groups)
         ).any()
 
-    return lax.while_loop(continues, one_pass, _Expansion(jnp.int32(0), untried, first)).candidates
+    return lax.while_loop(continues, one_pass, first).candidates
+
+
+def _first_expansion(bitmap: Array, num_words: int, branch: int) -> _Expansion:
+    """Returns the carry before the first pass: no candidate yet, and all actions of the bitmap,
+    uint32 [A / 32, K, B], untried. `num_words` is W.
+    """
+    _, beam, num_slots = bitmap.shape
+    size = branch * beam
+    candidates = _Candidates(
+        jnp.zeros((num_words, size, num_slots), jnp.uint32),
+        jnp.zeros((size, num_slots), jnp.int32),
+        jnp.full((size, num_slots), _ALL, jnp.uint32),
+    )
+    groups = _groups(bitmap)
+    nothing = jnp.zeros((beam, num_slots), jnp.uint32)
+    untried = _Untried(groups, nothing, nothing.astype(jnp.int32))
+    return _Expansion(jnp.int32(0), untried, candidates)
 
 
 def _keys(

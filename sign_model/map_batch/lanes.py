@@ -72,6 +72,7 @@ def empty_search(queue: Queue, *, num_slots: int, beam: int, steps: int, memory:
       steps: the longest plan.
       memory: hashes that each slot remembers.
     """
+    # Finished slots without a task: the first refill writes nothing of theirs that is read.
     size, num_words = queue.start.shape
     slots = Slots(
         clock=jnp.int32(0),

@@ -115,16 +115,6 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
             [rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)]
         )
 
-    # The conditions of each action as a list, padded with "none".
-    need_lists = np.full(
-        (padded_actions, coarse_bucket(int(space.conditions.sum(axis=1).max(initial=1)), 4)),
-        none,
-        np.int32,
-    )
-    for action, row in enumerate(space.conditions):
-        conditions = np.flatnonzero(row)
-        need_lists[action, : len(conditions)] = conditions
-
     # What the landmark columns stand for.
     own = np.zeros((none + 1, len(columns)), bool)
     own[columns, np.arange(len(columns))] = True
@@ -141,12 +131,24 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
         keeps=np.ascontiguousarray(~padded(pack_words(space.adds, num_words)).T),
         needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
         deletes=np.ascontiguousarray(padded(pack_words(space.deletes, num_words)).T),
-        need_lists=need_lists,
+        need_lists=_need_lists(space.conditions, padded_actions, none),
         **_achievers(space.adds, none),
         column_features=column_features,
         column_own=pack_words(own, num_columns),
         column_adds=padded(pack_words(space.adds[:, columns], num_columns)),
     )
+
+
+def _need_lists(conditions: np.ndarray, num_rows: int, none: int) -> np.ndarray:
+    """Returns the conditions of each action, bool [A, F], as a list, int32 [num_rows, P], padded
+    with `none`.
+    """
+    most = coarse_bucket(int(conditions.sum(axis=1).max(initial=1)), 4)
+    need_lists = np.full((num_rows, most), none, np.int32)
+    for action, row in enumerate(conditions):
+        members = np.flatnonzero(row)
+        need_lists[action, : len(members)] = members
+    return need_lists
 
 
 def _achievers(adds: np.ndarray, none: int) -> dict[str, Any]:
@@ -201,6 +203,7 @@ def make_weights(
     Raises:
       ValueError: a weight is negative or above `MAX_WEIGHT`.
     """
+    # Every weight has the range of `MAX_WEIGHT`.
     kinds = [kind_of(atom) for atom in space.features]
     for weights in (sign.landmarks, sign.plan, sign.held, sign.unmet):
         for name, weight in weights.items():
@@ -210,6 +213,7 @@ def make_weights(
                     f" {MAX_WEIGHT}: change it in the sign"
                 )
 
+    # The weights by column, feature and action, 0 on padding.
     def spread(weights: Weights, names: Sequence[str], size: int) -> np.ndarray:
         out = np.zeros(size, np.int32)
         out[: len(names)] = [weight_of(weights, name, goal_kinds) for name in names]

@@ -128,6 +128,7 @@ class _Rules:
     """
 
     def __init__(self, memory: WorkingMemory) -> None:
+        # Which features change at all, and the matrices over each of the two sets.
         space = memory.space
         changes = (space.adds | space.deletes).any(axis=0)
         self.changing, self.static = (
@@ -210,20 +211,10 @@ class _Picks(NamedTuple):
 
 def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
     """Returns the search after one step: M- and P-step, A-step, and the best K."""
-    A, (W, K, B) = rules.num_actions, search.situations.shape
+    W, K, B = search.situations.shape
     before, fits = _candidates(search, rules, given)
 
-    # A-step. The rating comes first in the key, then the number of the candidate.
-    rating = jnp.zeros((A * K, B), jnp.int32)
-    for place, digit in enumerate(given.levels):
-        rating += (
-            lax.population_count(before & digit[:, None])
-            .astype(jnp.int32)
-            .sum(axis=0, dtype=jnp.int32)
-            << place
-        )
-    number = jnp.arange(A * K, dtype=jnp.int32)[:, None]
-    key = jnp.where(fits.reshape(A * K, B), rating * (A * K) + number, _NEVER)
+    key = _keys(before, fits, given.levels)
 
     # Keep the best K.
     nothing = _Picks(
@@ -283,6 +274,31 @@ def _candidates(search: _Search, rules: _Rules, given: _Given) -> tuple[Array, A
     # and the situation before it can be reached from the start if nothing is ever deleted.
     fits &= ((before & ~given.possible[:, None, None]) == 0).all(axis=0)
     return before.reshape(W, A * K, B), fits
+
+
+def _keys(before: Array, fits: Array, levels: Array) -> Array:
+    """Returns the key of each candidate, int32 [A K, B]: its rating, then its number; _NEVER for
+    those that do not fit.
+
+    The rating of a situation (A-step) is the sum of the levels of its features: the rounds in which
+    they become true if nothing is ever deleted.
+
+    Args:
+      before: uint32 [W, A K, B].
+      fits: bool [A, K, B].
+      levels: uint32 [D, W, B], in binary digits.
+    """
+    _, size, B = before.shape
+    rating = jnp.zeros((size, B), jnp.int32)
+    for place, digit in enumerate(levels):
+        rating += (
+            lax.population_count(before & digit[:, None])
+            .astype(jnp.int32)
+            .sum(axis=0, dtype=jnp.int32)
+            << place
+        )
+    number = jnp.arange(size, dtype=jnp.int32)[:, None]
+    return jnp.where(fits.reshape(size, B), rating * size + number, _NEVER)
 
 
 def _pick(picks: _Picks, before: Array, known: Array) -> _Picks:
@@ -385,6 +401,7 @@ def _is_replayed(rules: _Rules, given: _Given, actions: Array, goal: Array) -> A
     which = jnp.arange(rules.num_actions, dtype=jnp.int32)[:, None]
 
     def act(number: Array, state: _Replay) -> _Replay:
+        # -1 is no action: the situation stays as it is.
         situation, is_right = state
         action = lax.dynamic_index_in_dim(actions, number, keepdims=False)
         is_on = action >= 0

@@ -9,7 +9,7 @@ planning alone can execute it, that is, if nothing is known to block the way.
 
 from collections.abc import Mapping, Sequence
 
-from sign_model.map_algorithm.plan_specification import Step, specified
+from sign_model.map_algorithm.plan_specification import Step, specify_plan
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.relocation.domain import AGENT, Scene, scene_task
@@ -95,7 +95,7 @@ def reached(
         return ()
     act = f"(reach {AGENT} {scene.start} {scene.goal})"
     is_open = (scene.start, scene.goal) in scene.ways
-    return specified(
+    return specify_plan(
         reach_task(scene),
         [act],
         [scene_task(scene)],

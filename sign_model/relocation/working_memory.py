@@ -131,6 +131,8 @@ def chain_memory(num_slots: int, abilities: Collection[str] = (BREAKABLE,)) -> W
 def _working_memory(
     ways: list[tuple[str, str]], blocked: list[tuple[str, str, str]], abilities: Collection[str]
 ) -> WorkingMemory:
+    """Returns the working memory of the areas and obstacles that these ways and blocked ways
+    name."""
     # The planning task and its signs; the rules are read back from the signs.
     kinds = {obstacle: BREAKABLE for *_, obstacle in blocked}
     scene = Scene(ways[0][0], ways[-1][1], tuple(ways), tuple(blocked), kinds, tuple(abilities))

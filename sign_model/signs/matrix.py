@@ -26,8 +26,8 @@ import jax.numpy as jnp
 import numpy as np
 
 Array = Any
-"""A `jax.Array` inside jit, a NumPy array on the host, told apart by no checker; dtype and shape
-stand in the docstrings.
+"""A `jax.Array` inside jit, a NumPy array on the host, which type checkers do not distinguish;
+docstrings state dtype and shape.
 """
 
 NONE = -1
@@ -80,6 +80,10 @@ class Matrices:
     kind: Array
 
 
+_PARTS = ("owner", "component", "feature", "bits", "kind")
+"""The arrays of a table that have an axis of slots."""
+
+
 def empty_matrices(num_signs: int, num_slots: int, num_rows: int, num_columns: int) -> Matrices:
     """Returns a table of the given capacity with no sign and no matrix in it, as NumPy arrays."""
     return Matrices(
@@ -124,9 +128,8 @@ def select(matrices: Matrices, slots: Array) -> Matrices:
     """Returns a table of some slots only, int [n], in the given order (host); the order is
     canonical if the slots ascend.
     """
-    parts = ("owner", "component", "feature", "bits", "kind")
     return dataclasses.replace(
-        matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in parts}
+        matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in _PARTS}
     )
 
 
@@ -211,16 +214,7 @@ def faults(matrices: Matrices) -> list[str]:
     """Returns the rules of the canonical form that a table breaks, as sentences; [] if it breaks
     none (host).
     """
-    owner, component, feature, bits, kind = (
-        np.asarray(part)
-        for part in (
-            matrices.owner,
-            matrices.component,
-            matrices.feature,
-            matrices.bits,
-            matrices.kind,
-        )
-    )
+    owner, component, feature, bits, kind = (np.asarray(getattr(matrices, part)) for part in _PARTS)
     # Sort keys by which unused slots, rows and columns come last.
     used, is_row, is_column = owner >= 0, feature >= 0, kind != ColumnKind.ABSENT
     num_signs = matrices.is_sign.shape[0]

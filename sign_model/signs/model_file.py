@@ -42,6 +42,7 @@ def load_model(path: str | pathlib.Path) -> WorldModel:
       ValueError: the file is not JSON or not of this format, a sign does not have the form above,
         or the signs do not form a world model; the message names the file, the sign and the rule.
     """
+    # The file is JSON, and says that it is a world model.
     try:
         payload = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -55,6 +56,8 @@ def load_model(path: str | pathlib.Path) -> WorldModel:
             f"{path}: not a world model: its format must be {_FORMAT!r}; give a file written by"
             " save_model"
         )
+
+    # Its signs, and the rules between them.
     signs = [
         _from_plain(entry, f"{path}: sign {number}")
         for number, entry in enumerate(payload["signs"], 1)

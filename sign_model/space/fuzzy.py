@@ -23,7 +23,7 @@ from sign_model.space.polar import (
     array_namespace,
     path_deviation,
     path_link,
-    wrapped,
+    wrap,
 )
 
 _DEGREES = 180 / math.pi
@@ -37,7 +37,7 @@ def direction_membership(phi: Array, table: FuzzyTable) -> Array:
     middles = [(row.start + row.end) / 2 for row in table.directions]
     halves = [(row.end - row.start) / 2 for row in table.directions]
     inside = [
-        half - abs(wrapped(phi - middle / _DEGREES)) * _DEGREES
+        half - abs(wrap(phi - middle / _DEGREES)) * _DEGREES
         for middle, half in zip(middles, halves)
     ]
     return _degree(inside, table.soft_degrees)
@@ -96,7 +96,7 @@ def sector_of(region: Array, table: FuzzyTable) -> Sector:
     return Sector(
         near=near[number],
         far=far[number],
-        start=wrapped(starts[direction]),
+        start=wrap(starts[direction]),
         width=widths[direction],
     )
 

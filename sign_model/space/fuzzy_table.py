@@ -180,6 +180,8 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
       ValueError: the file is not JSON, a row is not a name and two values, or the rows break a rule
         of `FuzzyTable`; the message names the file.
     """
+    # Each part is removed from the payload once it is read; what is left over is unknown, and
+    # FuzzyTable refuses it.
     try:
         payload = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
         numbers = {

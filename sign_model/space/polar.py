@@ -35,7 +35,7 @@ class Sector:
     width: Array
 
 
-def wrapped(angle: Array) -> Array:
+def wrap(angle: Array) -> Array:
     """Returns the same directions, float [...], in (-pi, pi]."""
     turned = math.pi - (math.pi - angle) % FULL_TURN
     # The remainder of a tiny negative number is rounded to a full turn, which would be outside the
@@ -58,7 +58,7 @@ def to_polar(points: Array, origin: Array, heading: Array) -> Array:
     xp = array_namespace(points, origin, heading)
     offset = points - origin
     r = xp.hypot(offset[..., 0], offset[..., 1])
-    phi = wrapped(xp.arctan2(offset[..., 1], offset[..., 0]) - heading)
+    phi = wrap(xp.arctan2(offset[..., 1], offset[..., 0]) - heading)
     return xp.stack([r, xp.where(r > 0, phi, xp.zeros_like(phi))], axis=-1)
 
 
@@ -74,8 +74,8 @@ def sector_corners(sector: Sector) -> Array:
     right; float [..., 4, 2].
     """
     xp = array_namespace(sector.near)
-    end = wrapped(sector.start + sector.width)
-    start = wrapped(sector.start)
+    end = wrap(sector.start + sector.width)
+    start = wrap(sector.start)
     pairs = ((sector.near, start), (sector.near, end), (sector.far, end), (sector.far, start))
     return xp.stack([xp.stack(pair, axis=-1) for pair in pairs], axis=-2)
 
@@ -116,9 +116,9 @@ def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) 
     # From outside, a square covers at most a half turn, so every corner lies less than a half turn
     # from the direction of its centre.
     middle = to_polar(centre, origin, heading)[..., 1]
-    beside = wrapped(corners[..., 1] - middle[..., None])
+    beside = wrap(corners[..., 1] - middle[..., None])
     is_inside = near == 0
-    start = xp.where(is_inside, -math.pi, wrapped(middle + beside.min(axis=-1)))
+    start = xp.where(is_inside, -math.pi, wrap(middle + beside.min(axis=-1)))
     width = xp.where(is_inside, FULL_TURN, beside.max(axis=-1) - beside.min(axis=-1))
     return Sector(near=near, far=corners[..., 0].max(axis=-1), start=start, width=width)
 
@@ -158,7 +158,7 @@ def sector_of_points(points: Array, is_point: Array, origin: Array, heading: Arr
     start = xp.take_along_axis(xp.where(is_known, following, 0.0), widest, axis=-1)[..., 0]
     width = xp.where(is_known.any(axis=-1), xp.maximum(FULL_TURN - gap.max(axis=-1), 0.0), 0.0)
     return Sector(
-        near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrapped(start), width=width
+        near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrap(start), width=width
     )
 
 

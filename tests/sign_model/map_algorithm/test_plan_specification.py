@@ -13,7 +13,7 @@ from sign_model.map_algorithm.plan_specification import (
     SPECIFY,
     decide,
     metacognition,
-    specified,
+    specify_plan,
     sub_tasks,
 )
 from sign_model.pddl.grounding import load
@@ -107,7 +107,7 @@ def test_the_goal_of_a_sub_task_has_all_effects_and_what_later_acts_need():
 
 def test_all_acts_are_specified_in_one_batch_and_the_leaves_solve_the_finer_task():
     fine, planner = fine_task("(open one) (key two)"), Planner()
-    steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
+    steps = specify_plan(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2]
     assert [step.action for step in steps] == list(PLAN) and {step.decision for step in steps} == {
         SPECIFY
@@ -119,7 +119,7 @@ def test_all_acts_are_specified_in_one_batch_and_the_leaves_solve_the_finer_task
 
 def test_an_operation_is_realised_and_not_specified():
     planner = Planner()
-    steps = specified(
+    steps = specify_plan(
         COARSE, PLAN, [fine_task("(open one)")], plan_batch=planner, operations={"change-room"}
     )
     assert (
@@ -130,7 +130,7 @@ def test_an_operation_is_realised_and_not_specified():
 
 
 def test_without_a_finer_level_acts_are_realised():
-    assert [step.decision for step in specified(COARSE, PLAN, [], plan_batch=Planner())] == [
+    assert [step.decision for step in specify_plan(COARSE, PLAN, [], plan_batch=Planner())] == [
         REALISE,
         REALISE,
     ]
@@ -141,7 +141,7 @@ def test_a_plan_without_acts_has_no_steps():
         "(define (domain d) (:predicates (p)) (:action a :effect (p)))",
         "(define (problem p) (:domain d) (:init (p)) (:goal (p)))",
     )
-    assert specified(done, (), [done], plan_batch=Planner()) == ()
+    assert specify_plan(done, (), [done], plan_batch=Planner()) == ()
 
 
 def test_an_act_whose_effects_hold_already_has_an_empty_sub_plan():
@@ -151,7 +151,7 @@ def test_an_act_whose_effects_hold_already_has_an_empty_sub_plan():
           (:action keep :precondition (p) :effect (p)))""",
         "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
-    steps = specified(task, ("(a)", "(keep)", "(b)"), [task], plan_batch=Planner())
+    steps = specify_plan(task, ("(a)", "(keep)", "(b)"), [task], plan_batch=Planner())
     assert [[leaf.action for leaf in step.leaves()] for step in steps] == [["(a)"], [], ["(b)"]]
 
 
@@ -164,7 +164,7 @@ def test_an_operation_among_abstract_acts_is_an_action_of_the_finer_level():
         domain.replace("(:action b :precondition (p) :effect (q))", ""),
         "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
-    steps = specified(
+    steps = specify_plan(
         coarse, ("(a)", "(b)"), [finer], plan_batch=Planner(), operations={"a", "step", "b-fine"}
     )
     assert steps[0].steps is None and steps[0].decision == REALISE
@@ -172,7 +172,7 @@ def test_an_operation_among_abstract_acts_is_an_action_of_the_finer_level():
 
 
 def test_an_act_without_a_sub_plan_has_no_steps():
-    steps = specified(COARSE, PLAN, [fine_task("(open one)")], plan_batch=Planner())
+    steps = specify_plan(COARSE, PLAN, [fine_task("(open one)")], plan_batch=Planner())
     assert len(steps[0].steps) == 2 and steps[1].steps is None and steps[1].decision == SPECIFY
 
 
@@ -189,7 +189,7 @@ def test_sub_plans_that_invalidate_each_other_are_planned_in_turn():
           (:init (in hall) (coin) (next hall office) (next office lab)) (:goal (in lab)))""",
     )
     planner = Planner()
-    steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
+    steps = specify_plan(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2, 1, 1]
     leaves = [leaf.action for step in steps for leaf in step.leaves()]
     assert (
@@ -200,7 +200,7 @@ def test_sub_plans_that_invalidate_each_other_are_planned_in_turn():
 
 def test_specification_continues_through_several_levels():
     planner = Planner()
-    steps = specified(
+    steps = specify_plan(
         COARSE, PLAN, [COARSE, fine_task("(open one) (open two)")], plan_batch=planner
     )
     assert planner.sizes == [2, 2]

@@ -40,7 +40,7 @@ from sign_model.space.polar import (
     in_square,
     square_of_sector,
     to_polar,
-    wrapped,
+    wrap,
 )
 from sign_model.space.spatial_signs import path_features, point_features, spatial_signs
 
@@ -64,7 +64,7 @@ def points_of_regions(table, count):
     return np.stack(
         [
             sector.near + share[0] * (sector.far - sector.near),
-            wrapped(sector.start + share[1] * sector.width),
+            wrap(sector.start + share[1] * sector.width),
         ],
         axis=-1,
     )
@@ -149,7 +149,7 @@ def test_an_area_touches_exactly_the_regions_of_its_points(table):
     polar = np.stack(
         [
             areas.near + share[0] * (areas.far - areas.near),
-            wrapped(areas.start + share[1] * areas.width),
+            wrap(areas.start + share[1] * areas.width),
         ],
         axis=-1,
     )

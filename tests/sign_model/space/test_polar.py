@@ -22,7 +22,7 @@ from sign_model.space.polar import (
     sector_of_square,
     square_of_sector,
     to_polar,
-    wrapped,
+    wrap,
 )
 
 
@@ -58,7 +58,7 @@ def sample_points(rng, sector, count):
     return np.stack(
         [
             sector.near + share[0] * (sector.far - sector.near),
-            wrapped(sector.start + share[1] * sector.width),
+            wrap(sector.start + share[1] * sector.width),
         ],
         axis=-1,
     )
@@ -66,7 +66,7 @@ def sample_points(rng, sector, count):
 
 def test_directions_are_wrapped_into_the_half_open_turn():
     angles = np.array([0, math.pi, -math.pi, 3 * math.pi, -1e-17, math.pi + 1e-9, 7.0])
-    phi = wrapped(angles)
+    phi = wrap(angles)
     assert ((phi > -math.pi) & (phi <= math.pi)).all()
     assert np.allclose(np.exp(1j * phi), np.exp(1j * angles)) and phi[1] == phi[2] == math.pi
 
@@ -130,7 +130,7 @@ def test_the_square_of_a_sector_is_the_smallest_that_contains_it(rng):
     dense = np.concatenate(
         [
             np.stack(
-                [np.broadcast_to(r, (len(arcs), 300)), wrapped(sector.start + arcs * sector.width)],
+                [np.broadcast_to(r, (len(arcs), 300)), wrap(sector.start + arcs * sector.width)],
                 axis=-1,
             )
             for r in (sector.near, sector.far)
