@@ -46,7 +46,9 @@ from sign_model.map_batch.tables import WORD, SignWeights, Tables
 from sign_model.signs.matrix import Array
 
 MAX_BEAM = 256
-"""The widest beam, and the most actions tried for each situation: both numbers fit into 8 bits."""
+"""The widest beam, and the most actions tried for each situation: ranks and passes, 0 to 255, fit
+into 8 bits of a key.
+"""
 
 _ALL = np.uint32(0xFFFFFFFF)  # the key of no candidate: above that of every candidate
 _MAX_RATING = (1 << 16) - 3  # so that rating + 1 fits into 16 bits and no key equals _ALL
