@@ -35,7 +35,9 @@ def make_rating(sign: HeuristicSign, space: RegressionSpace, start: np.ndarray, 
         parts.append((relaxed_plan_table(space, start), _column_weights(sign.plan, schemas, set())))
     held, unmet = (_column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet))
     feature_weights = np.where(start, held, unmet)
-    classes = [(table, [(int(w), pack(columns == w)) for w in np.unique(columns) if w]) for table, columns in parts]
+    classes = [  # no np.unique: it loads numpy.ma, which takes longer than a small task
+        (table, [(w, pack(columns == w)) for w in sorted(set(columns.tolist())) if w]) for table, columns in parts
+    ]
 
     def rate(situations: np.ndarray) -> np.ndarray:
         rating = (situations @ feature_weights).astype(np.int32)
