@@ -1,26 +1,47 @@
 """PDDL text -> nested forms that know their line, and the one error that all of the reader raises.
 
 PDDL ignores case, hence everything is lowered here. A form is a list of words and forms; both keep the line they began on, so
-that every later complaint can name it.
+that every later complaint can name it. Forms may be nested to any depth: nothing here or in `pddl` calls itself.
+
+Text is UTF-8, or UTF-16 or UTF-32 with a byte order mark. Comments may hold bytes of any other encoding: they are not read.
 """
 
+import codecs
+import os
 import pathlib
 import re
+import stat
 from collections.abc import Iterator
 
-_TOKEN = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
+from sign_model.clock import NO_LIMIT, Clock
+
+MAX_BYTES = 1 << 28
+"""The largest PDDL file that is read, in bytes."""
+
+# "?" begins a new word, as other planners read it: (aircraft?a) is (aircraft ?a).
+_TOKEN = re.compile("[()]|\\?[^\\s\ufeff();?]*|[^\\s\ufeff();?]+|;[^\n]*")
+_LONG_QUOTE = re.compile(r"'([^']{60})[^']{20,}'")
+_MARKS = (  # the longer mark first: that of UTF-32 begins like that of UTF-16
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_CHECKED_EVERY = 1 << 14
 
 
 class PddlError(ValueError):
     """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to do`."""
 
     def __init__(self, message: str, *, file: str, line: int | None = None) -> None:
+        message = _LONG_QUOTE.sub(r"'\1...'", message)
         super().__init__(f"{file}:{line}: {message}" if line else f"{file}: {message}")
 
 
 class Word(str):
     """A lower-case token and the line it stands on."""
 
+    __slots__ = ("line",)
     line: int
 
     def __new__(cls, text: str, line: int) -> "Word":
@@ -31,6 +52,8 @@ class Word(str):
 
 class Form(list):
     """What stands between two parentheses, and the line of the opening one."""
+
+    __slots__ = ("line",)
 
     def __init__(self, line: int) -> None:
         super().__init__()
@@ -44,24 +67,41 @@ class Form(list):
 
 def read_source(source: str | pathlib.Path) -> tuple[str, str]:
     """Returns (text, name for messages) of a path, or of PDDL text given as it is (a string that holds a parenthesis)."""
-    if isinstance(source, str) and "(" in source:
-        return source, "<text>"
+    if isinstance(source, str) and "(" in source and not os.path.isfile(source):
+        return _plain_ends(source), "<text>"
     path = pathlib.Path(source)
     try:
-        return path.read_text(encoding="utf-8", errors="strict"), str(path)
-    except UnicodeDecodeError:
-        raise PddlError("not a text file: give a PDDL file in UTF-8", file=str(path)) from None
-    except OSError as error:
-        raise PddlError(
-            f"cannot be read ({error.strerror}): give the path of a PDDL file, or its text", file=str(path)
-        ) from None
+        found = os.stat(path)  # before opening: opening a pipe waits for whoever writes to it
+        if not stat.S_ISREG(found.st_mode):
+            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
+            raise PddlError(f"cannot be read (it is {kind}): give the path of a PDDL file", file=str(path))
+        if found.st_size > MAX_BYTES:
+            told = f"has {found.st_size:,} bytes, more than the {MAX_BYTES:,} that are read: give a smaller task"
+            raise PddlError(told, file=str(path))
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, PddlError):
+            raise
+        told = getattr(error, "strerror", None) or error
+        raise PddlError(f"cannot be read ({told}): give the path of a PDDL file, or its text", file=str(path)) from None
+    encoding = next((name for mark, name in _MARKS if content.startswith(mark)), "utf-8")
+    # A byte that is no UTF-8 becomes a lone surrogate: nobody minds it in a comment, and in a word `_tokens` tells its line.
+    errors = "surrogateescape" if encoding == "utf-8" else "replace"
+    return _plain_ends(content.decode(encoding, errors)), str(path)
 
 
-def read_form(text: str, file: str) -> Form:
+def _plain_ends(text: str) -> str:
+    """The text with every line ended by a line feed, without a byte order mark."""
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.removeprefix("\ufeff")
+
+
+def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
     """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or there is none."""
     stack: list[Form] = []
     whole: Form | None = None
-    for token, line in _tokens(text):
+    for token, line in _tokens(text, file, clock):
         if whole is not None:
             raise PddlError(
                 f"'{token}' stands after the end of (define ...): remove it, or one ')' too many", file=file, line=line
@@ -85,11 +125,25 @@ def read_form(text: str, file: str) -> Form:
     return whole
 
 
-def _tokens(text: str) -> Iterator[tuple[str, int]]:
-    line = 1
-    for match in _TOKEN.finditer(text.lower()):
+def _tokens(text: str, file: str, clock: Clock) -> Iterator[tuple[str, int]]:
+    line, seen = 1, 0
+    for number, match in enumerate(_TOKEN.finditer(text)):
+        if not number % _CHECKED_EVERY:
+            clock.check()
+        line += text.count("\n", seen, match.start())
+        seen = match.start()
         token = match.group()
-        if token == "\n":
-            line += 1
-        elif token[0] != ";":
-            yield token, line
+        if token[0] != ";":
+            if not token.isprintable():
+                raise PddlError(_unprintable(token), file=file, line=line)
+            yield token.lower(), line
+
+
+def _unprintable(token: str) -> str:
+    """What to say of a word with a sign that no text has."""
+    code = next(ord(sign) for sign in token if not sign.isprintable())
+    if 0xDC80 <= code <= 0xDCFF:
+        return f"not a text file in UTF-8: the byte 0x{code - 0xDC00:02X} stands outside of a comment; save the file as UTF-8"
+    return (
+        f"not a text file: the control character U+{code:04X} stands outside of a comment; remove it, or save the file as UTF-8"
+    )
