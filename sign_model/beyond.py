@@ -10,6 +10,7 @@ _CHANCE = ("non-deterministic effects", "give the action effects that are certai
 _TRAJECTORY = ("trajectory constraints", "state what must hold at the end in (:goal ...)")
 _CERTAIN = ("uncertain starts", "state in (:init ...) what holds")
 _DURATIVE = ("durative actions", "leave the durations out and write (:action ...)")
+TIMED = ("timed initial literals", "state in (:init ...) what holds at the beginning")
 
 FORMULAS = {
     "or": ("disjunctions", "write an action for each case"),

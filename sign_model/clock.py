@@ -4,7 +4,14 @@ import time
 
 
 class OutOfTime(Exception):
-    """The time limit was reached before there was an answer; a larger `max_seconds` gives more time."""
+    """The time limit was reached before there was an answer; a larger `max_seconds` gives more time.
+
+    seconds: the time spent by stage, where the one who raised it knows.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.seconds: dict[str, float] = {}
 
 
 class Clock:
@@ -28,10 +35,6 @@ class Clock:
         """Raises OutOfTime once the limit has passed."""
         if self.is_over():
             raise OutOfTime("the time limit was reached: raise max_seconds")
-
-    def left(self) -> float | None:
-        """Returns the seconds that are left, 0 at least; None without a limit."""
-        return None if self.end is None else max(0.0, self.end - time.perf_counter())
 
 
 NO_LIMIT = Clock()

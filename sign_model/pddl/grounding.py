@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sign_model.clock import NO_LIMIT, Clock
+from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.pddl.lifted import Domain, Problem
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.reader import MAX_COST, parse
@@ -41,9 +41,15 @@ def load(domain: str | pathlib.Path, problem: str | pathlib.Path, *, max_seconds
       OutOfTime: the time limit was reached.
     """
     began, clock = time.perf_counter(), Clock(max_seconds)
-    lifted = parse(domain, problem, clock=clock)
-    parsed = time.perf_counter()
-    task = ground(*lifted, clock=clock)
+    parsed = None
+    try:
+        lifted = parse(domain, problem, clock=clock)
+        parsed = time.perf_counter()
+        task = ground(*lifted, clock=clock)
+    except OutOfTime as error:
+        now = time.perf_counter()
+        error.seconds = {"parse": (parsed or now) - began, "build": now - (parsed or now)}
+        raise
     task.seconds.update(parse=parsed - began, ground=time.perf_counter() - parsed)
     return task
 

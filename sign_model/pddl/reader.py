@@ -19,7 +19,7 @@ import re
 from collections.abc import Iterator
 from typing import NoReturn
 
-from sign_model.beyond import FORMULAS, LOGIC, REQUIREMENTS, SECTIONS
+from sign_model.beyond import FORMULAS, LOGIC, REQUIREMENTS, SECTIONS, TIMED
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.lifted import Atom, Domain, Problem, Schema, Types
 from sign_model.pddl.syntax import Form, PddlError, Word, read_form, read_source
@@ -63,7 +63,7 @@ class _Reader:
         self.sections = [self.form(part) for part in form[2:]]
         for section in self.sections:
             if section.head in SECTIONS:
-                self.refuse(section.head, *SECTIONS[section.head], section)
+                self.refuse(section.head, SECTIONS[section.head], section)
             if section.head not in parts:
                 self.fail(f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}", section)
         for flag in [flag for section in self.parts(":requirements") for flag in section[1:]]:
@@ -73,8 +73,8 @@ class _Reader:
     def fail(self, message: str, where: object) -> NoReturn:
         raise PddlError(message, file=self.file, line=getattr(where, "line", None))
 
-    def refuse(self, word: str, feature: str, remedy: str, where: object) -> NoReturn:
-        self.fail(f"'{word}' goes beyond STRIPS ({feature}): {remedy}", where)
+    def refuse(self, word: str, feature: tuple[str, str], where: object) -> NoReturn:
+        self.fail(f"'{word}' goes beyond STRIPS ({feature[0]}): {feature[1]}", where)
 
     def form(self, item: Form | Word) -> Form:
         if not isinstance(item, Form):
@@ -147,7 +147,7 @@ class _Reader:
     def refuse_beyond(self, part: Form, domain: Domain) -> None:
         """Refuses a formula beyond STRIPS by name. A predicate may be called like one, `within` for instance."""
         if part.head in FORMULAS and part.head not in domain.predicates:
-            self.refuse(part.head, *FORMULAS[part.head], part)
+            self.refuse(part.head, FORMULAS[part.head], part)
 
     def literal(self, part: Form, domain: Domain) -> tuple[Form, bool]:
         """(atom, whether it is positive)."""
@@ -302,7 +302,7 @@ class _DomainReader(_Reader):
             self.fail("'=' takes exactly two arguments", form)
         for side in form[1:]:
             if isinstance(side, Form):
-                self.refuse("=", *FORMULAS[">="], side)
+                self.refuse("=", FORMULAS[">="], side)
             self.argument(side, arguments)
         return str(form[1]), str(form[2])
 
@@ -423,7 +423,7 @@ class _ProblemReader(_Reader):
                 atom, _ = self.literal(form, self.domain)
                 self.atom(atom, self.domain, objects)  # what :init doesn't name doesn't hold: nothing to note
             elif form.head == "at" and len(form) == 3 and isinstance(form[2], Form):
-                self.refuse("at", "timed initial literals", "state in (:init ...) what holds at the beginning", form)
+                self.refuse("at", TIMED, form)
             else:
                 self.refuse_beyond(form, self.domain)
                 if form.head == "and":

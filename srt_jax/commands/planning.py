@@ -6,31 +6,61 @@ form and tells every mistake.
 
 import functools
 import json
+import pathlib
 import re
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srt_jax.commands.console import waiting
+
+if TYPE_CHECKING:
+    from sign_model import PlanResult
 
 
 def plan_files(domain: str, problem: str, planner: str, max_expansions: int, max_seconds: float | None, as_json: bool) -> int:
     """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the exit code."""
-    import sign_model
-
-    task = sign_model.load(domain, problem)
     with waiting("planning", quiet=as_json):
-        result = sign_model.plan(task, planner=planner, max_expansions=max_expansions, max_seconds=max_seconds)
+        result = _planned(pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds)
     if as_json:
         told = {"status": result.status.name, "actions": list(result.actions), "expansions": result.expansions}
         print(json.dumps(told | {"seconds": result.seconds}))
     else:
-        if result.is_solved:
+        if result.actions:
             print(*result.actions, sep="\n")
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
         steps = f"{len(result.actions)} steps, " if result.is_solved else ""
         print(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}", file=sys.stderr)
+        if hint := _hint(result, planner, max_seconds):
+            print(f"; {hint}", file=sys.stderr)
     return int(result.status)
+
+
+def _planned(
+    domain: pathlib.Path, problem: pathlib.Path, planner: str, max_expansions: int, max_seconds: float | None
+) -> "PlanResult":
+    """Reads and plans; one time limit holds for both."""
+    from sign_model import OutOfTime, PlanResult, PlanStatus, load, plan
+
+    began = time.perf_counter()
+    try:
+        task = load(domain, problem, max_seconds=max_seconds)
+    except OutOfTime as error:
+        return PlanResult(PlanStatus.BUDGET_SPENT, (), 0, error.seconds | {"search": 0.0, "validate": 0.0})
+    left = None if max_seconds is None else max(0.0, max_seconds - (time.perf_counter() - began))
+    return plan(task, planner=planner, max_expansions=max_expansions, max_seconds=left)
+
+
+def _hint(result: "PlanResult", planner: str, max_seconds: float | None) -> str:
+    """What to try after a spent budget; "" after an answer."""
+    if result.status.name != "BUDGET_SPENT":
+        return ""
+    if not result.seconds["search"]:
+        return "the time ended before the search began: raise --max-seconds"
+    limits = "--max-expansions" if max_seconds is None else "--max-expansions or --max-seconds"
+    other = "map" if planner == "gbfs" else "gbfs"
+    return f"try another planner, --planner {other}, or raise {limits}"
 
 
 _PLAIN = {

@@ -109,12 +109,7 @@ MALFORMED = {
         "<domain>:10",
         "'when' goes",
     ),
-    "a derived predicate": (
-        DOMAIN[:-2] + "(:derived (p) (dark)))",
-        PROBLEM,
-        "<domain>:10",
-        "':derived' goes beyond STRIPS (derived predicates)",
-    ),
+    "a derived predicate": (DOMAIN[:-2] + "(:derived (p) (dark)))", PROBLEM, "<domain>:10", "':derived' goes beyond"),
     "no goal": (DOMAIN, PROBLEM.replace("(:goal (and (on a) (not (dark))))", ""), "<problem>:1", "exactly one (:goal ...)"),
     "a negative cost": (DOMAIN, PROBLEM.replace("kitchen) 3", "kitchen) -3"), "<problem>:4", "costs are whole numbers"),
     "an object of two types": (DOMAIN, PROBLEM.replace("s - switch", "s - switch a - room"), "<problem>:3", "declared twice"),
