@@ -9,8 +9,9 @@ Objects are numbers here, facts are (predicate, object, ...) and a condition's v
 a constant c stands as -1 - c.
 """
 
+import operator
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from sign_model.clock import Clock
 from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
@@ -30,17 +31,31 @@ class TooManyActions(ValueError):
 
 
 class Template:
-    """An atom of a schema: predicate, and for each place the number of a role, or -1 - the number of a constant."""
+    """An atom of a schema: predicate, and for each place the number of a role, or -1 - the number of a constant.
 
-    __slots__ = ("places", "predicate")
+    fill: gives the fact that the atom is under a binding.
+    """
+
+    __slots__ = ("fill", "places", "predicate")
 
     def __init__(self, atom: Atom, role_of: dict[str, int], number: dict[str, int]) -> None:
         self.predicate = atom[0]
         self.places = tuple(role_of[x] if x in role_of else -1 - number[x] for x in atom[1:])
+        self.fill = _filler(self.predicate, self.places)
 
-    def fill(self, binding: Sequence[int]) -> Fact:
-        """Returns the fact that the atom is under a binding."""
-        return (self.predicate, *[binding[place] if place >= 0 else -1 - place for place in self.places])
+
+def _filler(predicate: str, places: tuple[int, ...]) -> Callable[[Binding], Fact]:
+    """Filling is the innermost work of grounding: each kind of atom has its shortest way."""
+    if not places:
+        fact = (predicate,)
+        return lambda binding: fact
+    if min(places) < 0:
+        return lambda binding: (predicate, *[binding[place] if place >= 0 else -1 - place for place in places])
+    if len(places) == 1:
+        place = places[0]
+        return lambda binding: (predicate, binding[place])
+    pick = operator.itemgetter(*places)
+    return lambda binding: (predicate, *pick(binding))
 
 
 class Script:

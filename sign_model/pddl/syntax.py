@@ -19,7 +19,9 @@ MAX_BYTES = 1 << 28
 """The largest PDDL file that is read, in bytes."""
 
 # "?" begins a new word, as other planners read it: (aircraft?a) is (aircraft ?a).
-_TOKEN = re.compile("[()]|\\?[^\\s\ufeff();?]*|[^\\s\ufeff();?]+|;[^\n]*")
+_TOKEN = re.compile("[()]|\\?[^\\s\ufeff()?]*|[^\\s\ufeff()?]+")
+_COMMENT = re.compile(r";[^\n]*")
+_ODD = re.compile(r"[^\x20-\x7e\s]")
 _LONG_QUOTE = re.compile(r"'([^']{60})[^']{20,}'")
 _MARKS = (  # the longer mark first: that of UTF-32 begins like that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -27,7 +29,8 @@ _MARKS = (  # the longer mark first: that of UTF-32 begins like that of UTF-16
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_CHECKED_EVERY = 1 << 14
+_PART = 1 << 16
+"""How many signs of a line are taken at once."""
 
 
 class PddlError(ValueError):
@@ -101,23 +104,23 @@ def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
     """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or there is none."""
     stack: list[Form] = []
     whole: Form | None = None
-    for token, line in _tokens(text, file, clock):
-        if whole is not None:
-            raise PddlError(
-                f"'{token}' stands after the end of (define ...): remove it, or one ')' too many", file=file, line=line
-            )
-        if token == "(":
-            stack.append(Form(line))
-        elif not stack:
-            raise PddlError(f"'{token}' stands before the first '(': a PDDL file is one (define ...)", file=file, line=line)
-        elif token == ")":
-            done = stack.pop()
-            if stack:
-                stack[-1].append(done)
+    for line, tokens in _lines(text, file, clock):
+        for token in tokens:
+            if whole is not None:
+                told = f"'{token}' stands after the end of (define ...): remove it, or one ')' too many"
+                raise PddlError(told, file=file, line=line)
+            if token == "(":
+                stack.append(Form(line))
+            elif not stack:
+                raise PddlError(f"'{token}' stands before the first '(': a PDDL file is one (define ...)", file=file, line=line)
+            elif token == ")":
+                done = stack.pop()
+                if stack:
+                    stack[-1].append(done)
+                else:
+                    whole = done
             else:
-                whole = done
-        else:
-            stack[-1].append(Word(token, line))
+                stack[-1].append(Word(token, line))
     if stack:
         raise PddlError("this '(' is never closed: add the missing ')'", file=file, line=stack[-1].line)
     if whole is None:
@@ -125,18 +128,24 @@ def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
     return whole
 
 
-def _tokens(text: str, file: str, clock: Clock) -> Iterator[tuple[str, int]]:
-    line, seen = 1, 0
-    for number, match in enumerate(_TOKEN.finditer(text)):
-        if not number % _CHECKED_EVERY:
+def _lines(text: str, file: str, clock: Clock) -> Iterator[tuple[int, list[str]]]:
+    """The lower-case tokens of each line, and its number; long lines come in parts, so that the time limit is asked."""
+    if ";" in text:
+        text = _COMMENT.sub("", text)
+    is_plain = _ODD.search(text) is None
+    for line, content in enumerate(text.lower().split("\n"), 1):
+        begin = 0
+        while begin < len(content):
+            end = begin + _PART
+            while end < len(content) and content[end] not in "() \t":  # never cut a word
+                end += 1
+            tokens = _TOKEN.findall(content, begin, end)
+            odd = None if is_plain else next((token for token in tokens if not token.isprintable()), None)
+            if odd is not None:
+                raise PddlError(_unprintable(odd), file=file, line=line)
             clock.check()
-        line += text.count("\n", seen, match.start())
-        seen = match.start()
-        token = match.group()
-        if token[0] != ";":
-            if not token.isprintable():
-                raise PddlError(_unprintable(token), file=file, line=line)
-            yield token.lower(), line
+            yield line, tokens
+            begin = end
 
 
 def _unprintable(token: str) -> str:

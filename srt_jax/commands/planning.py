@@ -4,13 +4,15 @@ Both take longer to load than a small task takes to plan. Whatever is not spelt 
 form and tells every mistake.
 """
 
+import contextlib
 import functools
+import gc
 import json
 import pathlib
 import re
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from srt_jax.commands.console import waiting
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 def plan_files(domain: str, problem: str, planner: str, max_expansions: int, max_seconds: float | None, as_json: bool) -> int:
     """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the exit code."""
-    with waiting("planning", quiet=as_json):
+    with waiting("planning", quiet=as_json), _uncollected():
         result = _planned(pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds)
     if as_json:
         told = {"status": result.status.name, "actions": list(result.actions), "expansions": result.expansions}
@@ -35,6 +37,18 @@ def plan_files(domain: str, problem: str, planner: str, max_expansions: int, max
         if hint := _hint(result, planner, max_seconds):
             print(f"; {hint}", file=sys.stderr)
     return int(result.status)
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Keeps the collector of cycles away: it would look through millions of small parts of a task, and none is in a cycle."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 def _planned(
