@@ -151,8 +151,5 @@ def _lines(text: str, file: str, clock: Clock) -> Iterator[tuple[int, list[str]]
 def _unprintable(token: str) -> str:
     """What to say of a word with a sign that no text has."""
     code = next(ord(sign) for sign in token if not sign.isprintable())
-    if 0xDC80 <= code <= 0xDCFF:
-        return f"not a text file in UTF-8: the byte 0x{code - 0xDC00:02X} stands outside of a comment; save the file as UTF-8"
-    return (
-        f"not a text file: the control character U+{code:04X} stands outside of a comment; remove it, or save the file as UTF-8"
-    )
+    what = f"the byte 0x{code - 0xDC00:02X}" if 0xDC80 <= code <= 0xDCFF else f"the sign U+{code:04X}"
+    return f"not a text file in UTF-8: {what} stands outside of a comment; remove it, or save the file as UTF-8"
