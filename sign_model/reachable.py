@@ -246,7 +246,7 @@ class Reachability:
 
     def _completed(self, script: Script, values: list[int]) -> Iterator[Binding]:
         """Fills the roles that no condition names with every object of their types."""
-        stack = [values]
+        stack = [values] if _keeps_equalities(script, values) else []  # those of constants alone are tested nowhere else
         while stack:
             self._tick()
             values = stack.pop()
