@@ -17,8 +17,11 @@ def main(arguments: list[str] | None = None) -> None:
     failed: BaseException | None = None
     if (call := plain_call(given, os.environ)) is not None:
         try:
-            sys.exit(call())
-        except Exception as error:
+            code = call()
+            if sys.stdout is not None:
+                sys.stdout.flush()  # a reader that went away, or a full disk, is met here and not at the very end
+            sys.exit(code)
+        except (Exception, KeyboardInterrupt) as error:
             failed = error  # told by the one place that tells every error
     _keep_compiled_code()
     try:

@@ -7,7 +7,7 @@ import sys
 import pytest
 from typer.main import get_command
 
-from srt_jax import cli
+from srt_jax import __main__, cli
 from srt_jax.commands import plan as command
 from srt_jax.commands import planning
 
@@ -65,6 +65,17 @@ def test_the_list_of_commands_is_that_of_the_commands_themselves(arguments, caps
     cli.run(arguments)
     assert seen == capsys.readouterr().out and "smart relocation" in seen
     assert list(get_command(cli.app).commands) == list(cli._EXAMPLES)
+
+
+def test_an_interrupt_on_the_short_way_is_told_like_all_others(monkeypatch, capsys):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planning, "plan_files", interrupted)
+    with pytest.raises(SystemExit) as stop:
+        __main__.main(["plan", "d", "p"])
+    out, err = capsys.readouterr()
+    assert (stop.value.code, out) == (130, "") and err.count("\n") == 1
 
 
 PLAIN = (
