@@ -1,11 +1,16 @@
-"""What PDDL and its relatives have beyond STRIPS with action costs: by which word it is known, its name, and what to do.
+"""What PDDL and its relatives have beyond STRIPS with action costs: by which word it is known, its
+name, and what to do.
 
-The reader refuses each by name. A domain may require what it does not use: `REQUIREMENTS` are the known flags.
+The reader refuses each by name. A domain may require what it does not use: `REQUIREMENTS` are the
+known flags.
 """
 
 _QUANTIFIED = ("quantified formulas", "write the formula once for each object")
 _NUMERIC = ("numeric conditions", "only action costs are counted, by (increase (total-cost) ...)")
-_NUMERIC_EFFECT = ("numeric effects", "only action costs are counted, by (increase (total-cost) ...)")
+_NUMERIC_EFFECT = (
+    "numeric effects",
+    "only action costs are counted, by (increase (total-cost) ...)",
+)
 _CHANCE = ("non-deterministic effects", "give the action effects that are certain")
 _TRAJECTORY = ("trajectory constraints", "state what must hold at the end in (:goal ...)")
 _CERTAIN = ("uncertain starts", "state in (:init ...) what holds")

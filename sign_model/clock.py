@@ -1,10 +1,13 @@
-"""The time limit of a planning call, asked in every phase of it: reading, grounding, search and replay."""
+"""The time limit of a planning call, asked in every phase of it: reading, grounding, search and
+replay.
+"""
 
 import time
 
 
 class OutOfTime(Exception):
-    """The time limit was reached before there was an answer; a larger `max_seconds` gives more time.
+    """The time limit was reached before there was an answer; a larger `max_seconds` gives more
+    time.
 
     seconds: the time spent by stage, where the one who raised it knows.
     """

@@ -1,4 +1,6 @@
-"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and the independent replay."""
+"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and
+the independent replay.
+"""
 
 import time
 from collections.abc import Sequence
@@ -6,7 +8,13 @@ from typing import Protocol
 
 from sign_model.clock import Clock, OutOfTime
 from sign_model.forward_search.search import best_first
-from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
+from sign_model.map_algorithm.heuristics import (
+    DEFAULTS,
+    LANDMARKS,
+    OVERLAP,
+    RELAXED_PLAN,
+    HeuristicSign,
+)
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
@@ -19,7 +27,9 @@ _SIGNS = {sign.name: sign for sign in (OVERLAP, LANDMARKS, RELAXED_PLAN)}
 
 
 class Memory(Protocol):
-    """Experience: solved tasks as precedents. What it answers is replayed first and never trusted."""
+    """Experience: solved tasks as precedents. What it answers is replayed first and never
+    trusted.
+    """
 
     def recall(self, task: PlanningTask) -> Sequence[str] | None:
         """The plan of this very task, or None."""
@@ -40,16 +50,20 @@ def plan(
     max_seconds: float | None = None,
     weight: float = 2.0,
 ) -> PlanResult:
-    """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or a spent budget.
+    """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or
+    a spent budget.
 
     Args:
       task: from `load` or `task_from_arrays`.
-      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the actions' costs).
-      heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS` where None. For the others
-        blind, goals, hmax, hadd or ff; hmax for astar and ff for the rest where None.
+      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the
+        actions' costs).
+      heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
+        where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
+        rest where None.
       memory: precedents, tried first; where none serves, planning goes on without it.
       max_expansions: the most situations expanded.
-      max_seconds: the most time for it all, the replay of a long plan included; unbounded where None.
+      max_seconds: the most time for it all, the replay of a long plan included; unbounded where
+        None.
       weight: of weighted A*.
 
     Raises:
@@ -60,12 +74,17 @@ def plan(
     began, clock = time.perf_counter(), Clock(max_seconds)
     recalled = memory.recall(task) if memory is not None else None
     if recalled is not None and not validate(task, recalled):
-        return _finished(task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock)
+        return _finished(
+            task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock
+        )
     if planner == "map":
         found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, clock=clock)
         actions = None if found.plan is None else shorten(task, found.plan, clock)
     elif heuristic is not None and not isinstance(heuristic, str):
-        raise ValueError(f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not a sign")
+        raise ValueError(
+            f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not"
+            " a sign"
+        )
     else:
         found = best_first(task, planner, max_expansions, clock, heuristic=heuristic, weight=weight)
         actions = found.plan
@@ -76,7 +95,15 @@ def plan(
         status = PlanStatus.UNSOLVABLE if found.is_proof else PlanStatus.BUDGET_SPENT
         return _finished(task, status, (), found.expansions, began, searched, clock)
     names = task.action_names
-    return _finished(task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched, clock)
+    return _finished(
+        task,
+        PlanStatus.SOLVED,
+        tuple(names[a] for a in actions),
+        found.expansions,
+        began,
+        searched,
+        clock,
+    )
 
 
 def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None:
@@ -84,7 +111,9 @@ def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None
 
 
 def _suggested(task: PlanningTask, memory: Memory | None) -> list[int] | None:
-    """The plan of a precedent that fits the task, as action numbers; None where there is none, or it does not unfold."""
+    """The plan of a precedent that fits the task, as action numbers; None where there is none,
+    or it does not unfold.
+    """
     suggestion = memory.suggest(task) if memory is not None else None
     if suggestion is None or validate(task, suggestion):
         return None
@@ -99,7 +128,10 @@ def _signs(heuristic: Heuristic) -> Sequence[HeuristicSign]:
         return (heuristic,)
     if isinstance(heuristic, str):
         if heuristic not in _SIGNS:
-            raise ValueError(f"heuristic sign '{heuristic}' is not known to MAP: choose one of {', '.join(_SIGNS)}")
+            raise ValueError(
+                f"heuristic sign '{heuristic}' is not known to MAP: choose one of"
+                f" {', '.join(_SIGNS)}"
+            )
         return (_SIGNS[heuristic],)
     if not heuristic:
         raise ValueError("MAP needs at least one heuristic sign: give None for the unlearned ones")
@@ -115,7 +147,9 @@ def _finished(
     searched: float,
     clock: Clock,
 ) -> PlanResult:
-    """Replays the plan and gathers the times. A plan that fails its replay is our own slip, never an answer."""
+    """Replays the plan and gathers the times. A plan that fails its replay is our own slip,
+    never an answer.
+    """
     try:
         if status == PlanStatus.SOLVED and (wrong := validate(task, actions, clock=clock)):
             raise AssertionError(f"the planner made an invalid plan: {wrong[0]}")

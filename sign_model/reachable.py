@@ -1,12 +1,14 @@
-"""Which ground actions can ever be carried out: the roles of the schemas filled by joins over what can come to hold.
+"""Which ground actions can ever be carried out: the roles of the schemas filled by joins over what
+can come to hold.
 
-Facts come to hold one after the other, those of the start first; deletes are ignored. Each new fact is matched with every
-condition that it can meet, and the action's other conditions are looked up in indexes of the facts that hold so far, always
-the condition with the fewest candidates next. So no binding that breaks a condition is ever completed, and the work grows with
-the partial bindings that hold, not with the combinations of objects.
+Facts come to hold one after the other, those of the start first; deletes are ignored. Each new fact
+is matched with every condition that it can meet, and the action's other conditions are looked up in
+indexes of the facts that hold so far, always the condition with the fewest candidates next. So no
+binding that breaks a condition is ever completed, and the work grows with the partial bindings that
+hold, not with the combinations of objects.
 
-Objects are numbers here, facts are (predicate, object, ...) and a condition's variables are the numbers of the action's roles;
-a constant c stands as -1 - c.
+Objects are numbers here, facts are (predicate, object, ...) and a condition's variables are the
+numbers of the action's roles; a constant c stands as -1 - c.
 """
 
 import operator
@@ -27,11 +29,14 @@ _CHECKED_EVERY = 1 << 10
 
 
 class TooManyActions(ValueError):
-    """More ground actions than the limit. The message begins with what is too many; whoever catches it adds the file."""
+    """More ground actions than the limit. The message begins with what is too many; whoever
+    catches it adds the file.
+    """
 
 
 class Template:
-    """An atom of a schema: predicate, and for each place the number of a role, or -1 - the number of a constant.
+    """An atom of a schema: predicate, and for each place the number of a role, or -1 - the number
+    of a constant.
 
     fill: gives the fact that the atom is under a binding.
     """
@@ -50,7 +55,10 @@ def _filler(predicate: str, places: tuple[int, ...]) -> Callable[[Binding], Fact
         fact = (predicate,)
         return lambda binding: fact
     if min(places) < 0:
-        return lambda binding: (predicate, *[binding[place] if place >= 0 else -1 - place for place in places])
+        return lambda binding: (
+            predicate,
+            *[binding[place] if place >= 0 else -1 - place for place in places],
+        )
     if len(places) == 1:
         place = places[0]
         return lambda binding: (predicate, binding[place])
@@ -61,11 +69,20 @@ def _filler(predicate: str, places: tuple[int, ...]) -> Callable[[Binding], Fact
 class Script:
     """A schema over numbers.
 
-    conditions: the positive conditions. adds, deletes, negative: atoms; `negative` those that actions can change.
-    fits: for each role the numbers of the objects of its types, as a set. equalities: (place, other place, whether equal).
+    conditions: the positive conditions. adds, deletes, negative: atoms; `negative` those that
+      actions can change.
+    fits: for each role the numbers of the objects of its types, as a set. equalities: (place, other
+      place, whether equal).
     """
 
-    def __init__(self, schema: Schema, domain: Domain, problem: Problem, number: dict[str, int], fluents: set[str]) -> None:
+    def __init__(
+        self,
+        schema: Schema,
+        domain: Domain,
+        problem: Problem,
+        number: dict[str, int],
+        fluents: set[str],
+    ) -> None:
         self.schema = schema
         role_of = {role: i for i, (role, _) in enumerate(schema.roles)}
 
@@ -74,7 +91,9 @@ class Script:
 
         self.conditions = templates(schema.conditions)
         self.negative = templates(atom for atom in schema.negative_conditions if atom[0] in fluents)
-        self.forbidden = templates(atom for atom in schema.negative_conditions if atom[0] not in fluents)
+        self.forbidden = templates(
+            atom for atom in schema.negative_conditions if atom[0] not in fluents
+        )
         self.adds, self.deletes = templates(schema.adds), templates(schema.deletes)
         self.equalities = [
             (*[role_of[x] if x in role_of else -1 - number[x] for x in (one, other)], wanted)
@@ -84,8 +103,12 @@ class Script:
         known: dict[tuple, frozenset[int]] = {}
         for _, kinds in schema.roles:
             if kinds not in known:
-                is_kind = {given: domain.is_a(given, kinds) for given in set(problem.objects.values())}
-                known[kinds] = frozenset(number[name] for name, given in problem.objects.items() if is_kind[given])
+                is_kind = {
+                    given: domain.is_a(given, kinds) for given in set(problem.objects.values())
+                }
+                known[kinds] = frozenset(
+                    number[name] for name, given in problem.objects.items() if is_kind[given]
+                )
             self.fits.append(known[kinds])
 
 
@@ -94,14 +117,18 @@ class _Facts:
 
     def __init__(self) -> None:
         self.known: dict[str, set[Fact]] = defaultdict(set)
-        self.indexes: dict[str, dict[tuple[int, ...], dict[Binding, list[Fact]]]] = defaultdict(dict)
+        self.indexes: dict[str, dict[tuple[int, ...], dict[Binding, list[Fact]]]] = defaultdict(
+            dict
+        )
 
     def add(self, fact: Fact) -> None:
         self.known[fact[0]].add(fact)
         for places, index in self.indexes[fact[0]].items():
             index.setdefault(tuple([fact[place + 1] for place in places]), []).append(fact)
 
-    def candidates(self, predicate: str, places: tuple[int, ...], objects: Binding) -> Sequence[Fact]:
+    def candidates(
+        self, predicate: str, places: tuple[int, ...], objects: Binding
+    ) -> Sequence[Fact]:
         """The facts of a predicate that have these objects at these places."""
         index = self.indexes[predicate].get(places)
         if index is None:
@@ -112,12 +139,21 @@ class _Facts:
 
 
 class Reachability:
-    """The fixpoint: which bindings of each script can ever be carried out, and which facts can ever hold.
+    """The fixpoint: which bindings of each script can ever be carried out, and which facts can ever
+    hold.
 
-    bindings: for each script the bindings found. facts: all facts of changeable predicates that can hold.
+    bindings: for each script the bindings found. facts: all facts of changeable predicates that can
+      hold.
     """
 
-    def __init__(self, scripts: Sequence[Script], start: Iterable[Fact], fluents: set[str], most: int, clock: Clock) -> None:
+    def __init__(
+        self,
+        scripts: Sequence[Script],
+        start: Iterable[Fact],
+        fluents: set[str],
+        most: int,
+        clock: Clock,
+    ) -> None:
         self.scripts, self.most, self.clock = scripts, most, clock
         self.bindings: list[dict[Binding, None]] = [{} for _ in scripts]
         self.facts: set[Fact] = set()
@@ -143,14 +179,20 @@ class Reachability:
         self._start = frozenset(self.facts)
         for i, script in enumerate(scripts):
             if not any(condition.predicate in fluents for condition in script.conditions):
-                self._take(i, self._join(script, [_OPEN] * len(script.fits), range(len(script.conditions))))
+                self._take(
+                    i, self._join(script, [_OPEN] * len(script.fits), range(len(script.conditions)))
+                )
         # Ends: a fact enters once, and there are finitely many.
         while self._waiting:
             fact = self._waiting.pop()
             self._held.add(fact)
             for i, c in triggers[fact[0]]:
                 script = scripts[i]
-                if (values := _matched(script, script.conditions[c], fact, [_OPEN] * len(script.fits))) is not None:
+                if (
+                    values := _matched(
+                        script, script.conditions[c], fact, [_OPEN] * len(script.fits)
+                    )
+                ) is not None:
                     others = [o for o in range(len(script.conditions)) if o != c]
                     self._take(i, self._join(script, values, others))
 
@@ -165,13 +207,17 @@ class Reachability:
             self.clock.check()
 
     def _take(self, number: int, found: Iterator[Binding]) -> None:
-        """Notes new bindings; each acts at once, or when what must not hold can have been taken away."""
+        """Notes new bindings; each acts at once, or when what must not hold can have been taken
+        away.
+        """
         script = self.scripts[number]
         for binding in found:
             if binding in self.bindings[number] or (number, binding) in self._missing:
                 continue
             self._count(script)
-            holding = {fact for fact in (t.fill(binding) for t in script.negative) if fact in self._start} - self._gone
+            holding = {
+                fact for fact in (t.fill(binding) for t in script.negative) if fact in self._start
+            } - self._gone
             if holding:
                 self._missing[number, binding] = len(holding)
                 for fact in holding:
@@ -183,13 +229,18 @@ class Reachability:
         self._num_actions += 1
         if self._num_actions > self.most:
             raise TooManyActions(
-                f"more than {self.most:,} ground actions, most of them of '{self._largest(script)}': name fewer objects, or "
-                "give the actions conditions on what never changes, so that fewer objects fit their parameters"
+                f"more than {self.most:,} ground actions, most of them of"
+                f" '{self._largest(script)}': name fewer objects, or give the actions conditions on"
+                " what never changes, so that fewer objects fit their parameters"
             )
 
     def _largest(self, script: Script) -> str:
         counts = [len(bindings) for bindings in self.bindings]
-        return self.scripts[counts.index(max(counts))].schema.name if any(counts) else script.schema.name
+        return (
+            self.scripts[counts.index(max(counts))].schema.name
+            if any(counts)
+            else script.schema.name
+        )
 
     def _act(self, number: int, binding: Binding) -> None:
         """Carries out an action, and all that then can go because it took something away."""
@@ -211,8 +262,12 @@ class Reachability:
                         del self._missing[waiting]
                         ready.append(waiting)
 
-    def _join(self, script: Script, values: list[int], conditions: Iterable[int]) -> Iterator[Binding]:
-        """All bindings that extend `values` and meet the conditions in the facts that hold so far."""
+    def _join(
+        self, script: Script, values: list[int], conditions: Iterable[int]
+    ) -> Iterator[Binding]:
+        """All bindings that extend `values` and meet the conditions in the facts that hold so
+        far.
+        """
         stack: list[tuple[list[int], list[int]]] = [(values, list(conditions))]
         while stack:
             self._tick()
@@ -221,14 +276,18 @@ class Reachability:
             chosen, open_ = -1, []
             for c in rest:
                 condition = script.conditions[c]
-                bound = [(i, values[p] if p >= 0 else -1 - p) for i, p in enumerate(condition.places)]
+                bound = [
+                    (i, values[p] if p >= 0 else -1 - p) for i, p in enumerate(condition.places)
+                ]
                 bound = [(i, x) for i, x in bound if x != _OPEN]
                 objects = tuple([x for _, x in bound])
                 if len(bound) == len(condition.places):
                     if (condition.predicate, *objects) not in self._held.known[condition.predicate]:
                         break
                     continue
-                found = self._held.candidates(condition.predicate, tuple([i for i, _ in bound]), objects)
+                found = self._held.candidates(
+                    condition.predicate, tuple([i for i, _ in bound]), objects
+                )
                 if not found:
                     break
                 open_.append(c)
@@ -246,14 +305,17 @@ class Reachability:
 
     def _completed(self, script: Script, values: list[int]) -> Iterator[Binding]:
         """Fills the roles that no condition names with every object of their types."""
-        stack = [values] if _keeps_equalities(script, values) else []  # those of constants alone are tested nowhere else
+        # those of constants alone are tested nowhere else
+        stack = [values] if _keeps_equalities(script, values) else []
         while stack:
             self._tick()
             values = stack.pop()
             role = next((i for i, value in enumerate(values) if value == _OPEN), None)
             if role is None:
                 binding = tuple(values)
-                if not any(t.fill(binding) in self._held.known[t.predicate] for t in script.forbidden):
+                if not any(
+                    t.fill(binding) in self._held.known[t.predicate] for t in script.forbidden
+                ):
                     yield binding
                 continue
             choices: Iterable[int] = script.fits[role]
@@ -278,8 +340,12 @@ def _forced(script: Script, values: list[int], role: int) -> int | None:
     return None
 
 
-def _matched(script: Script, condition: Template, fact: Fact, values: list[int]) -> list[int] | None:
-    """`values` with the roles of a condition filled from a fact; None where types, repetitions or equalities forbid it."""
+def _matched(
+    script: Script, condition: Template, fact: Fact, values: list[int]
+) -> list[int] | None:
+    """`values` with the roles of a condition filled from a fact; None where types, repetitions
+    or equalities forbid it.
+    """
     for place, found in zip(condition.places, fact[1:]):
         if place < 0:
             if -1 - place != found:

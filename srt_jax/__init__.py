@@ -1,7 +1,10 @@
-"""Smart relocation tasks in batch, on JAX: find the way, or what blocks it, what to remove, and the way then.
+"""Smart relocation tasks in batch, on JAX: find the way, or what blocks it, what to remove, and the
+way then.
 
-PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation task", Procedia Computer
-Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths are in cell sides.
+PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation
+  task", Procedia Computer
+Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths
+are in cell sides.
 """
 
 import importlib
@@ -110,10 +113,14 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """A package some of whose functions bear the name of the module they live in, such as `contour`."""
+    """A package some of whose functions bear the name of the module they live in, such as
+    `contour`.
+    """
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Importing a module binds it here under its name: where a public function has that name, the function stays."""
+        """Importing a module binds it here under its name: where a public function has that
+        name, the function stays.
+        """
         if not (name in _HOME and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 

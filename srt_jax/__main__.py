@@ -1,4 +1,6 @@
-"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, and exit code 2."""
+"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, and
+exit code 2.
+"""
 
 import os
 import pathlib
@@ -19,7 +21,8 @@ def main(arguments: list[str] | None = None) -> None:
         try:
             code = call()
             if sys.stdout is not None:
-                sys.stdout.flush()  # a reader that went away, or a full disk, is met here and not at the very end
+                # a reader that went away, or a full disk, is met here and not at the very end
+                sys.stdout.flush()
             sys.exit(code)
         except (Exception, KeyboardInterrupt) as error:
             failed = error  # told by the one place that tells every error
@@ -29,17 +32,25 @@ def main(arguments: list[str] | None = None) -> None:
     except ImportError as error:
         if error.name not in ("typer", "rich"):
             raise
-        print(f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'", file=sys.stderr)
+        print(
+            f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'",
+            file=sys.stderr,
+        )
         sys.exit(2)
     sys.exit(run(arguments, failed=failed))
 
 
 def _keep_compiled_code() -> None:
-    """What one run compiles, the next need not. For this process alone: the library itself changes no setting of its user's."""
+    """What one run compiles, the next need not. For this process alone: the library itself
+    changes no setting of its user's.
+    """
     if os.environ.get("JAX_COMPILATION_CACHE_DIR") is not None:
         return
-    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "srt-jax"
-    if "jax" not in sys.modules:  # importing it only for this would cost a second: it reads the variable when it is loaded
+    cache = (
+        pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "srt-jax"
+    )
+    # importing it only for this would cost a second: it reads the variable when it is loaded
+    if "jax" not in sys.modules:
         os.environ["JAX_COMPILATION_CACHE_DIR"] = str(cache)
         return
     import jax

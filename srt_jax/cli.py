@@ -1,6 +1,8 @@
-"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line and an exit code.
+"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line and
+an exit code.
 
-A command is loaded when it is called: `plan` and the help need no JAX, which takes longer to load than they take to run.
+A command is loaded when it is called: `plan` and the help need no JAX, which takes longer to load
+than they take to run.
 """
 
 import ast
@@ -21,7 +23,8 @@ from srt_jax.commands.console import error_line
 def examples(*lines: str) -> str:
     """Returns the end of a command's help: one example a line."""
     title = "Examples" if len(lines) > 1 else "Example"
-    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])  # \b: keep the lines apart
+    # \b: keep the lines apart
+    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
 
 
 _EXAMPLES = {
@@ -74,10 +77,15 @@ def _print_version(is_asked: bool) -> None:
 
 def _whole(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)
+        bool,
+        typer.Option(
+            "--version", help="Print the version and stop.", callback=_print_version, is_eager=True
+        ),
     ] = False,
 ) -> None:
-    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the way then."""
+    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the
+    way then.
+    """
 
 
 def _new_app() -> typer.Typer:
@@ -106,10 +114,16 @@ def _function(name: str) -> Callable[..., int]:
 
 
 def _listed(name: str) -> Callable[..., int]:
-    """Stands for the command in the list of all: its name and what it says of itself, read from its source."""
+    """Stands for the command in the list of all: its name and what it says of itself, read from
+    its source.
+    """
     spec = importlib.util.find_spec(f"srt_jax.commands.{name}")
     source = getattr(spec.loader, "get_source", lambda _: None)(spec.name) if spec else None
-    found = [node for node in ast.parse(source or "").body if isinstance(node, ast.FunctionDef) and node.name == name]
+    found = [
+        node
+        for node in ast.parse(source or "").body
+        if isinstance(node, ast.FunctionDef) and node.name == name
+    ]
     if not found:  # installed without its sources
         return _function(name)
 
@@ -120,7 +134,9 @@ def _listed(name: str) -> Callable[..., int]:
     return command
 
 
-def _with_commands(load: Callable[[str], Callable[..., int]], names: Sequence[str] = tuple(_EXAMPLES)) -> typer.Typer:
+def _with_commands(
+    load: Callable[[str], Callable[..., int]], names: Sequence[str] = tuple(_EXAMPLES)
+) -> typer.Typer:
     app = _new_app()
     for name in names:
         app.command(name, epilog=examples(*_EXAMPLES[name]))(load(name))
@@ -143,7 +159,8 @@ def __getattr__(name: str) -> object:
 
 
 def run(arguments: list[str] | None = None, *, failed: BaseException | None = None) -> int:
-    """Runs one command and returns its exit code; whatever goes wrong is told in one line on standard error.
+    """Runs one command and returns its exit code; whatever goes wrong is told in one line on
+    standard error.
 
     Args:
       arguments: those of the process where None.
@@ -162,7 +179,8 @@ def run(arguments: list[str] | None = None, *, failed: BaseException | None = No
     except (ValueError, ImportError) as error:
         return error_line(str(error))
     except Exception as error:
-        told = getattr(error, "format_message", None)  # what all of the parser's errors have, and only they
+        # what all of the parser's errors have, and only they
+        told = getattr(error, "format_message", None)
         if told is None:
             raise
         if not told():  # no command at all: the help has been printed

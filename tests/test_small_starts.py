@@ -1,4 +1,6 @@
-"""What needs no JAX does not wait for it: `plan`, help, version; and names stay what they are however they are loaded."""
+"""What needs no JAX does not wait for it: `plan`, help, version; and names stay what they are
+however they are loaded.
+"""
 
 import pathlib
 import subprocess
@@ -20,9 +22,9 @@ PROBLEM = "(define (problem t) (:domain d) (:objects o) (:init (p o)) (:goal (q 
 def loaded_by(arguments, folder):
     """The top-level modules that a run of the command line has loaded at its end."""
     code = (
-        "import sys, atexit; sys.argv = ['srt-jax', *{!r}];"
-        "atexit.register(lambda: print(*{{n.split('.')[0] for n in sys.modules}}, file=open('loaded', 'w')));"
-        "from srt_jax.__main__ import main; main()"
+        "import sys, atexit; sys.argv = ['srt-jax', *{!r}];atexit.register(lambda:"
+        " print(*{{n.split('.')[0] for n in sys.modules}}, file=open('loaded', 'w')));from"
+        " srt_jax.__main__ import main; main()"
     )
     ran = subprocess.run(
         [sys.executable, "-c", code.format(arguments)],
@@ -43,7 +45,9 @@ def test_planning_loads_neither_jax_nor_the_parser_of_the_command_line(tmp_path)
         assert "numpy" in modules and not modules & {"jax", "jaxlib", "chex", "typer", "rich"}
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["plan", "--help"], ["nosuch"], []])
+@pytest.mark.parametrize(
+    "arguments", [["--version"], ["--help"], ["plan", "--help"], ["nosuch"], []]
+)
 def test_help_and_version_load_no_jax(arguments, tmp_path):
     ran, modules = loaded_by(arguments, tmp_path)
     assert ran.returncode == (0 if arguments and arguments != ["nosuch"] else 2)
@@ -53,7 +57,10 @@ def test_help_and_version_load_no_jax(arguments, tmp_path):
 def test_errors_of_the_short_way_are_told_like_all_others(tmp_path):
     ran, _ = loaded_by(["plan", "nowhere.pddl", "p.pddl"], tmp_path)
     assert ran.returncode == 2 and ran.stdout == ""
-    assert ran.stderr.startswith("srt-jax: error: nowhere.pddl: cannot be read") and ran.stderr.count("\n") == 1
+    assert (
+        ran.stderr.startswith("srt-jax: error: nowhere.pddl: cannot be read")
+        and ran.stderr.count("\n") == 1
+    )
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["-h"], []])

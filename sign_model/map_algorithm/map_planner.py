@@ -1,4 +1,5 @@
-"""The MAP iteration for one task, on the host: goal regression with a beam that widens until there is a plan or a proof.
+"""The MAP iteration for one task, on the host: goal regression with a beam that widens until there
+is a plan or a proof.
 
     S := goal
     repeat  M-step  actions whose scripts fit: they explain a part of S and break nothing of it
@@ -7,11 +8,13 @@
             A-step  rate what is left by a heuristic sign, keep the best
     until S is included in the start, or nothing is left
 
-(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is rated is where an action
-leads. All of the beam goes through one step together, in matrix operations. Nothing was cut off and nothing is left: then there
-is no plan, and that is a proof, because situations are compared bit by bit, never by a hash.
+(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is
+rated is where an action leads. All of the beam goes through one step together, in matrix
+operations. Nothing was cut off and nothing is left: then there is no plan, and that is a proof,
+because situations are compared bit by bit, never by a hash.
 
-Deterministic: ties go to the situation that came first, hence to the lowest action of the first situation.
+Deterministic: ties go to the situation that came first, hence to the lowest action of the first
+  situation.
 """
 
 from collections.abc import Sequence
@@ -30,16 +33,22 @@ BEAMS = (32, 128, 512, 2048, 1 << 30)
 """Situations kept a step, rung by rung; the last keeps all, so that the search is complete."""
 
 _PAIRS_COMPARED = 1 << 22
-"""How many words the test for included situations may touch a step; beyond it only equal situations are recognised."""
+"""How many words the test for included situations may touch a step; beyond it only equal
+situations are recognised.
+"""
 
 
 _PAIRS_AT_ONCE = 1 << 22
-"""How many pairs of a situation and an action are tested at once: bounds the memory, and how long the clock is not asked."""
+"""How many pairs of a situation and an action are tested at once: bounds the memory, and how
+long the clock is not asked.
+"""
 
 
 @dataclass(frozen=True)
 class Regression:
-    """What a regression ended with: plan (actions of the space, in order of execution) or None; is_proof: there is no plan."""
+    """What a regression ended with: plan (actions of the space, in order of execution) or None;
+    is_proof: there is no plan.
+    """
 
     plan: list[int] | None
     expansions: int
@@ -54,9 +63,11 @@ def plan_map(
     beams: Sequence[int] = BEAMS,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
-    """Returns the shortest plan that the heuristic signs find on the first rung where one of them finds any.
+    """Returns the shortest plan that the heuristic signs find on the first rung where one of them
+    finds any.
 
-    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a spent budget.
+    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a
+    spent budget.
     """
     try:
         space = regression_space(task, clock=clock)
@@ -71,11 +82,21 @@ def plan_map(
     for beam in beams:
         best: Regression | None = None
         for rating in ratings if beam < 1 << 30 else ratings[:1]:
-            found = regress(space, start, goal, rating, beam=beam, max_expansions=max_expansions - expansions, clock=clock)
+            found = regress(
+                space,
+                start,
+                goal,
+                rating,
+                beam=beam,
+                max_expansions=max_expansions - expansions,
+                clock=clock,
+            )
             expansions += found.expansions
             if found.is_proof:
                 return Regression(None, expansions, True)
-            if found.plan is not None and (best is None or best.plan is None or len(found.plan) < len(best.plan)):
+            if found.plan is not None and (
+                best is None or best.plan is None or len(found.plan) < len(best.plan)
+            ):
                 best = found
         if best is not None and best.plan is not None:
             return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
@@ -114,14 +135,17 @@ def regress(
             clock.check()
             expansions += len(situations)
             parents, actions = _m_step(situations, *scripts, clock)
-            before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]  # P-step
+            # P-step
+            before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]
             clock.check()
             fresh = memory.forget_known(before)
             parents, actions, before = parents[fresh], actions[fresh], before[fresh]
             done = ~(before & ~start).any(axis=1)
             if done.any():
                 first = int(done.argmax())
-                return Regression(_unwind(trail, int(parents[first]), int(actions[first])), expansions, False)
+                return Regression(
+                    _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
+                )
             if len(before) > beam:
                 was_cut = True
                 kept = np.argsort(rating(before), kind="stable")[:beam]
@@ -134,8 +158,12 @@ def regress(
     return Regression(None, expansions, not was_cut and not len(situations))
 
 
-def _m_step(situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock) -> tuple[np.ndarray, np.ndarray]:
-    """(situation, action) numbers of all fitting pairs, ordered by situation, then action; in parts of bounded size."""
+def _m_step(
+    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock
+) -> tuple[np.ndarray, np.ndarray]:
+    """(situation, action) numbers of all fitting pairs, ordered by situation, then action; in
+    parts of bounded size.
+    """
     words = pack(situations)
     step = max(1, _PAIRS_AT_ONCE // max(1, len(adds)))
     parts = []
@@ -166,14 +194,18 @@ def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int
 
 
 class _Memory:
-    """The situations kept so far, to forget those that contain one of them: they ask for more and come later."""
+    """The situations kept so far, to forget those that contain one of them: they ask for more
+    and come later.
+    """
 
     def __init__(self, words: np.ndarray) -> None:
         self.words = words
         self.keys = {row.tobytes() for row in words}
 
     def forget_known(self, situations: np.ndarray) -> np.ndarray:
-        """Numbers of the situations that are new, each once, in order; none contains a known one or a smaller new one."""
+        """Numbers of the situations that are new, each once, in order; none contains a known one
+        or a smaller new one.
+        """
         words = pack(situations)
         keys = [row.tobytes() for row in words]
         first: dict[bytes, int] = {}
@@ -193,7 +225,9 @@ class _Memory:
 
 
 def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """bool [N]: whether a situation strictly contains one of the others (equal ones don't count)."""
+    """bool [N]: whether a situation strictly contains one of the others (equal ones don't
+    count).
+    """
     missing = np.zeros((len(words), len(others)), bool)
     extra = np.zeros((len(words), len(others)), bool)
     for w in range(words.shape[1]):

@@ -15,7 +15,9 @@ Rating = Callable[[np.ndarray], np.ndarray]
 
 
 def kind_of(atom: tuple[str, ...]) -> str:
-    """Returns the predicate of a feature; a complement counts as a predicate of its own, "not-p"."""
+    """Returns the predicate of a feature; a complement counts as a predicate of its own,
+    "not-p".
+    """
     return atom[0] if atom[0] != "not" else f"not-{atom[1]}"
 
 
@@ -39,13 +41,23 @@ def make_rating(
     goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
     parts = []
     if any(sign.landmarks.values()):
-        parts.append((landmark_table(space, start, clock), _column_weights(sign.landmarks, kinds, goal_kinds)))
+        parts.append(
+            (
+                landmark_table(space, start, clock),
+                _column_weights(sign.landmarks, kinds, goal_kinds),
+            )
+        )
     if any(sign.plan.values()):
-        parts.append((relaxed_plan_table(space, start, clock), _column_weights(sign.plan, schemas, set())))
-    held, unmet = (_column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet))
+        parts.append(
+            (relaxed_plan_table(space, start, clock), _column_weights(sign.plan, schemas, set()))
+        )
+    held, unmet = (
+        _column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet)
+    )
     feature_weights = np.where(start, held, unmet)
     classes = [  # no np.unique: it loads numpy.ma, which takes longer than a small task
-        (table, [(w, pack(columns == w)) for w in sorted(set(columns.tolist())) if w]) for table, columns in parts
+        (table, [(w, pack(columns == w)) for w in sorted(set(columns.tolist())) if w])
+        for table, columns in parts
     ]
 
     def rate(situations: np.ndarray) -> np.ndarray:

@@ -1,9 +1,11 @@
-"""A task made ready for regression: only features and actions that matter, and what an action must not meet.
+"""A task made ready for regression: only features and actions that matter, and what an action must
+not meet.
 
 An action a may be the last step towards a situation S (the M-step's test) when
 
     adds(a) & S != 0      it explains a part of S
-    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its conditions, unless it adds it)
+    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its
+    conditions, unless it adds it)
 
 so two masks are the whole test of relevance and consistency.
 """
@@ -27,7 +29,8 @@ class RegressionSpace:
     """The matrices a regression works on; F and A count what was kept.
 
     features: atoms. kept_features, kept_actions: int, their numbers in the task.
-    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can never be reached.
+    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can
+      never be reached.
     """
 
     features: tuple[Atom, ...]
@@ -44,7 +47,9 @@ class RegressionSpace:
         return of_task[..., self.kept_features]
 
     def is_consistent(self, goals: np.ndarray) -> np.ndarray:
-        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never hold."""
+        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can
+        never hold.
+        """
         owner, member = np.nonzero(goals)
         excluded = any_row(pack(self.mutex), owner, member, len(goals))
         return ~np.any(excluded & pack(goals), axis=1)
@@ -56,7 +61,8 @@ def regression_space(
     goals: np.ndarray | None = None,
     clock: Clock = NO_LIMIT,
 ) -> RegressionSpace:
-    """Returns the space for every pair of a start and a goal; those of the task where none are given.
+    """Returns the space for every pair of a start and a goal; those of the task where none are
+    given.
 
     Args:
       task: whose features and actions they share.
@@ -72,10 +78,14 @@ def regression_space(
         return _of_relevant(task, starts, goals, clock)
     mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts, clock)
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
-    relevant = _relevant(task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)), clock)
+    relevant = _relevant(
+        task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)), clock
+    )
     helpful = (task.adds[usable] & relevant).any(axis=1)
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
-    conditions, adds, deletes = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))
+    conditions, adds, deletes = (
+        m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes)
+    )
     mutex = mutex[np.ix_(features, features)]
     return RegressionSpace(
         features=tuple(task.features[i] for i in features),
@@ -89,13 +99,17 @@ def regression_space(
     )
 
 
-def _of_relevant(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, clock: Clock) -> RegressionSpace:
+def _of_relevant(
+    task: PlanningTask, starts: np.ndarray, goals: np.ndarray, clock: Clock
+) -> RegressionSpace:
     """The space of a task with too many features, made without those that no goal depends on."""
-    kept = np.flatnonzero(_relevant(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock))
+    kept = np.flatnonzero(
+        _relevant(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock)
+    )
     if len(kept) > MAX_FEATURES:
         raise ValueError(
-            f"the goal can depend on {len(kept):,} features, more than the {MAX_FEATURES:,} that the planner 'map' compares "
-            "with each other: take a forward search, such as gbfs"
+            f"the goal can depend on {len(kept):,} features, more than the {MAX_FEATURES:,} that"
+            " the planner 'map' compares with each other: take a forward search, such as gbfs"
         )
     smaller = replace(
         task,
@@ -110,7 +124,9 @@ def _of_relevant(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, cloc
     return replace(space, kept_features=kept[space.kept_features])
 
 
-def _relevant(conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray, clock: Clock) -> np.ndarray:
+def _relevant(
+    conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray, clock: Clock
+) -> np.ndarray:
     """bool [F]: what some chain of actions can need for the goal. Ends: it only grows."""
     relevant = goal.copy()
     while True:

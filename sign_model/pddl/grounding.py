@@ -1,8 +1,10 @@
-"""Lifted task -> `PlanningTask`: the ground actions that can ever go, negation compiled away, as boolean matrices.
+"""Lifted task -> `PlanningTask`: the ground actions that can ever go, negation compiled away, as
+boolean matrices.
 
-Which ground actions those are is found in `reachable`. What must not hold becomes a feature of its own, ("not", ...), which the
-effects keep in step. Their number and the size of the matrices are bounded; where the matrices would be too large, only what
-some chain of actions can need for the goal is kept, and no plan is lost by that.
+Which ground actions those are is found in `reachable`. What must not hold becomes a feature of its
+own, ("not", ...), which the effects keep in step. Their number and the size of the matrices are
+bounded; where the matrices would be too large, only what some chain of actions can need for the
+goal is kept, and no plan is lost by that.
 """
 
 import pathlib
@@ -27,17 +29,22 @@ MAX_CELLS = 1 << 28
 _CHECKED_EVERY = 1 << 10
 
 
-def load(domain: str | pathlib.Path, problem: str | pathlib.Path, *, max_seconds: float | None = None) -> PlanningTask:
-    """Returns the grounded task of a PDDL domain and problem, given as paths or text; PddlError names file and line.
+def load(
+    domain: str | pathlib.Path, problem: str | pathlib.Path, *, max_seconds: float | None = None
+) -> PlanningTask:
+    """Returns the grounded task of a PDDL domain and problem, given as paths or text; PddlError
+    names file and line.
 
-    A goal that nothing can bring about stays in the task as a feature without achiever: the task is then unsolvable, not wrong.
+    A goal that nothing can bring about stays in the task as a feature without achiever: the task is
+    then unsolvable, not wrong.
 
     Args:
       domain, problem: paths, or PDDL text.
       max_seconds: the most time for reading and grounding; unbounded where None.
 
     Raises:
-      PddlError: text that cannot be read, or a task with more than `MAX_ACTIONS` ground actions or `MAX_CELLS` cells a matrix.
+      PddlError: text that cannot be read, or a task with more than `MAX_ACTIONS` ground actions or
+        `MAX_CELLS` cells a matrix.
       OutOfTime: the time limit was reached.
     """
     began, clock = time.perf_counter(), Clock(max_seconds)
@@ -70,12 +77,20 @@ def ground(domain: Domain, problem: Problem, *, clock: Clock = NO_LIMIT) -> Plan
     except TooManyActions as error:
         raise PddlError(str(error), file=problem.file) from None
 
-    actions = [(script, binding) for script, found in zip(scripts, reached.bindings) for binding in sorted(found)]
-    negated = {t.fill(binding) for script, binding in actions if script.negative for t in script.negative}
+    actions = [
+        (script, binding)
+        for script, found in zip(scripts, reached.bindings)
+        for binding in sorted(found)
+    ]
+    negated = {
+        t.fill(binding) for script, binding in actions if script.negative for t in script.negative
+    }
     negated |= {fact for fact in facts(problem.negative_goal) if fact[0] in fluents}
     goal = {fact for fact in facts(problem.goal) if fact[0] in fluents or fact not in start}
     goal |= {_complement(f) for f in facts(problem.negative_goal) if f[0] in fluents or f in start}
-    at_start = {fact for fact in start if fact[0] in fluents} | {_complement(f) for f in negated if f not in start}
+    at_start = {fact for fact in start if fact[0] in fluents} | {
+        _complement(f) for f in negated if f not in start
+    }
     rules = _Rules(actions, fluents, negated, clock)
     features = reached.facts | at_start | goal
     features |= {fact for adds in rules.adds for fact in adds if fact[0] == "not"}
@@ -88,9 +103,17 @@ def _complement(fact: Fact) -> Fact:
 
 
 class _Rules:
-    """Conditions, adds and deletes of the ground actions as sets of facts, negative conditions as complements."""
+    """Conditions, adds and deletes of the ground actions as sets of facts, negative conditions
+    as complements.
+    """
 
-    def __init__(self, actions: list[tuple[Script, Binding]], fluents: set[str], negated: set[Fact], clock: Clock) -> None:
+    def __init__(
+        self,
+        actions: list[tuple[Script, Binding]],
+        fluents: set[str],
+        negated: set[Fact],
+        clock: Clock,
+    ) -> None:
         self.actions = actions
         self.conditions: list[set[Fact]] = []
         self.adds: list[set[Fact]] = []
@@ -116,7 +139,9 @@ class _Rules:
 
 
 def _bounded(rules: _Rules, features: set[Fact], goal: set[Fact], problem: Problem) -> list[int]:
-    """The numbers of the actions to keep, all of them where they fit; takes what is not needed out of `features`."""
+    """The numbers of the actions to keep, all of them where they fit; takes what is not needed
+    out of `features`.
+    """
     if len(rules.actions) * len(features) <= MAX_CELLS:
         return list(range(len(rules.actions)))
     achievers: dict[Fact, list[int]] = {}
@@ -133,8 +158,14 @@ def _bounded(rules: _Rules, features: set[Fact], goal: set[Fact], problem: Probl
                 waiting += fresh
     features &= needed
     if len(kept) * len(features) > MAX_CELLS:
-        told = f"{len(kept):,} ground actions with {len(features):,} features, more than {MAX_CELLS:,} cells of a matrix"
-        raise PddlError(f"{told}: name fewer objects, or give the actions more conditions that never change", file=problem.file)
+        told = (
+            f"{len(kept):,} ground actions with {len(features):,} features, more than {MAX_CELLS:,}"
+            " cells of a matrix"
+        )
+        raise PddlError(
+            f"{told}: name fewer objects, or give the actions more conditions that never change",
+            file=problem.file,
+        )
     return sorted(kept)
 
 
@@ -163,11 +194,15 @@ def _as_matrices(
     actions = [rules.actions[i] for i in kept]
     return PlanningTask(
         features=tuple(name for name, _ in named),
-        actions=tuple((script.schema.name, *[names[i] for i in binding]) for script, binding in actions),
+        actions=tuple(
+            (script.schema.name, *[names[i] for i in binding]) for script, binding in actions
+        ),
         conditions=matrix([rules.conditions[i] for i in kept]),
         adds=matrix([rules.adds[i] for i in kept]),
         deletes=matrix([rules.deletes[i] for i in kept]),
-        costs=np.array([_cost(script, binding, problem, names) for script, binding in actions], np.int64),
+        costs=np.array(
+            [_cost(script, binding, problem, names) for script, binding in actions], np.int64
+        ),
         start=matrix([start])[0],
         goal=matrix([goal])[0],
         domain=domain,
@@ -176,7 +211,9 @@ def _as_matrices(
 
 
 def _cost(script: Script, binding: Binding, problem: Problem, names: list[str]) -> int:
-    """The cost of a ground action; a function that has no number in (:init ...) is an error, not 0."""
+    """The cost of a ground action; a function that has no number in (:init ...) is an error, not
+    0.
+    """
     if not problem.counts_costs:
         return 1
     filled = dict(zip((role for role, _ in script.schema.roles), (names[i] for i in binding)))
@@ -189,11 +226,17 @@ def _cost(script: Script, binding: Binding, problem: Problem, names: list[str]) 
         value = problem.values.get(function)
         if value is None:
             action = " ".join((script.schema.name, *filled.values()))
-            told = f"({' '.join(function)}) has no number, and ({action}) needs it as its cost: give it in (:init ...)"
+            told = (
+                f"({' '.join(function)}) has no number, and ({action}) needs it as its cost: give"
+                " it in (:init ...)"
+            )
             raise PddlError(told, file=problem.file, line=problem.start_line)
         total += value
     if total > MAX_COST:
         action = " ".join((script.schema.name, *filled.values()))
-        told = f"({action}) costs {total:,}, more than {MAX_COST:,}: divide all costs by the same number"
+        told = (
+            f"({action}) costs {total:,}, more than {MAX_COST:,}: divide all costs by the same"
+            " number"
+        )
         raise PddlError(told, file=problem.file, line=problem.start_line)
     return total

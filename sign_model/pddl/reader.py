@@ -1,16 +1,18 @@
-"""PDDL -> the lifted records of a planning task: typed STRIPS with constants, equality, negative conditions and action costs.
+"""PDDL -> the lifted records of a planning task: typed STRIPS with constants, equality, negative
+conditions and action costs.
 
     object -> its name, with its types            predicate -> name and the types of its roles
     action schema -> `Schema`: roles, conditions, effects as atoms over roles and constants
     start, goal -> sets of atoms (name, argument, ...)
 
-What goes beyond STRIPS (`beyond` lists it) is refused by name. Every error is a `PddlError` of one line: file, line, what is
-wrong, what to do. Where a domain declares no types, types that a problem names all the same (some IPC blocks files do) are
-taken for `object`.
+What goes beyond STRIPS (`beyond` lists it) is refused by name. Every error is a `PddlError` of one
+line: file, line, what is wrong, what to do. Where a domain declares no types, types that a problem
+names all the same (some IPC blocks files do) are taken for `object`.
 
-Costs are counted where the problem has (:metric minimize (total-cost)); no other metric is understood. A cost is a whole number
-from 0 to 10^12, or a sum of functions of the action's arguments that (:init ...) gives such numbers. A function that no action
-has as its cost is ignored, whatever its numbers; a cost that (:init ...) does not give is no 0, but an error once an action
+Costs are counted where the problem has (:metric minimize (total-cost)); no other metric is
+understood. A cost is a whole number from 0 to 10^12, or a sum of functions of the action's
+arguments that (:init ...) gives such numbers. A function that no action has as its cost is ignored,
+whatever its numbers; a cost that (:init ...) does not give is no 0, but an error once an action
 that can be carried out needs it (`grounding`).
 """
 
@@ -25,7 +27,9 @@ from sign_model.pddl.lifted import Atom, Domain, Problem, Schema, Types
 from sign_model.pddl.syntax import Form, PddlError, Word, read_form, read_source
 
 MAX_COST = 10**12
-"""The greatest cost of one action. Sums of 9,000 such costs are exact in the float64 numbers of the searches."""
+"""The greatest cost of one action. Sums of 9,000 such costs are exact in the float64 numbers of
+the searches.
+"""
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?", re.ASCII)
 _DOMAIN_PARTS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")
@@ -33,8 +37,11 @@ _PROBLEM_PARTS = (":domain", ":requirements", ":objects", ":init", ":goal", ":me
 _CHECKED_EVERY = 1 << 12
 
 
-def parse(domain: str | pathlib.Path, problem: str | pathlib.Path, *, clock: Clock = NO_LIMIT) -> tuple[Domain, Problem]:
-    """Returns the domain and the problem read from two paths (or texts); PddlError names file, line and rule.
+def parse(
+    domain: str | pathlib.Path, problem: str | pathlib.Path, *, clock: Clock = NO_LIMIT
+) -> tuple[Domain, Problem]:
+    """Returns the domain and the problem read from two paths (or texts); PddlError names file, line
+    and rule.
 
     OutOfTime is raised once the time of `clock` has passed.
     """
@@ -51,13 +58,21 @@ def parse(domain: str | pathlib.Path, problem: str | pathlib.Path, *, clock: Clo
 class _Reader:
     """What reading a domain and reading a problem share. `file` goes into every message."""
 
-    def __init__(self, text: str, file: str, clock: Clock, kind: str, parts: tuple[str, ...]) -> None:
+    def __init__(
+        self, text: str, file: str, clock: Clock, kind: str, parts: tuple[str, ...]
+    ) -> None:
         self.file, self.clock = file, clock
-        self.foreign: frozenset[str] = frozenset()  # names of objects that belong to the problem, not to the domain
+        # names of objects that belong to the problem, not to the domain
+        self.foreign: frozenset[str] = frozenset()
         form = read_form(text, file, clock)
         if form.head != "define":
             self.fail("the file must begin with (define", form)
-        if len(form) < 2 or not isinstance(form[1], Form) or form[1].head != kind or len(form[1]) != 2:
+        if (
+            len(form) < 2
+            or not isinstance(form[1], Form)
+            or form[1].head != kind
+            or len(form[1]) != 2
+        ):
             self.fail(f"after (define must stand ({kind} NAME)", form)
         self.name = self.word(form[1][1])
         self.sections = [self.form(part) for part in form[2:]]
@@ -65,10 +80,17 @@ class _Reader:
             if section.head in SECTIONS:
                 self.refuse(section.head, SECTIONS[section.head], section)
             if section.head not in parts:
-                self.fail(f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}", section)
+                self.fail(
+                    f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}",
+                    section,
+                )
         for flag in [flag for section in self.parts(":requirements") for flag in section[1:]]:
             if self.word(flag) not in REQUIREMENTS:
-                self.fail(f"requirement '{flag}' is not known to PDDL: mend its spelling, or leave it out", flag)
+                self.fail(
+                    f"requirement '{flag}' is not known to PDDL: mend its spelling, or leave"
+                    " it out",
+                    flag,
+                )
 
     def fail(self, message: str, where: object) -> NoReturn:
         raise PddlError(message, file=self.file, line=getattr(where, "line", None))
@@ -90,7 +112,9 @@ class _Reader:
         return (section for section in self.sections if section.head == name)
 
     def typed(self, items: list) -> Iterator[tuple[Word, Types]]:
-        """`a b - t c` -> (a, (t,)), (b, (t,)), (c, ("object",)); `- (either t u)` gives both types."""
+        """`a b - t c` -> (a, (t,)), (b, (t,)), (c, ("object",)); `- (either t u)` gives both
+        types.
+        """
         waiting: list[Word] = []
         rest = iter(items)
         for item in rest:
@@ -126,15 +150,21 @@ class _Reader:
                 self.fail(f"type '{kind}' is not declared in (:types ...)", where)
         return kinds
 
-    def signatures(self, section: Form, types: dict[str, Types]) -> Iterator[tuple[Word, tuple[Types, ...]]]:
+    def signatures(
+        self, section: Form, types: dict[str, Types]
+    ) -> Iterator[tuple[Word, tuple[Types, ...]]]:
         for entry in (self.form(item) for item in section[1:]):
             if not entry:
                 self.fail(f"() stands in ({section.head} ...) where a name is needed", entry)
-            roles = tuple(self.known_types(types, kinds, name) for name, kinds in self.typed(entry[1:]))
+            roles = tuple(
+                self.known_types(types, kinds, name) for name, kinds in self.typed(entry[1:])
+            )
             yield self.word(entry[0]), roles
 
     def conjuncts(self, formula: Form, domain: Domain) -> Iterator[Form]:
-        """The atoms and negated atoms of a conjunction, nested to any depth; what is beyond STRIPS is refused."""
+        """The atoms and negated atoms of a conjunction, nested to any depth; what is beyond
+        STRIPS is refused.
+        """
         waiting = [formula]
         while waiting:
             part = waiting.pop()
@@ -145,7 +175,9 @@ class _Reader:
                 yield part
 
     def refuse_beyond(self, part: Form, domain: Domain) -> None:
-        """Refuses a formula beyond STRIPS by name. A predicate may be called like one, `within` for instance."""
+        """Refuses a formula beyond STRIPS by name. A predicate may be called like one, `within`
+        for instance.
+        """
         if part.head in FORMULAS and part.head not in domain.predicates:
             self.refuse(part.head, FORMULAS[part.head], part)
 
@@ -157,12 +189,19 @@ class _Reader:
             self.fail("'not' takes exactly one atom", part)
         atom = self.form(part[1])
         if atom.head in ("not", "and"):
-            self.fail(f"'not' over '{atom.head}' goes beyond STRIPS: put 'not' before single atoms only", part)
+            self.fail(
+                f"'not' over '{atom.head}' goes beyond STRIPS: put 'not' before single atoms only",
+                part,
+            )
         self.refuse_beyond(atom, domain)
         return atom, False
 
-    def atom(self, form: Form, domain: Domain, arguments: dict[str, Types], table: str = "predicates") -> Atom:
-        """A checked atom: declared, of the right arity, its arguments known and of the right types."""
+    def atom(
+        self, form: Form, domain: Domain, arguments: dict[str, Types], table: str = "predicates"
+    ) -> Atom:
+        """A checked atom: declared, of the right arity, its arguments known and of the right
+        types.
+        """
         name = form.head
         roles = getattr(domain, table).get(name)
         if roles is None:
@@ -174,14 +213,25 @@ class _Reader:
         for argument, wanted in zip(map(self.word, form[1:]), roles):
             given = self.argument(argument, arguments)
             if not domain.is_a(given, wanted):
-                self.fail(f"'{argument}' is a {'/'.join(given)}, '{name}' needs a {'/'.join(wanted)}", argument)
+                self.fail(
+                    f"'{argument}' is a {'/'.join(given)}, '{name}' needs a {'/'.join(wanted)}",
+                    argument,
+                )
         return tuple(str(word) for word in form)
 
     def argument(self, word: Word, arguments: dict[str, Types]) -> Types:
         if word not in arguments:
             if word in self.foreign:
-                self.fail(f"'{word}' is an object of the problem: declare it in the domain's (:constants ...)", word)
-            remedy = "declare it in :parameters" if word.startswith("?") else "declare it in (:objects ...) or (:constants ...)"
+                self.fail(
+                    f"'{word}' is an object of the problem: declare it in the domain's (:constants"
+                    " ...)",
+                    word,
+                )
+            remedy = (
+                "declare it in :parameters"
+                if word.startswith("?")
+                else "declare it in (:objects ...) or (:constants ...)"
+            )
             self.fail(f"'{word}' is not known: {remedy}", word)
         return arguments[word]
 
@@ -214,7 +264,9 @@ class _DomainReader(_Reader):
         for part in self.parts(":types"):
             for name, parents in self.typed(part[1:]):
                 if name != "object":
-                    types[str(name)] = tuple(dict.fromkeys(types.get(name, ()) + tuple(map(str, parents))))
+                    types[str(name)] = tuple(
+                        dict.fromkeys(types.get(name, ()) + tuple(map(str, parents)))
+                    )
             for kind in [parent for parents in types.values() for parent in parents]:
                 types.setdefault(kind, ("object",)) if kind != "object" else None
             self._refuse_cycle(types, part)
@@ -222,7 +274,9 @@ class _DomainReader(_Reader):
 
     def _refuse_cycle(self, types: dict[str, Types], where: Form) -> None:
         """Takes away, again and again, the types all of whose parents are gone; a circle stays."""
-        missing = {name: sum(parent in types for parent in parents) for name, parents in types.items()}
+        missing = {
+            name: sum(parent in types for parent in parents) for name, parents in types.items()
+        }
         children: dict[str, list[str]] = {}
         for name, parents in types.items():
             for parent in parents:
@@ -250,7 +304,9 @@ class _DomainReader(_Reader):
                 waiting += types.get(kind, ())
         return False
 
-    def _declared(self, section: str, types: dict[str, Types], skip_types: bool = False) -> dict[str, tuple[Types, ...]]:
+    def _declared(
+        self, section: str, types: dict[str, Types], skip_types: bool = False
+    ) -> dict[str, tuple[Types, ...]]:
         table: dict[str, tuple[Types, ...]] = {}
         for part in self.parts(section):
             if skip_types:  # `(total-cost) - number`: every function here is a number
@@ -268,7 +324,9 @@ class _DomainReader(_Reader):
             self.fail("(:action needs a name", form)
         name, fields = self.word(form[1]), {}
         if len(form) % 2:
-            self.fail(f"action '{name}': each of :parameters, :precondition, :effect takes one form", form)
+            self.fail(
+                f"action '{name}': each of :parameters, :precondition, :effect takes one form", form
+            )
         for key, value in zip(form[2::2], form[3::2]):
             if key not in (":parameters", ":precondition", ":effect") or key in fields:
                 self.fail(f"action '{name}': '{key}' is not known or stands twice", key)
@@ -285,7 +343,16 @@ class _DomainReader(_Reader):
             else:
                 (conditions if positive else negative).append(self.atom(atom, domain, arguments))
         adds, deletes, costs = self._effects(fields[":effect"], domain, arguments)
-        return Schema(str(name), roles, tuple(conditions), tuple(negative), tuple(equalities), adds, deletes, costs)
+        return Schema(
+            str(name),
+            roles,
+            tuple(conditions),
+            tuple(negative),
+            tuple(equalities),
+            adds,
+            deletes,
+            costs,
+        )
 
     def _roles(self, name: Word, form: Form, domain: Domain) -> tuple[tuple[str, Types], ...]:
         roles = []
@@ -310,17 +377,29 @@ class _DomainReader(_Reader):
         adds, deletes, costs = [], [], None
         for part in self.conjuncts(form, domain):
             if part.head == "increase" and "increase" not in domain.predicates:
-                if len(part) != 3 or getattr(part[1], "head", "") != "total-cost" or len(part[1]) != 1:
-                    self.fail("only (increase (total-cost) ...) is understood: other numeric effects go beyond STRIPS", part)
+                if (
+                    len(part) != 3
+                    or getattr(part[1], "head", "") != "total-cost"
+                    or len(part[1]) != 1
+                ):
+                    self.fail(
+                        "only (increase (total-cost) ...) is understood: other numeric effects go"
+                        " beyond STRIPS",
+                        part,
+                    )
                 costs = [*(costs or []), *self._costs(part[2], domain, arguments)]
                 continue
             atom, positive = self.literal(part, domain)
             if atom.head == "=":
-                self.fail("'=' has no place in an effect: objects are equal only to themselves", atom)
+                self.fail(
+                    "'=' has no place in an effect: objects are equal only to themselves", atom
+                )
             (adds if positive else deletes).append(self.atom(atom, domain, arguments))
         return tuple(adds), tuple(deletes), None if costs is None else tuple(costs)
 
-    def _costs(self, item: Form | Word, domain: Domain, arguments: dict[str, Types]) -> Iterator[int | Atom]:
+    def _costs(
+        self, item: Form | Word, domain: Domain, arguments: dict[str, Types]
+    ) -> Iterator[int | Atom]:
         """The summands of a cost: numbers, functions, and sums of them."""
         waiting = [item]
         while waiting:
@@ -330,9 +409,17 @@ class _DomainReader(_Reader):
             elif one.head == "+" and len(one) > 1:
                 waiting.extend(reversed(one[1:]))
             elif one.head in ("+", "-", "*", "/"):
-                self.fail(f"'{one.head}' is not understood in a cost: a cost is a number, a function, or a sum by '+'", one)
+                self.fail(
+                    f"'{one.head}' is not understood in a cost: a cost is a number, a function, or"
+                    " a sum by '+'",
+                    one,
+                )
             elif one.head == "total-cost":
-                self.fail("(total-cost) cannot be its own summand: a cost is a number, a function, or a sum by '+'", one)
+                self.fail(
+                    "(total-cost) cannot be its own summand: a cost is a number, a function, or a"
+                    " sum by '+'",
+                    one,
+                )
             else:
                 yield self.atom(one, domain, arguments, "functions")
 
@@ -343,8 +430,15 @@ class _ProblemReader(_Reader):
         self.domain: Domain
 
     def object_names(self) -> frozenset[str]:
-        """The names that stand in (:objects ...), read leniently: the domain's messages can speak of them."""
-        return frozenset(str(item) for part in self.parts(":objects") for item in part[1:] if isinstance(item, Word))
+        """The names that stand in (:objects ...), read leniently: the domain's messages can
+        speak of them.
+        """
+        return frozenset(
+            str(item)
+            for part in self.parts(":objects")
+            for item in part[1:]
+            if isinstance(item, Word)
+        )
 
     def read(self, domain: Domain) -> Problem:
         self.domain = domain
@@ -379,12 +473,25 @@ class _ProblemReader(_Reader):
             self.fail("a problem has at most one (:metric ...)", metric)
         for metric in metrics:
             wanted = metric[2] if len(metric) == 3 else None
-            if len(metric) == 3 and metric[1] == "minimize" and isinstance(wanted, Form) and wanted == ["total-cost"]:
+            if (
+                len(metric) == 3
+                and metric[1] == "minimize"
+                and isinstance(wanted, Form)
+                and wanted == ["total-cost"]
+            ):
                 continue
             head = wanted.head if isinstance(wanted, Form) else wanted
             told = "only (:metric minimize (total-cost)) is understood"
-            if metric[1:2] == ["minimize"] and head and head not in ("total-cost", "total-time", "+", "-", "*", "/"):
-                unknown = "" if head in self.domain.functions else f"'{head}' is not declared in (:functions ...), and "
+            if (
+                metric[1:2] == ["minimize"]
+                and head
+                and head not in ("total-cost", "total-time", "+", "-", "*", "/")
+            ):
+                unknown = (
+                    ""
+                    if head in self.domain.functions
+                    else f"'{head}' is not declared in (:functions ...), and "
+                )
                 self.fail(f"{unknown}{told}: leave the metric out to count steps", metric)
             self.fail(f"{told}: leave the metric out to count steps", metric)
         return bool(metrics)
@@ -392,7 +499,9 @@ class _ProblemReader(_Reader):
     def _only(self, name: str) -> Form:
         found = list(self.parts(name))
         if len(found) != 1 or (name == ":goal" and len(found[0]) != 2):
-            self.fail(f"a problem has exactly one ({name} ...)", found[-1] if found else Word("", 1))
+            self.fail(
+                f"a problem has exactly one ({name} ...)", found[-1] if found else Word("", 1)
+            )
         return found[0]
 
     def _objects(self) -> dict[str, Types]:
@@ -405,15 +514,24 @@ class _ProblemReader(_Reader):
                     self.fail(f"object '{name}' is declared twice with different types", name)
         return objects
 
-    def _start(self, objects: dict[str, Types], counts_costs: bool) -> tuple[frozenset[Atom], dict[Atom, int]]:
+    def _start(
+        self, objects: dict[str, Types], counts_costs: bool
+    ) -> tuple[frozenset[Atom], dict[Atom, int]]:
         atoms, values = set(), {}
-        costs = {cost[0] for schema in self.domain.schemas for cost in schema.costs or () if not isinstance(cost, int)}
+        costs = {
+            cost[0]
+            for schema in self.domain.schemas
+            for cost in schema.costs or ()
+            if not isinstance(cost, int)
+        }
         for number, form in enumerate(map(self.form, self._only(":init")[1:])):
             if not number % _CHECKED_EVERY:
                 self.clock.check()
             if form.head == "=":
                 if len(form) != 3 or not isinstance(form[1], Form):
-                    self.fail("'=' in :init gives a function its number: (= (distance a b) 3)", form)
+                    self.fail(
+                        "'=' in :init gives a function its number: (= (distance a b) 3)", form
+                    )
                 function = self.atom(form[1], self.domain, objects, "functions")
                 counts = counts_costs and function[0] in costs
                 value = whole_number(self, form[2]) if counts else self._any_number(form[2])
@@ -421,20 +539,26 @@ class _ProblemReader(_Reader):
                     self.fail(f"({' '.join(function)}) is given two numbers: leave one out", form)
             elif form.head == "not":
                 atom, _ = self.literal(form, self.domain)
-                self.atom(atom, self.domain, objects)  # what :init doesn't name doesn't hold: nothing to note
+                # what :init doesn't name doesn't hold: nothing to note
+                self.atom(atom, self.domain, objects)
             elif form.head == "at" and len(form) == 3 and isinstance(form[2], Form):
                 self.refuse("at", TIMED, form)
             else:
                 self.refuse_beyond(form, self.domain)
                 if form.head == "and":
-                    self.fail("'and' has no place in :init: write its atoms one after the other", form)
+                    self.fail(
+                        "'and' has no place in :init: write its atoms one after the other", form
+                    )
                 atoms.add(self.atom(form, self.domain, objects))
         return frozenset(atoms), values
 
     def _any_number(self, item: Form | Word) -> None:
         """Refuses what is no number at all; one that no cost needs may be of any kind."""
         if not (_NUMBER.fullmatch(self.word(item)) or item in ("inf", "-inf", "nan", "infinity")):
-            self.fail(f"'{item}' is no number: functions of objects go beyond STRIPS, use a predicate", item)
+            self.fail(
+                f"'{item}' is no number: functions of objects go beyond STRIPS, use a predicate",
+                item,
+            )
 
 
 def whole_number(reader: _Reader, item: Form | Word) -> int:
@@ -444,9 +568,17 @@ def whole_number(reader: _Reader, item: Form | Word) -> int:
         reader.fail(f"'{text}' is no cost: costs are whole numbers from 0 up", item)
     value = float(text)
     if value > MAX_COST:
-        reader.fail(f"'{text}' is too large: the greatest cost is {MAX_COST:,}; divide all costs by the same number", item)
+        reader.fail(
+            f"'{text}' is too large: the greatest cost is {MAX_COST:,}; divide all costs by the"
+            " same number",
+            item,
+        )
     if value < 0:
         reader.fail(f"'{text}' is below 0: costs are whole numbers from 0 up", item)
     if value != int(value):
-        reader.fail(f"'{text}' is a fraction: costs are whole numbers from 0 up; multiply all by the same number", item)
+        reader.fail(
+            f"'{text}' is a fraction: costs are whole numbers from 0 up; multiply all by the same"
+            " number",
+            item,
+        )
     return int(value)

@@ -1,9 +1,11 @@
 """PDDL text -> nested forms that know their line, and the one error that all of the reader raises.
 
-PDDL ignores case, hence everything is lowered here. A form is a list of words and forms; both keep the line they began on, so
-that every later complaint can name it. Forms may be nested to any depth: nothing here or in `pddl` calls itself.
+PDDL ignores case, hence everything is lowered here. A form is a list of words and forms; both keep
+the line they began on, so that every later complaint can name it. Forms may be nested to any depth:
+nothing here or in `pddl` calls itself.
 
-Text is UTF-8, or UTF-16 or UTF-32 with a byte order mark. Comments may hold bytes of any other encoding: they are not read.
+Text is UTF-8, or UTF-16 or UTF-32 with a byte order mark. Comments may hold bytes of any other
+encoding: they are not read.
 """
 
 import codecs
@@ -34,7 +36,9 @@ _PART = 1 << 16
 
 
 class PddlError(ValueError):
-    """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to do`."""
+    """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to
+    do`.
+    """
 
     def __init__(self, message: str, *, file: str, line: int | None = None) -> None:
         message = _LONG_QUOTE.sub(r"'\1...'", message)
@@ -69,7 +73,9 @@ class Form(list):
 
 
 def read_source(source: str | pathlib.Path) -> tuple[str, str]:
-    """Returns (text, name for messages) of a path, or of PDDL text given as it is (a string that holds a parenthesis)."""
+    """Returns (text, name for messages) of a path, or of PDDL text given as it is (a string that
+    holds a parenthesis).
+    """
     if isinstance(source, str) and "(" in source and not os.path.isfile(source):
         return _plain_ends(source), "<text>"
     path = pathlib.Path(source)
@@ -77,18 +83,26 @@ def read_source(source: str | pathlib.Path) -> tuple[str, str]:
         found = os.stat(path)  # before opening: opening a pipe waits for whoever writes to it
         if not stat.S_ISREG(found.st_mode):
             kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
-            raise PddlError(f"cannot be read (it is {kind}): give the path of a PDDL file", file=str(path))
+            raise PddlError(
+                f"cannot be read (it is {kind}): give the path of a PDDL file", file=str(path)
+            )
         if found.st_size > MAX_BYTES:
-            told = f"has {found.st_size:,} bytes, more than the {MAX_BYTES:,} that are read: give a smaller task"
+            told = (
+                f"has {found.st_size:,} bytes, more than the {MAX_BYTES:,} that are read: give a"
+                " smaller task"
+            )
             raise PddlError(told, file=str(path))
         content = path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, PddlError):
             raise
         told = getattr(error, "strerror", None) or error
-        raise PddlError(f"cannot be read ({told}): give the path of a PDDL file, or its text", file=str(path)) from None
+        raise PddlError(
+            f"cannot be read ({told}): give the path of a PDDL file, or its text", file=str(path)
+        ) from None
     encoding = next((name for mark, name in _MARKS if content.startswith(mark)), "utf-8")
-    # A byte that is no UTF-8 becomes a lone surrogate: nobody minds it in a comment, and in a word `_tokens` tells its line.
+    # A byte that is no UTF-8 becomes a lone surrogate: nobody minds it in a comment, and in a word
+    # `_tokens` tells its line.
     errors = "surrogateescape" if encoding == "utf-8" else "replace"
     return _plain_ends(content.decode(encoding, errors)), str(path)
 
@@ -101,18 +115,27 @@ def _plain_ends(text: str) -> str:
 
 
 def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
-    """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or there is none."""
+    """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or
+    there is none.
+    """
     stack: list[Form] = []
     whole: Form | None = None
     for line, tokens in _lines(text, file, clock):
         for token in tokens:
             if whole is not None:
-                told = f"'{token}' stands after the end of (define ...): remove it, or one ')' too many"
+                told = (
+                    f"'{token}' stands after the end of (define ...): remove it, or one ')' too"
+                    " many"
+                )
                 raise PddlError(told, file=file, line=line)
             if token == "(":
                 stack.append(Form(line))
             elif not stack:
-                raise PddlError(f"'{token}' stands before the first '(': a PDDL file is one (define ...)", file=file, line=line)
+                raise PddlError(
+                    f"'{token}' stands before the first '(': a PDDL file is one (define ...)",
+                    file=file,
+                    line=line,
+                )
             elif token == ")":
                 done = stack.pop()
                 if stack:
@@ -122,14 +145,18 @@ def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
             else:
                 stack[-1].append(Word(token, line))
     if stack:
-        raise PddlError("this '(' is never closed: add the missing ')'", file=file, line=stack[-1].line)
+        raise PddlError(
+            "this '(' is never closed: add the missing ')'", file=file, line=stack[-1].line
+        )
     if whole is None:
         raise PddlError("the file is empty: a PDDL file is one (define ...)", file=file)
     return whole
 
 
 def _lines(text: str, file: str, clock: Clock) -> Iterator[tuple[int, list[str]]]:
-    """The lower-case tokens of each line, and its number; long lines come in parts, so that the time limit is asked."""
+    """The lower-case tokens of each line, and its number; long lines come in parts, so that the
+    time limit is asked.
+    """
     if ";" in text:
         text = _COMMENT.sub("", text)
     is_plain = _ODD.search(text) is None
@@ -140,7 +167,11 @@ def _lines(text: str, file: str, clock: Clock) -> Iterator[tuple[int, list[str]]
             while end < len(content) and content[end] not in "() \t":  # never cut a word
                 end += 1
             tokens = _TOKEN.findall(content, begin, end)
-            odd = None if is_plain else next((token for token in tokens if not token.isprintable()), None)
+            odd = (
+                None
+                if is_plain
+                else next((token for token in tokens if not token.isprintable()), None)
+            )
             if odd is not None:
                 raise PddlError(_unprintable(odd), file=file, line=line)
             clock.check()
@@ -151,5 +182,10 @@ def _lines(text: str, file: str, clock: Clock) -> Iterator[tuple[int, list[str]]
 def _unprintable(token: str) -> str:
     """What to say of a word with a sign that no text has."""
     code = next(ord(sign) for sign in token if not sign.isprintable())
-    what = f"the byte 0x{code - 0xDC00:02X}" if 0xDC80 <= code <= 0xDCFF else f"the sign U+{code:04X}"
-    return f"not a text file in UTF-8: {what} stands outside of a comment; remove it, or save the file as UTF-8"
+    what = (
+        f"the byte 0x{code - 0xDC00:02X}" if 0xDC80 <= code <= 0xDCFF else f"the sign U+{code:04X}"
+    )
+    return (
+        f"not a text file in UTF-8: {what} stands outside of a comment; remove it, or save the file"
+        " as UTF-8"
+    )

@@ -1,4 +1,6 @@
-"""What the command line shows besides results: progress on long work, tables that fit, one-line errors."""
+"""What the command line shows besides results: progress on long work, tables that fit, one-line
+errors.
+"""
 
 import contextlib
 import datetime
@@ -9,7 +11,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # rich takes longer to load than a small command takes to run: it is loaded where it is used
+# rich takes longer to load than a small command takes to run: it is loaded where it is used
+if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
@@ -21,7 +24,9 @@ _SHORTENED = 10
 
 
 def printer() -> "Console":
-    """Returns the console for results; as wide as the terminal, and never narrower than a table needs when there is none."""
+    """Returns the console for results; as wide as the terminal, and never narrower than a table
+    needs when there is none.
+    """
     from rich.console import Console
 
     console = Console()
@@ -41,11 +46,19 @@ def note(message: str) -> None:
 
 @contextlib.contextmanager
 def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Yields a function to call with the number of items finished; a bar with rate and time left appears once it takes long."""
+    """Yields a function to call with the number of items finished; a bar with rate and time left
+    appears once it takes long.
+    """
     if not _may_be_shown(quiet):
         yield lambda _: None
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+    )
 
     columns = (
         SpinnerColumn(),
@@ -71,18 +84,24 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
 
 @contextlib.contextmanager
 def waiting(what: str, *, quiet: bool) -> Iterator[None]:
-    """Shows that something is being done, and for how long, once it takes long; for work whose end cannot be foretold."""
+    """Shows that something is being done, and for how long, once it takes long; for work whose
+    end cannot be foretold.
+    """
     if not _may_be_shown(quiet):
         yield
         return
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    with _shown_when_long(what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet):
+    with _shown_when_long(
+        what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet
+    ):
         yield
 
 
 def _may_be_shown(quiet: bool) -> bool:
-    """Whether a bar can appear: standard error is a terminal, or whoever reads it says that it shows colours."""
+    """Whether a bar can appear: standard error is a terminal, or whoever reads it says that it
+    shows colours.
+    """
     stream = sys.stderr
     if quiet or stream is None or stream.closed:
         return False
@@ -90,13 +109,17 @@ def _may_be_shown(quiet: bool) -> bool:
 
 
 @contextlib.contextmanager
-def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: bool) -> Iterator[Callable[..., None]]:
+def _shown_when_long(
+    what: str, total: int | None, columns: Sequence, quiet: bool
+) -> Iterator[Callable[..., None]]:
     """A timer, not the work, brings the bar up: the first step may be the long one (compiling)."""
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    bar = Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal)
+    bar = Progress(
+        *columns, console=console, transient=True, disable=quiet or not console.is_terminal
+    )
     shown = bar.add_task(what, total=total, rate="", left="")
     timer = threading.Timer(_PATIENCE, bar.start)
     timer.daemon = True
@@ -112,11 +135,15 @@ def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: boo
             bar.stop()
 
 
-def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int) -> "Table":
-    """Returns a table no wider than `width`: columns that find no room are left out, the dispensable first.
+def fitted(
+    columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int
+) -> "Table":
+    """Returns a table no wider than `width`: columns that find no room are left out, the
+    dispensable first.
 
     Args:
-      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column may be shortened to stay.
+      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column
+        may be shortened to stay.
       rows: a text per column; long ones end in "...", none is broken.
     """
     from rich.table import Table

@@ -9,14 +9,28 @@ from srt_jax.commands.planning import plan_files
 
 
 def plan(
-    domain: Annotated[str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)],
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)],
+    domain: Annotated[
+        str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
+    ],
+    problem: Annotated[
+        str, typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)
+    ],
     planner: Annotated[
-        str, typer.Option(metavar="map|astar|wastar|gbfs", help="map: the paper's planner. The others: forward search.")
+        str,
+        typer.Option(
+            metavar="map|astar|wastar|gbfs",
+            help="map: the paper's planner. The others: forward search.",
+        ),
     ] = "map",
-    max_expansions: Annotated[int, typer.Option(min=1, help="The most situations expanded.")] = 200_000,
-    max_seconds: Annotated[float | None, typer.Option(min=0, help="The most time for reading, grounding and search.")] = None,
+    max_expansions: Annotated[
+        int, typer.Option(min=1, help="The most situations expanded.")
+    ] = 200_000,
+    max_seconds: Annotated[
+        float | None, typer.Option(min=0, help="The most time for reading, grounding and search.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Plans: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable, [bold]2[/bold] bad input, [bold]3[/bold] budget spent."""
+    """Plans: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable, [bold]2[/bold] bad input,
+    [bold]3[/bold] budget spent.
+    """
     return plan_files(domain, problem, planner, max_expansions, max_seconds, as_json)

@@ -1,7 +1,8 @@
-"""What `srt-jax plan` does, and a way to it that loads neither JAX nor the parser of the command line.
+"""What `srt-jax plan` does, and a way to it that loads neither JAX nor the parser of the command
+line.
 
-Both take longer to load than a small task takes to plan. Whatever is not spelt plainly is left to the parser, which knows every
-form and tells every mistake.
+Both take longer to load than a small task takes to plan. Whatever is not spelt plainly is left to
+the parser, which knows every form and tells every mistake.
 """
 
 import contextlib
@@ -21,19 +22,37 @@ if TYPE_CHECKING:
     from sign_model import PlanResult
 
 
-def plan_files(domain: str, problem: str, planner: str, max_expansions: int, max_seconds: float | None, as_json: bool) -> int:
-    """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the exit code."""
+def plan_files(
+    domain: str,
+    problem: str,
+    planner: str,
+    max_expansions: int,
+    max_seconds: float | None,
+    as_json: bool,
+) -> int:
+    """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the
+    exit code.
+    """
     with waiting("planning", quiet=as_json), _uncollected():
-        result = _planned(pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds)
+        result = _planned(
+            pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds
+        )
     if as_json:
-        told = {"status": result.status.name, "actions": list(result.actions), "expansions": result.expansions}
+        told = {
+            "status": result.status.name,
+            "actions": list(result.actions),
+            "expansions": result.expansions,
+        }
         print(json.dumps(told | {"seconds": result.seconds}))
     else:
         if result.actions:
             print(*result.actions, sep="\n")
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
         steps = f"{len(result.actions)} steps, " if result.is_solved else ""
-        print(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}", file=sys.stderr)
+        print(
+            f"; {result.status.name}: {steps}{result.expansions} expansions; {took}",
+            file=sys.stderr,
+        )
         if hint := _hint(result, planner, max_seconds):
             print(f"; {hint}", file=sys.stderr)
     return int(result.status)
@@ -41,7 +60,9 @@ def plan_files(domain: str, problem: str, planner: str, max_expansions: int, max
 
 @contextlib.contextmanager
 def _uncollected() -> Iterator[None]:
-    """Keeps the collector of cycles away: it would look through millions of small parts of a task, and none is in a cycle."""
+    """Keeps the collector of cycles away: it would look through millions of small parts of a
+    task, and none is in a cycle.
+    """
     was_on = gc.isenabled()
     gc.disable()
     try:
@@ -52,7 +73,11 @@ def _uncollected() -> Iterator[None]:
 
 
 def _planned(
-    domain: pathlib.Path, problem: pathlib.Path, planner: str, max_expansions: int, max_seconds: float | None
+    domain: pathlib.Path,
+    problem: pathlib.Path,
+    planner: str,
+    max_expansions: int,
+    max_seconds: float | None,
 ) -> "PlanResult":
     """Reads and plans; one time limit holds for both."""
     from sign_model import OutOfTime, PlanResult, PlanStatus, load, plan
@@ -61,7 +86,9 @@ def _planned(
     try:
         task = load(domain, problem, max_seconds=max_seconds)
     except OutOfTime as error:
-        return PlanResult(PlanStatus.BUDGET_SPENT, (), 0, error.seconds | {"search": 0.0, "validate": 0.0})
+        return PlanResult(
+            PlanStatus.BUDGET_SPENT, (), 0, error.seconds | {"search": 0.0, "validate": 0.0}
+        )
     left = None if max_seconds is None else max(0.0, max_seconds - (time.perf_counter() - began))
     return plan(task, planner=planner, max_expansions=max_expansions, max_seconds=left)
 
@@ -84,11 +111,20 @@ _PLAIN = {
 }
 
 
-def plain_call(arguments: Sequence[str], environment: Mapping[str, str]) -> Callable[[], int] | None:
-    """Returns what to call for `plan DOMAIN PROBLEM` with options spelt plainly; None where the parser has to look at it."""
+def plain_call(
+    arguments: Sequence[str], environment: Mapping[str, str]
+) -> Callable[[], int] | None:
+    """Returns what to call for `plan DOMAIN PROBLEM` with options spelt plainly; None where the
+    parser has to look at it.
+    """
     if not arguments or arguments[0] != "plan" or "_SRT_JAX_COMPLETE" in environment:
         return None
-    options: dict[str, Any] = {"planner": "map", "max_expansions": 200_000, "max_seconds": None, "as_json": False}
+    options: dict[str, Any] = {
+        "planner": "map",
+        "max_expansions": 200_000,
+        "max_seconds": None,
+        "as_json": False,
+    }
     files, waiting_words = [], list(arguments[:0:-1])
     while waiting_words:
         word = waiting_words.pop()

@@ -16,7 +16,10 @@ SWITCHES = """(define (domain switches) (:predicates (on ?l) (wired ?s ?l) (same
 
 
 def switches(goal: str) -> str:
-    return f"(define (problem p) (:domain switches) (:objects s t a b) (:init (wired s a) (wired t b) (on b)) (:goal {goal}))"
+    return (
+        "(define (problem p) (:domain switches) (:objects s t a b) (:init (wired s a) (wired t b)"
+        f" (on b)) (:goal {goal}))"
+    )
 
 
 def test_static_conditions_bind_roles_before_any_combination_is_tried():
@@ -28,8 +31,13 @@ def test_negative_conditions_become_complements_kept_in_step():
     task = load(SWITCHES, switches("(and (on a) (not (on b)))"))
     assert ("not", "on", "a") in task.features and ("not", "on", "b") in task.features
     on, off = task.features.index(("on", "a")), task.features.index(("not", "on", "a"))
-    assert (task.adds[:, on] == task.deletes[:, off]).all() and (task.deletes[:, on] == task.adds[:, off]).all()
-    assert plan(task).actions in (("(press s a)", "(release t b)"), ("(release t b)", "(press s a)"))
+    assert (task.adds[:, on] == task.deletes[:, off]).all() and (
+        task.deletes[:, on] == task.adds[:, off]
+    ).all()
+    assert plan(task).actions in (
+        ("(press s a)", "(release t b)"),
+        ("(release t b)", "(press s a)"),
+    )
 
 
 def test_an_unreachable_goal_makes_the_task_unsolvable_not_wrong():
@@ -43,7 +51,11 @@ def test_a_static_goal_that_holds_costs_nothing():
 
 
 def test_parameters_named_differently_than_in_the_declaration_give_the_same_actions():
-    renamed = SWITCHES.replace("?s ?l", "?x ?y").replace("?l", "?y").replace("(on ?y) (wired ?x ?y)", "(on ?p) (wired ?q ?r)")
+    renamed = (
+        SWITCHES.replace("?s ?l", "?x ?y")
+        .replace("?l", "?y")
+        .replace("(on ?y) (wired ?x ?y)", "(on ?p) (wired ?q ?r)")
+    )
     assert renamed != SWITCHES
     one, other = load(SWITCHES, switches("(on a)")), load(renamed, switches("(on a)"))
     assert one.action_names == other.action_names
@@ -66,11 +78,17 @@ def test_predicates_of_arity_0_1_and_3_and_repeated_objects_are_grounded():
 def test_a_domain_of_unary_predicates_only_is_solved():
     domain = """(define (domain unary) (:predicates (p ?x) (q ?x))
       (:action a :parameters (?x) :precondition (p ?x) :effect (and (q ?x) (not (p ?x)))))"""
-    problem = "(define (problem t) (:domain unary) (:objects x y) (:init (p x) (p y)) (:goal (and (q x) (q y))))"
+    problem = (
+        "(define (problem t) (:domain unary) (:objects x y) (:init (p x) (p y)) (:goal (and (q x)"
+        " (q y))))"
+    )
     assert plan(load(domain, problem)).actions in (("(a x)", "(a y)"), ("(a y)", "(a x)"))
 
 
-@pytest.mark.parametrize("test,kept", [("(= ?x ?y)", ["(a x x)", "(a y y)"]), ("(not (= ?x ?y))", ["(a x y)", "(a y x)"])])
+@pytest.mark.parametrize(
+    "test,kept",
+    [("(= ?x ?y)", ["(a x x)", "(a y y)"]), ("(not (= ?x ?y))", ["(a x y)", "(a y x)"])],
+)
 def test_equality_filters_bindings(test, kept):
     domain = f"""(define (domain e) (:predicates (r ?x ?y))
       (:action a :parameters (?x ?y) :precondition {test} :effect (r ?x ?y)))"""
@@ -83,7 +101,9 @@ def test_costs_count_only_where_the_problem_asks_for_them():
       (:action dear :effect (and (p) (increase (total-cost) 7))))"""
     problem = "(define (problem t) (:domain c) (:init) (:goal (p)) (:metric minimize (total-cost)))"
     assert load(domain, problem).costs.tolist() == [7]
-    assert load(domain, problem.replace("(:metric minimize (total-cost))", "")).costs.tolist() == [1]
+    assert load(domain, problem.replace("(:metric minimize (total-cost))", "")).costs.tolist() == [
+        1
+    ]
 
 
 def test_an_action_that_deletes_and_adds_a_fact_adds_it():
@@ -93,7 +113,9 @@ def test_an_action_that_deletes_and_adds_a_fact_adds_it():
 
 
 def random_lifted(seed):
-    """A random domain and problem: up to three schemas with shared, repeated and constant arguments, types and equalities."""
+    """A random domain and problem: up to three schemas with shared, repeated and constant
+    arguments, types and equalities.
+    """
     rng = np.random.default_rng(seed)
     types = {"u": ("object",), "v": ("u",)}
     kinds = (("object",), ("u",), ("v",), ("u", "v"))
@@ -111,7 +133,11 @@ def random_lifted(seed):
         roles = tuple((f"?r{i}", kinds[rng.integers(4)]) for i in range(rng.integers(0, 4)))
         terms = [role for role, _ in roles] + names[:1]
         equalities = tuple(
-            (terms[rng.integers(len(terms))], terms[rng.integers(len(terms))], bool(rng.integers(2)))
+            (
+                terms[rng.integers(len(terms))],
+                terms[rng.integers(len(terms))],
+                bool(rng.integers(2)),
+            )
             for _ in range(rng.integers(0, 2))
         )
         schemas.append(
@@ -127,22 +153,33 @@ def random_lifted(seed):
         )
     domain = Domain("d", types, {names[0]: objects[names[0]]}, predicates, {}, tuple(schemas))
     start = frozenset(atoms(8, names, list(predicates)))
-    return domain, Problem("t", objects, start, atoms(2, names, changeable), atoms(1, names, changeable))
+    return domain, Problem(
+        "t", objects, start, atoms(2, names, changeable), atoms(1, names, changeable)
+    )
 
 
 def reachable_slowly(domain, problem):
-    """{action: (conditions, must not hold, adds, deletes)} of what can go if nothing is deleted: every combination is tried."""
+    """{action: (conditions, must not hold, adds, deletes)} of what can go if nothing is deleted:
+    every combination is tried.
+    """
     every = {}
     for schema in domain.schemas:
         roles = [role for role, _ in schema.roles]
         for chosen in itertools.product(problem.objects, repeat=len(roles)):
             env = dict(zip(roles, chosen))
-            if not all(domain.is_a(problem.objects[name], kinds) for name, (_, kinds) in zip(chosen, schema.roles)):
+            if not all(
+                domain.is_a(problem.objects[name], kinds)
+                for name, (_, kinds) in zip(chosen, schema.roles)
+            ):
                 continue
-            if any((env.get(x, x) == env.get(y, y)) != wanted for x, y, wanted in schema.equalities):
+            if any(
+                (env.get(x, x) == env.get(y, y)) != wanted for x, y, wanted in schema.equalities
+            ):
                 continue
             parts = (schema.conditions, schema.negative_conditions, schema.adds, schema.deletes)
-            needs, never, adds, deletes = ({(a[0], *(env.get(x, x) for x in a[1:])) for a in part} for part in parts)
+            needs, never, adds, deletes = (
+                {(a[0], *(env.get(x, x) for x in a[1:])) for a in part} for part in parts
+            )
             every[(schema.name, *chosen)] = needs, never, adds, deletes - adds
     held, gone, found = set(problem.start), set(), {}
     while True:
@@ -173,12 +210,21 @@ def test_grounding_by_joins_finds_what_trying_every_combination_finds():
         }, seed
         for row, action in enumerate(task.actions):
             needs, never, adds, deletes = found[action]
-            told = [{task.features[f] for f in np.flatnonzero(m[row])} for m in (task.conditions, task.adds, task.deletes)]
-            assert told[0] == {f for f in needs if f[0] in fluents} | {("not", *f) for f in never if f[0] in fluents}, seed
+            told = [
+                {task.features[f] for f in np.flatnonzero(m[row])}
+                for m in (task.conditions, task.adds, task.deletes)
+            ]
+            assert told[0] == {f for f in needs if f[0] in fluents} | {
+                ("not", *f) for f in never if f[0] in fluents
+            }, seed
             assert {f for f in told[1] if f[0] != "not"} == adds, seed
             assert {f for f in told[2] if f[0] != "not"} == deletes & features, seed
-            assert {f for f in told[1] if f[0] == "not"} == {("not", *f) for f in deletes} & features, seed
-            assert {f for f in told[2] if f[0] == "not"} == {("not", *f) for f in adds} & features, seed
+            assert {f for f in told[1] if f[0] == "not"} == {
+                ("not", *f) for f in deletes
+            } & features, seed
+            assert {f for f in told[2] if f[0] == "not"} == {
+                ("not", *f) for f in adds
+            } & features, seed
         num_actions += len(found)
         num_negative += sum(f[0] == "not" for f in features)
     assert num_actions > 1000 and num_negative > 100

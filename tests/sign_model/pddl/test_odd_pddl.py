@@ -1,4 +1,5 @@
-"""PDDL as others write it: what is odd but means something is read, what goes beyond STRIPS is refused by name and line.
+"""PDDL as others write it: what is odd but means something is read, what goes beyond STRIPS is
+refused by name and line.
 
 `odd_inputs/pddl` holds the files; damaged and random text must end in a task or one `PddlError`.
 """
@@ -36,7 +37,10 @@ MOVE = """(define (domain d) (:predicates (p ?x) (q ?x))
 
 
 def problem(init="(p o)", goal="(q o)", objects="o", rest=""):
-    return f"(define (problem t) (:domain d)\n(:objects {objects})\n(:init {init})\n(:goal {goal})\n{rest})"
+    return (
+        f"(define (problem t) (:domain d)\n(:objects {objects})\n(:init {init})\n(:goal"
+        f" {goal})\n{rest})"
+    )
 
 
 def domain(precondition="()", effect="(q ?x)", parameters="?x", rest=""):
@@ -66,17 +70,49 @@ def test_odd_files_are_planned(domain_file, problem_file, actions, capsys):
 
 
 REFUSED = (
-    ("roads", "metric_maximize", "metric_maximize.pddl:3", "only (:metric minimize (total-cost)) is understood"),
-    ("roads", "metric_other", "metric_other.pddl:3", "'fuel' is not declared in (:functions ...), and only"),
-    ("oneof_domain", "oneof_problem", "oneof_domain.pddl:5", "'oneof' goes beyond STRIPS (non-deterministic effects)"),
-    ("numeric_domain", "numeric_problem", "numeric_domain.pddl:6", "'>=' goes beyond STRIPS (numeric conditions)"),
-    ("notand_domain", "notand_problem", "notand_domain.pddl:5", "'not' over 'and' goes beyond STRIPS"),
-    ("tool_domain", "tool_problem", "tool_domain.pddl:5", "'spade' is an object of the problem: declare it in the domain's"),
+    (
+        "roads",
+        "metric_maximize",
+        "metric_maximize.pddl:3",
+        "only (:metric minimize (total-cost)) is understood",
+    ),
+    (
+        "roads",
+        "metric_other",
+        "metric_other.pddl:3",
+        "'fuel' is not declared in (:functions ...), and only",
+    ),
+    (
+        "oneof_domain",
+        "oneof_problem",
+        "oneof_domain.pddl:5",
+        "'oneof' goes beyond STRIPS (non-deterministic effects)",
+    ),
+    (
+        "numeric_domain",
+        "numeric_problem",
+        "numeric_domain.pddl:6",
+        "'>=' goes beyond STRIPS (numeric conditions)",
+    ),
+    (
+        "notand_domain",
+        "notand_problem",
+        "notand_domain.pddl:5",
+        "'not' over 'and' goes beyond STRIPS",
+    ),
+    (
+        "tool_domain",
+        "tool_problem",
+        "tool_domain.pddl:5",
+        "'spade' is an object of the problem: declare it in the domain's",
+    ),
 )
 
 
 @pytest.mark.parametrize(("domain_file", "problem_file", "place", "told"), REFUSED)
-def test_files_beyond_strips_are_refused_in_one_line(domain_file, problem_file, place, told, capsys):
+def test_files_beyond_strips_are_refused_in_one_line(
+    domain_file, problem_file, place, told, capsys
+):
     assert run(["plan", *(str(ODD / f"{name}.pddl") for name in (domain_file, problem_file))]) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1 and place in err and told in err
@@ -89,55 +125,239 @@ COST = "(and (q ?x) (increase (total-cost) {}))"
 METRIC = "(:metric minimize (total-cost))"
 
 BEYOND = {
-    "when": (domain(effect="(when (p ?x) (q ?x))"), problem(), "<domain>:6: 'when' goes beyond STRIPS (conditional effects)"),
-    "forall": (domain("(forall (?y) (p ?y))"), problem(), "<domain>:5: 'forall' goes beyond STRIPS (quantified"),
-    "exists": (domain("(and (r) (exists (?y) (p ?y)))"), problem(), "<domain>:5: 'exists' goes beyond STRIPS"),
-    "imply": (domain("(imply (r) (p ?x))"), problem(), "<domain>:5: 'imply' goes beyond STRIPS (implications)"),
-    "or": (domain("(or (r) (p ?x))"), problem(), "<domain>:5: 'or' goes beyond STRIPS (disjunctions)"),
-    "preference": (domain("(preference n (r))"), problem(), "<domain>:5: 'preference' goes beyond STRIPS (preferences)"),
-    "less": (domain("(< (f ?x) 3)"), problem(), "<domain>:5: '<' goes beyond STRIPS (numeric conditions)"),
-    "equal numbers": (domain("(= (f ?x) 3)"), problem(), "<domain>:5: '=' goes beyond STRIPS (numeric conditions)"),
-    "assign": (domain(effect="(assign (f ?x) 3)"), problem(), "<domain>:6: 'assign' goes beyond STRIPS (numeric effects)"),
-    "other fluent": (domain(effect="(increase (f ?x) 3)"), problem(), "<domain>:6: only (increase (total-cost)"),
-    "probabilistic": (domain(effect="(probabilistic 0.5 (r))"), problem(), "<domain>:6: 'probabilistic' goes beyond STRIPS"),
-    "not over or": (domain("(not (or (r) (p ?x)))"), problem(), "<domain>:5: 'or' goes beyond STRIPS"),
-    "not over not": (domain("(not (not (r)))"), problem(), "<domain>:5: 'not' over 'not' goes beyond STRIPS"),
+    "when": (
+        domain(effect="(when (p ?x) (q ?x))"),
+        problem(),
+        "<domain>:6: 'when' goes beyond STRIPS (conditional effects)",
+    ),
+    "forall": (
+        domain("(forall (?y) (p ?y))"),
+        problem(),
+        "<domain>:5: 'forall' goes beyond STRIPS (quantified",
+    ),
+    "exists": (
+        domain("(and (r) (exists (?y) (p ?y)))"),
+        problem(),
+        "<domain>:5: 'exists' goes beyond STRIPS",
+    ),
+    "imply": (
+        domain("(imply (r) (p ?x))"),
+        problem(),
+        "<domain>:5: 'imply' goes beyond STRIPS (implications)",
+    ),
+    "or": (
+        domain("(or (r) (p ?x))"),
+        problem(),
+        "<domain>:5: 'or' goes beyond STRIPS (disjunctions)",
+    ),
+    "preference": (
+        domain("(preference n (r))"),
+        problem(),
+        "<domain>:5: 'preference' goes beyond STRIPS (preferences)",
+    ),
+    "less": (
+        domain("(< (f ?x) 3)"),
+        problem(),
+        "<domain>:5: '<' goes beyond STRIPS (numeric conditions)",
+    ),
+    "equal numbers": (
+        domain("(= (f ?x) 3)"),
+        problem(),
+        "<domain>:5: '=' goes beyond STRIPS (numeric conditions)",
+    ),
+    "assign": (
+        domain(effect="(assign (f ?x) 3)"),
+        problem(),
+        "<domain>:6: 'assign' goes beyond STRIPS (numeric effects)",
+    ),
+    "other fluent": (
+        domain(effect="(increase (f ?x) 3)"),
+        problem(),
+        "<domain>:6: only (increase (total-cost)",
+    ),
+    "probabilistic": (
+        domain(effect="(probabilistic 0.5 (r))"),
+        problem(),
+        "<domain>:6: 'probabilistic' goes beyond STRIPS",
+    ),
+    "not over or": (
+        domain("(not (or (r) (p ?x)))"),
+        problem(),
+        "<domain>:5: 'or' goes beyond STRIPS",
+    ),
+    "not over not": (
+        domain("(not (not (r)))"),
+        problem(),
+        "<domain>:5: 'not' over 'not' goes beyond STRIPS",
+    ),
     "not of nothing": (domain("(not)"), problem(), "<domain>:5: 'not' takes exactly one atom"),
     "not of a word": (domain("(not r)"), problem(), "<domain>:5: 'r' stands where a form"),
-    "durative action": (domain(rest="(:durative-action b)"), problem(), "<domain>:3: ':durative-action' goes beyond STRIPS"),
-    "derived predicate": (domain(rest="(:derived (r) (q))"), problem(), "<domain>:3: ':derived' goes beyond STRIPS"),
-    "domain constraints": (domain(rest="(:constraints (r))"), problem(), "<domain>:3: ':constraints' goes beyond STRIPS"),
-    "problem constraints": (domain(), problem(rest="(:constraints (r))"), "<problem>:5: ':constraints' goes beyond STRIPS"),
-    "process": (domain(rest="(:process b)"), problem(), "<domain>:3: ':process' goes beyond STRIPS"),
-    "requirement": (domain(rest="(:requirements :stirps)"), problem(), "<domain>:3: requirement ':stirps' is not known"),
-    "timed literal": (domain(), problem("(p o)\n(at 5 (r))"), "<problem>:4: 'at' goes beyond STRIPS (timed initial literals)"),
-    "oneof in init": (domain(), problem("(oneof (r) (p o))"), "<problem>:3: 'oneof' goes beyond STRIPS"),
-    "and in init": (domain(), problem("(and (r) (p o))"), "<problem>:3: 'and' has no place in :init"),
+    "durative action": (
+        domain(rest="(:durative-action b)"),
+        problem(),
+        "<domain>:3: ':durative-action' goes beyond STRIPS",
+    ),
+    "derived predicate": (
+        domain(rest="(:derived (r) (q))"),
+        problem(),
+        "<domain>:3: ':derived' goes beyond STRIPS",
+    ),
+    "domain constraints": (
+        domain(rest="(:constraints (r))"),
+        problem(),
+        "<domain>:3: ':constraints' goes beyond STRIPS",
+    ),
+    "problem constraints": (
+        domain(),
+        problem(rest="(:constraints (r))"),
+        "<problem>:5: ':constraints' goes beyond STRIPS",
+    ),
+    "process": (
+        domain(rest="(:process b)"),
+        problem(),
+        "<domain>:3: ':process' goes beyond STRIPS",
+    ),
+    "requirement": (
+        domain(rest="(:requirements :stirps)"),
+        problem(),
+        "<domain>:3: requirement ':stirps' is not known",
+    ),
+    "timed literal": (
+        domain(),
+        problem("(p o)\n(at 5 (r))"),
+        "<problem>:4: 'at' goes beyond STRIPS (timed initial literals)",
+    ),
+    "oneof in init": (
+        domain(),
+        problem("(oneof (r) (p o))"),
+        "<problem>:3: 'oneof' goes beyond STRIPS",
+    ),
+    "and in init": (
+        domain(),
+        problem("(and (r) (p o))"),
+        "<problem>:3: 'and' has no place in :init",
+    ),
     "goal equality": (domain(), problem(goal="(= o o)"), "<problem>:4: '=' has no place in a goal"),
-    "effect equality": (domain(effect="(= ?x ?x)"), problem(), "<domain>:6: '=' has no place in an effect"),
-    "goal exists": (domain(), problem(goal="(exists (?y) (q ?y))"), "<problem>:4: 'exists' goes beyond STRIPS"),
-    "word of PDDL": (domain().replace("(r)", "(or)"), problem(), "<domain>:2: 'or' is a word of PDDL"),
-    "empty declaration": (domain().replace("(r)", "()"), problem(), "<domain>:2: () stands in (:predicates ...)"),
-    "empty either": (domain(parameters="?x - (either)"), problem(), "<domain>:4: a type is a name, or (either"),
-    "nested either": (domain(parameters="?x - (either (a))"), problem(), "<domain>:4: a form in parentheses"),
-    "variable as object": (domain(), problem(objects="?o o"), "<problem>:2: '?o' is no name of an object"),
-    "variable as constant": (domain(rest="(:constants ?c)"), problem(), "<domain>:3: '?c' is no name of an object"),
-    "two metrics": (domain(rest=COSTS), problem(rest=METRIC + "\n" + METRIC), "<problem>:6: a problem has at most one"),
-    "metric of time": (domain(rest=COSTS), problem(rest="(:metric minimize (total-time))"), "<problem>:5: only (:metric min"),
-    "metric sum": (domain(rest=COSTS), problem(rest="(:metric minimize (+ (f o) 1))"), "<problem>:5: only (:metric minimize"),
-    "metric alone": (domain(rest=COSTS), problem(rest="(:metric)"), "<problem>:5: only (:metric minimize (total-cost))"),
-    "metric of a function": (domain(rest=COSTS), problem(rest="(:metric minimize (f o))"), "<problem>:5: only (:metric"),
-    "a product": (domain(effect=COST.format("(* 2 (f ?x))"), rest=COSTS), problem(), "<domain>:6: '*' is not understood"),
-    "cost of itself": (domain(effect=COST.format("(total-cost)"), rest=COSTS), problem(), "<domain>:6: (total-cost) cannot"),
-    "undeclared cost": (domain(effect=COST.format("(h ?x)"), rest=COSTS), problem(), "<domain>:6: 'h' is not declared"),
-    "a fraction": (domain(effect=COST.format("2.5"), rest=COSTS), problem(), "<domain>:6: '2.5' is a fraction"),
-    "below 0": (domain(effect=COST.format("-2"), rest=COSTS), problem(), "<domain>:6: '-2' is below 0"),
-    "inf": (domain(effect=COST.format("inf"), rest=COSTS), problem(), "<domain>:6: 'inf' is no cost"),
-    "nan": (domain(effect=COST.format("nan"), rest=COSTS), problem(), "<domain>:6: 'nan' is no cost"),
-    "underscores": (domain(effect=COST.format("1_000"), rest=COSTS), problem(), "<domain>:6: '1_000' is no cost"),
-    "too large": (domain(effect=COST.format("1e13"), rest=COSTS), problem(), "<domain>:6: '1e13' is too large"),
-    "400 digits": (domain(effect=COST.format("9" * 400), rest=COSTS), problem(), "' is too large: the greatest cost is 1,000,"),
-    "an object as number": (domain(rest=COSTS), problem("(= (f o) o)"), "<problem>:3: 'o' is no number"),
+    "effect equality": (
+        domain(effect="(= ?x ?x)"),
+        problem(),
+        "<domain>:6: '=' has no place in an effect",
+    ),
+    "goal exists": (
+        domain(),
+        problem(goal="(exists (?y) (q ?y))"),
+        "<problem>:4: 'exists' goes beyond STRIPS",
+    ),
+    "word of PDDL": (
+        domain().replace("(r)", "(or)"),
+        problem(),
+        "<domain>:2: 'or' is a word of PDDL",
+    ),
+    "empty declaration": (
+        domain().replace("(r)", "()"),
+        problem(),
+        "<domain>:2: () stands in (:predicates ...)",
+    ),
+    "empty either": (
+        domain(parameters="?x - (either)"),
+        problem(),
+        "<domain>:4: a type is a name, or (either",
+    ),
+    "nested either": (
+        domain(parameters="?x - (either (a))"),
+        problem(),
+        "<domain>:4: a form in parentheses",
+    ),
+    "variable as object": (
+        domain(),
+        problem(objects="?o o"),
+        "<problem>:2: '?o' is no name of an object",
+    ),
+    "variable as constant": (
+        domain(rest="(:constants ?c)"),
+        problem(),
+        "<domain>:3: '?c' is no name of an object",
+    ),
+    "two metrics": (
+        domain(rest=COSTS),
+        problem(rest=METRIC + "\n" + METRIC),
+        "<problem>:6: a problem has at most one",
+    ),
+    "metric of time": (
+        domain(rest=COSTS),
+        problem(rest="(:metric minimize (total-time))"),
+        "<problem>:5: only (:metric min",
+    ),
+    "metric sum": (
+        domain(rest=COSTS),
+        problem(rest="(:metric minimize (+ (f o) 1))"),
+        "<problem>:5: only (:metric minimize",
+    ),
+    "metric alone": (
+        domain(rest=COSTS),
+        problem(rest="(:metric)"),
+        "<problem>:5: only (:metric minimize (total-cost))",
+    ),
+    "metric of a function": (
+        domain(rest=COSTS),
+        problem(rest="(:metric minimize (f o))"),
+        "<problem>:5: only (:metric",
+    ),
+    "a product": (
+        domain(effect=COST.format("(* 2 (f ?x))"), rest=COSTS),
+        problem(),
+        "<domain>:6: '*' is not understood",
+    ),
+    "cost of itself": (
+        domain(effect=COST.format("(total-cost)"), rest=COSTS),
+        problem(),
+        "<domain>:6: (total-cost) cannot",
+    ),
+    "undeclared cost": (
+        domain(effect=COST.format("(h ?x)"), rest=COSTS),
+        problem(),
+        "<domain>:6: 'h' is not declared",
+    ),
+    "a fraction": (
+        domain(effect=COST.format("2.5"), rest=COSTS),
+        problem(),
+        "<domain>:6: '2.5' is a fraction",
+    ),
+    "below 0": (
+        domain(effect=COST.format("-2"), rest=COSTS),
+        problem(),
+        "<domain>:6: '-2' is below 0",
+    ),
+    "inf": (
+        domain(effect=COST.format("inf"), rest=COSTS),
+        problem(),
+        "<domain>:6: 'inf' is no cost",
+    ),
+    "nan": (
+        domain(effect=COST.format("nan"), rest=COSTS),
+        problem(),
+        "<domain>:6: 'nan' is no cost",
+    ),
+    "underscores": (
+        domain(effect=COST.format("1_000"), rest=COSTS),
+        problem(),
+        "<domain>:6: '1_000' is no cost",
+    ),
+    "too large": (
+        domain(effect=COST.format("1e13"), rest=COSTS),
+        problem(),
+        "<domain>:6: '1e13' is too large",
+    ),
+    "400 digits": (
+        domain(effect=COST.format("9" * 400), rest=COSTS),
+        problem(),
+        "' is too large: the greatest cost is 1,000,",
+    ),
+    "an object as number": (
+        domain(rest=COSTS),
+        problem("(= (f o) o)"),
+        "<problem>:3: 'o' is no number",
+    ),
     "two numbers": (
         domain(effect=COST.format("(f ?x)"), rest=COSTS),
         problem("(= (f o) 1) (= (f o) 2)", rest=METRIC),
@@ -167,7 +387,9 @@ def test_what_is_not_understood_is_named_with_file_and_line(kind):
     with pytest.raises(PddlError) as caught:
         load(domain_text, problem_text)
     message = str(caught.value)
-    assert told in message and "\n" not in message and len(message) < 300 and message.isprintable(), message
+    assert (
+        told in message and "\n" not in message and len(message) < 300 and message.isprintable()
+    ), message
 
 
 # Costs -------------------------------------------------------------------------------------------
@@ -191,8 +413,11 @@ def test_costs_are_whole_numbers_and_sums_of_functions(cost, values, total):
 
 def test_a_cost_without_a_number_matters_only_where_an_action_can_need_it():
     text = domain("(p ?x)", effect=COST.format("(f ?x)"), rest=COSTS)
-    assert load(text, problem("(p o) (= (f o) 7)", objects="o n", rest=METRIC)).costs.tolist() == [7]
-    assert load(text, problem("(p o)", objects="o n")).costs.tolist() == [1]  # no metric: steps are counted
+    assert load(text, problem("(p o) (= (f o) 7)", objects="o n", rest=METRIC)).costs.tolist() == [
+        7
+    ]
+    # no metric: steps are counted
+    assert load(text, problem("(p o)", objects="o n")).costs.tolist() == [1]
 
 
 def test_large_costs_are_summed_exactly():
@@ -200,7 +425,9 @@ def test_large_costs_are_summed_exactly():
     adds[0, 1] = needs[1, 1] = adds[1, 2] = adds[2, 2] = True
     start, goal = np.eye(4, dtype=bool)[0], np.eye(4, dtype=bool)[2]
     big = 1 << 24
-    task = task_from_arrays(needs, adds, np.zeros((3, 4), bool), start, goal, np.array([big, 1, big + 2]))
+    task = task_from_arrays(
+        needs, adds, np.zeros((3, 4), bool), start, goal, np.array([big, 1, big + 2])
+    )
     assert make_heuristic("hmax", task)(start[None]).tolist() == [big + 1]
     assert plan(task, planner="astar").actions == ("(a0)", "(a1)")
     for wrong in (np.array([1, -1, 1]), np.array([1.0, np.nan, 1.0]), np.array([1, 1])):
@@ -218,7 +445,9 @@ def test_every_encoding_and_line_end_is_read(encoding, end, tmp_path):
     (tmp_path / "d.pddl").write_bytes(text.replace("\n", end).encode(encoding))
     (tmp_path / "p.pddl").write_bytes(problem().replace("\n", end).encode(encoding))
     assert plan(load(tmp_path / "d.pddl", tmp_path / "p.pddl")).actions == ("(a o)",)
-    (tmp_path / "p.pddl").write_bytes(problem(goal="(nosuch o)").replace("\n", end).encode(encoding))
+    (tmp_path / "p.pddl").write_bytes(
+        problem(goal="(nosuch o)").replace("\n", end).encode(encoding)
+    )
     with pytest.raises(PddlError, match=r"p\.pddl:4: 'nosuch' is not declared"):
         load(tmp_path / "d.pddl", tmp_path / "p.pddl")
 
@@ -335,9 +564,14 @@ WIDE = """(define (domain d) (:predicates (p ?x) (q) (r ?x ?y ?z))
 
 def test_too_many_ground_actions_are_refused_with_the_limit_and_what_to_do(monkeypatch):
     monkeypatch.setattr(grounding, "MAX_ACTIONS", 1000)
-    many = problem(" ".join(f"(p o{i})" for i in range(100)), "(q)", " ".join(f"o{i}" for i in range(100)))
+    many = problem(
+        " ".join(f"(p o{i})" for i in range(100)), "(q)", " ".join(f"o{i}" for i in range(100))
+    )
     for condition in ("", "and (p ?a) (p ?b) (p ?c) (p ?d) (p ?e) (p ?f) (p ?g) (p ?h)"):
-        with pytest.raises(PddlError, match=r"<problem>: more than 1,000 ground actions, most of them of 'a': name fewer"):
+        with pytest.raises(
+            PddlError,
+            match=r"<problem>: more than 1,000 ground actions, most of them of 'a': name fewer",
+        ):
             load(WIDE.format(condition), many)
     few = many.replace("(:init ", "(:init (r o1 o2 o3) (r o3 o4 o5) (r o6 o7 o8) ")
     bound = load(WIDE.format("and (p ?a) (r ?a ?b ?c) (r ?c ?d ?e) (r ?f ?g ?h)"), few)
@@ -354,9 +588,16 @@ def test_where_matrices_would_be_too_large_only_what_the_goal_needs_is_kept(monk
     monkeypatch.setattr(grounding, "MAX_CELLS", 1000)
     task = load(MOVE, problem(start, "(and (q o3) (q o70))", objects))
     assert task.action_names == ("(a o3)", "(a o70)") and task.num_features == 4
-    assert sorted(plan(task).actions) == ["(a o3)", "(a o70)"] and validate(task, plan(task).actions) == []
-    with pytest.raises(PddlError, match=r"100 ground actions with 200 features, more than 1,000 cells"):
-        load(MOVE, problem(start, "(and " + " ".join(f"(q o{i})" for i in range(100)) + ")", objects))
+    assert (
+        sorted(plan(task).actions) == ["(a o3)", "(a o70)"]
+        and validate(task, plan(task).actions) == []
+    )
+    with pytest.raises(
+        PddlError, match=r"100 ground actions with 200 features, more than 1,000 cells"
+    ):
+        load(
+            MOVE, problem(start, "(and " + " ".join(f"(q o{i})" for i in range(100)) + ")", objects)
+        )
 
 
 def test_a_regression_leaves_out_features_that_no_goal_needs(monkeypatch):
@@ -364,7 +605,16 @@ def test_a_regression_leaves_out_features_that_no_goal_needs(monkeypatch):
     whole = regression_space(task)
     monkeypatch.setattr("sign_model.map_algorithm.regression.MAX_FEATURES", 2)
     small = regression_space(task)
-    for name in ("features", "kept_features", "kept_actions", "conditions", "adds", "deletes", "bad", "mutex"):
+    for name in (
+        "features",
+        "kept_features",
+        "kept_actions",
+        "conditions",
+        "adds",
+        "deletes",
+        "bad",
+        "mutex",
+    ):
         np.testing.assert_array_equal(getattr(small, name), getattr(whole, name))
     monkeypatch.setattr("sign_model.map_algorithm.regression.MAX_FEATURES", 1)
     with pytest.raises(ValueError, match="the goal can depend on 2 features, more than the 1"):
@@ -385,7 +635,9 @@ class Ending(Clock):
 
 
 def test_the_time_limit_is_asked_while_reading_and_grounding():
-    many = problem(" ".join(f"(p o{i})" for i in range(3000)), "(q o1)", " ".join(f"o{i}" for i in range(3000)))
+    many = problem(
+        " ".join(f"(p o{i})" for i in range(3000)), "(q o1)", " ".join(f"o{i}" for i in range(3000))
+    )
     with pytest.raises(OutOfTime):
         parse(MOVE, many, clock=Ending(0))
     lifted = parse(MOVE, many)
@@ -412,8 +664,13 @@ def test_wherever_the_time_ends_the_budget_is_spent_or_the_plan_is_the_same(plan
         if result.is_solved:
             assert validate(task, result.actions) == []
         else:
-            assert result.status == PlanStatus.BUDGET_SPENT and result.expansions <= whole.expansions
-    assert result == whole or (result.actions, result.expansions) == (whole.actions, whole.expansions)
+            assert (
+                result.status == PlanStatus.BUDGET_SPENT and result.expansions <= whole.expansions
+            )
+    assert result == whole or (result.actions, result.expansions) == (
+        whole.actions,
+        whole.expansions,
+    )
     assert seen == {PlanStatus.SOLVED, PlanStatus.BUDGET_SPENT}
 
 
@@ -427,13 +684,23 @@ def test_a_limit_of_time_is_a_number_from_0_up():
 def test_a_spent_budget_hints_at_what_else_to_try(capsys):
     files = [str(ODD / name) for name in ("two_hands_domain.pddl", "two_hands_6.pddl")]
     for arguments, told in (
-        (["--max-expansions", "1"], "; try another planner, --planner gbfs, or raise --max-expansions"),
+        (
+            ["--max-expansions", "1"],
+            "; try another planner, --planner gbfs, or raise --max-expansions",
+        ),
         (["--max-expansions", "1", "--planner", "gbfs"], "; try another planner, --planner map"),
         (["--max-seconds", "0"], "; the time ended before the search began: raise --max-seconds"),
     ):
         assert run(["plan", *files, *arguments]) == 3
         out, err = capsys.readouterr()
-        assert out == "" and err.startswith("; BUDGET_SPENT") and err.splitlines()[1].startswith(told)
+        assert (
+            out == "" and err.startswith("; BUDGET_SPENT") and err.splitlines()[1].startswith(told)
+        )
     assert run(["plan", *files, "--max-seconds", "0", "--json"]) == 3
     told = json.loads(capsys.readouterr().out)
-    assert told["status"] == "BUDGET_SPENT" and set(told["seconds"]) == {"parse", "build", "search", "validate"}
+    assert told["status"] == "BUDGET_SPENT" and set(told["seconds"]) == {
+        "parse",
+        "build",
+        "search",
+        "validate",
+    }
