@@ -1,22 +1,23 @@
 """The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line and
 an exit code.
+
+A command is loaded when it is called: `plan` and the help need no JAX, which takes longer to load
+than they take to run.
 """
 
+import ast
+import importlib
+import importlib.util
+import inspect
+import os
+import sys
+from collections.abc import Callable, Sequence
 from typing import Annotated
 
 import typer
 
 from srt_jax import __version__
-from srt_jax.commands.bench import bench
 from srt_jax.commands.console import error_line
-from srt_jax.commands.convert import convert
-from srt_jax.commands.dataset import dataset
-from srt_jax.commands.demo import demo
-from srt_jax.commands.draw import draw
-from srt_jax.commands.generate import generate
-from srt_jax.commands.plan import plan
-from srt_jax.commands.scen import scen
-from srt_jax.commands.solve import solve
 
 
 def examples(*lines: str) -> str:
@@ -26,20 +27,46 @@ def examples(*lines: str) -> str:
     return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
 
 
-app = typer.Typer(
-    add_completion=True,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    context_settings={"help_option_names": ["-h", "--help"]},
-    epilog=examples(
-        "srt-jax demo --out demo",
-        "srt-jax generate mixed --count 40 --size 64 --out tasks.npz",
-        "srt-jax solve tasks.npz --out answers --report answers.html",
-        "srt-jax COMMAND --help",
-        "srt-jax --install-completion",
+_EXAMPLES = {
+    "demo": ("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html"),
+    "solve": (
+        "srt-jax solve city.map --start 3,5 --goal 200,310",
+        "srt-jax solve tasks.npz world.json --out answers",
+        "srt-jax solve city.osm.pbf --size 500 --block half",
+        "srt-jax solve map.yaml --start 20,30 --goal 90,40",
+        "srt-jax solve tasks.npz --report run.html",
+        "srt-jax solve tasks.npz --json > answers.json",
     ),
-)
+    "convert": (
+        "srt-jax convert city.osm.pbf city.map --size 500",
+        "srt-jax convert scene.svg scene.json",
+        "srt-jax convert map.yaml map.xml --start 20,30 --goal 90,40",
+    ),
+    "draw": (
+        "srt-jax draw tasks.npz --out pictures",
+        "srt-jax draw city.map --start 3,5 --goal 200,310 --out city.svg --polar",
+        "srt-jax draw tasks.npz --only rooms-0003 --out loop.gif",
+        "srt-jax draw tasks.npz --show sheet --out pictures",
+    ),
+    "scen": (
+        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
+        "srt-jax scen arena.map.scen --limit 100 --json",
+    ),
+    "plan": (
+        "srt-jax plan domain.pddl problem.pddl > problem.plan",
+        "srt-jax plan domain.pddl problem.pddl --planner astar --json",
+    ),
+    "generate": (
+        "srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz",
+        "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz",
+    ),
+    "dataset": (
+        "srt-jax dataset rooms --count 100000 --size 64 --out rooms",
+        "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
+    ),
+    "bench": ("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"),
+}
+"""The commands in the order of the help, each with the examples that end its own."""
 
 
 def _print_version(is_asked: bool) -> None:
@@ -48,7 +75,6 @@ def _print_version(is_asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _whole(
     version: Annotated[
         bool,
@@ -62,68 +88,88 @@ def _whole(
     """
 
 
-app.command(
-    epilog=examples("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html")
-)(demo)
-app.command(
-    epilog=examples(
-        "srt-jax solve city.map --start 3,5 --goal 200,310",
-        "srt-jax solve tasks.npz world.json --out answers",
-        "srt-jax solve city.osm.pbf --size 500 --block half",
-        "srt-jax solve map.yaml --start 20,30 --goal 90,40",
-        "srt-jax solve tasks.npz --report run.html",
-        "srt-jax solve tasks.npz --json > answers.json",
+def _new_app() -> typer.Typer:
+    """The program without its commands."""
+    app = typer.Typer(
+        add_completion=True,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode="rich",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        epilog=examples(
+            "srt-jax demo --out demo",
+            "srt-jax generate mixed --count 40 --size 64 --out tasks.npz",
+            "srt-jax solve tasks.npz --out answers --report answers.html",
+            "srt-jax COMMAND --help",
+            "srt-jax --install-completion",
+        ),
     )
-)(solve)
-app.command(
-    epilog=examples(
-        "srt-jax convert city.osm.pbf city.map --size 500",
-        "srt-jax convert scene.svg scene.json",
-        "srt-jax convert map.yaml map.xml --start 20,30 --goal 90,40",
-    )
-)(convert)
-app.command(
-    epilog=examples(
-        "srt-jax draw tasks.npz --out pictures",
-        "srt-jax draw city.map --start 3,5 --goal 200,310 --out city.svg --polar",
-        "srt-jax draw tasks.npz --only rooms-0003 --out loop.gif",
-        "srt-jax draw tasks.npz --show sheet --out pictures",
-    )
-)(draw)
-app.command(
-    epilog=examples(
-        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
-        "srt-jax scen arena.map.scen --limit 100 --json",
-    )
-)(scen)
-app.command(
-    epilog=examples(
-        "srt-jax plan domain.pddl problem.pddl > problem.plan",
-        "srt-jax plan domain.pddl problem.pddl --planner astar --json",
-    )
-)(plan)
-app.command(
-    epilog=examples(
-        "srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz",
-        "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz",
-    )
-)(generate)
-app.command(
-    epilog=examples(
-        "srt-jax dataset rooms --count 100000 --size 64 --out rooms",
-        "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
-    )
-)(dataset)
-app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(
-    bench
-)
+    app.callback()(_whole)
+    return app
 
 
-def run(arguments: list[str] | None = None) -> int:
+def _function(name: str) -> Callable[..., int]:
+    """The command called `name`."""
+    return getattr(importlib.import_module(f"srt_jax.commands.{name}"), name)
+
+
+def _listed(name: str) -> Callable[..., int]:
+    """Stands for the command in the list of all: its name and what it says of itself, read from
+    its source.
+    """
+    spec = importlib.util.find_spec(f"srt_jax.commands.{name}")
+    source = getattr(spec.loader, "get_source", lambda _: None)(spec.name) if spec else None
+    found = [
+        node
+        for node in ast.parse(source or "").body
+        if isinstance(node, ast.FunctionDef) and node.name == name
+    ]
+    if not found:  # installed without its sources
+        return _function(name)
+
+    def command() -> int:
+        raise AssertionError(f"'{name}' was only listed")
+
+    command.__name__, command.__doc__ = name, inspect.cleandoc(ast.get_docstring(found[0]) or "")
+    return command
+
+
+def _with_commands(
+    load: Callable[[str], Callable[..., int]], names: Sequence[str] = tuple(_EXAMPLES)
+) -> typer.Typer:
+    app = _new_app()
+    for name in names:
+        app.command(name, epilog=examples(*_EXAMPLES[name]))(load(name))
+    return app
+
+
+def _app_for(arguments: Sequence[str]) -> typer.Typer:
+    """The program with the commands that these arguments can reach."""
+    if arguments and arguments[0] in _EXAMPLES:
+        return _with_commands(_function, arguments[:1])
+    can_complete = any(name.endswith("_COMPLETE") for name in os.environ)
+    return _with_commands(_function if can_complete or set(arguments) & set(_EXAMPLES) else _listed)
+
+
+def __getattr__(name: str) -> object:
+    """`app` is the program with all of its commands loaded."""
+    if name == "app":
+        return _with_commands(_function)
+    raise AttributeError(f"module 'srt_jax.cli' has no attribute {name!r}")
+
+
+def run(arguments: list[str] | None = None, *, failed: BaseException | None = None) -> int:
     """Runs one command and returns its exit code; whatever goes wrong is told in one line on
     standard error.
+
+    Args:
+      arguments: those of the process where None.
+      failed: what ended a command that was run already: it is told, and nothing is run.
     """
     try:
+        if failed is not None:
+            raise failed
+        app = _app_for(sys.argv[1:] if arguments is None else arguments)
         return app(arguments, prog_name="srt-jax", standalone_mode=False) or 0
     except typer.Exit as stop:
         return stop.exit_code

@@ -4,21 +4,17 @@ errors.
 
 import contextlib
 import datetime
+import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
-from rich.table import Table
+# rich takes longer to load than a small command takes to run: it is loaded where it is used
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
 _PATIENCE = 2.0
 """Seconds after which work shows its progress."""
@@ -27,10 +23,12 @@ _SHORTENED = 10
 """Signs to which a column that may be shortened is, at most."""
 
 
-def printer() -> Console:
+def printer() -> "Console":
     """Returns the console for results; as wide as the terminal, and never narrower than a table
     needs when there is none.
     """
+    from rich.console import Console
+
     console = Console()
     return console if console.is_terminal else Console(width=max(120, console.width))
 
@@ -51,6 +49,17 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
     """Yields a function to call with the number of items finished; a bar with rate and time left
     appears once it takes long.
     """
+    if not _may_be_shown(quiet):
+        yield lambda _: None
+        return
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -78,10 +87,25 @@ def waiting(what: str, *, quiet: bool) -> Iterator[None]:
     """Shows that something is being done, and for how long, once it takes long; for work whose end
     cannot be foretold.
     """
+    if not _may_be_shown(quiet):
+        yield
+        return
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
     with _shown_when_long(
         what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet
     ):
         yield
+
+
+def _may_be_shown(quiet: bool) -> bool:
+    """Whether a bar can appear: standard error is a terminal, or whoever reads it says that it
+    shows colours.
+    """
+    stream = sys.stderr
+    if quiet or stream is None or stream.closed:
+        return False
+    return stream.isatty() or bool(os.environ.get("FORCE_COLOR"))
 
 
 @contextlib.contextmanager
@@ -89,6 +113,9 @@ def _shown_when_long(
     what: str, total: int | None, columns: Sequence, quiet: bool
 ) -> Iterator[Callable[..., None]]:
     """A timer, not the work, brings the bar up: the first step may be the long one (compiling)."""
+    from rich.console import Console
+    from rich.progress import Progress
+
     console = Console(stderr=True)
     bar = Progress(
         *columns, console=console, transient=True, disable=quiet or not console.is_terminal
@@ -108,7 +135,9 @@ def _shown_when_long(
             bar.stop()
 
 
-def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int) -> Table:
+def fitted(
+    columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int
+) -> "Table":
     """Returns a table no wider than `width`: columns that find no room are left out, the
     dispensable first.
 
@@ -117,6 +146,8 @@ def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], wi
         may be shortened to stay.
       rows: a text per column; long ones end in "...", none is broken.
     """
+    from rich.table import Table
+
     wide = [max([len(name), *(len(row[i]) for row in rows)]) for i, (name, _) in enumerate(columns)]
     least = [min(w, _SHORTENED if rank >= 2 else 24) for w, (_, rank) in zip(wide, columns)]
     kept = list(range(len(columns)))
