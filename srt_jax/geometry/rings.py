@@ -5,6 +5,7 @@ answer hangs on rounding. Python's own integers step in where a product might no
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,14 +85,20 @@ def conflicts(many: Sequence[Parts]) -> list[str]:
 def repaired(parts: Parts) -> Parts:
     """Returns valid polygons that cover what `parts` enclose (by shapely's make_valid); () where they enclose nothing.
 
-    A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without area vanish.
+    A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without area vanish. A hole takes
+    away what it shares with its polygon; what lies outside adds nothing.
     """
     try:
         import shapely
     except ImportError as error:
         raise ImportError("repairing polygons needs shapely: pip install 'srt-jax[world]'") from error
-    polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in parts]
-    valid = shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
+
+    def filled(ring: Ring) -> Any:
+        valid = shapely.get_parts(shapely.get_parts(shapely.make_valid(shapely.Polygon(ring))))
+        return shapely.union_all([one for one in valid if isinstance(one, shapely.Polygon)])
+
+    polygons = [filled(outer).difference(shapely.union_all([filled(hole) for hole in holes])) for outer, *holes in parts]
+    valid = shapely.union_all(polygons)
     snapped = shapely.get_parts(shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE)))
     return tuple(
         tuple(as_ring("a repaired ring", np.asarray(ring.coords)) for ring in (polygon.exterior, *polygon.interiors))

@@ -60,8 +60,9 @@ def projection_over(low: ArrayLike, high: ArrayLike) -> Projection:
 
     A box across the meridian of 180 degrees has its eastern side beyond 180 (`joined_box`).
     """
-    longitude, latitude = (np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2
-    return Projection(float(longitude) - 360.0 * (180 < longitude <= 360), float(latitude))
+    longitude, latitude = ((np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2).tolist()
+    is_across = longitude > 180 and np.asarray(high)[0] <= 360
+    return Projection(longitude - 360.0 * is_across, latitude)
 
 
 def joined_box(boxes: ArrayLike) -> np.ndarray:
