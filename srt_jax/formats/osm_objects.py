@@ -257,9 +257,10 @@ def _read_pbf(osmium: Any, path: str, keys: Collection[str]) -> Objects:
         is_there = item.visible and item.location.valid()
         nodes.add(item.id, item.version, (item.lon, item.lat) if is_there else _NO_PLACE)
     places = inside.located(kept.values()) | nodes.located(kept.values())
-    box = header.box()
-    corners = [(box.bottom_left.lon, box.bottom_left.lat, box.top_right.lon, box.top_right.lat)]
-    boxes = corners if box.valid() and box.size() > 0 else []
+    box, boxes = header.box(), []
+    if box.valid():
+        west, south, east, north = (getattr(c, d) for c in (box.bottom_left, box.top_right) for d in ("lon", "lat"))
+        boxes = [(west, south, east, north)]
     return Objects(kept, kept_relations, places, boxes, [])
 
 
