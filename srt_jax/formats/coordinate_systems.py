@@ -105,10 +105,11 @@ def _name_of(crs: Any) -> str:
         return f"EPSG:{crs}"
     if not isinstance(crs, dict):
         raise ValueError(f"the member 'crs' must be an object, got {type(crs).__name__}")
-    inside = crs.get("properties") if isinstance(crs.get("properties"), dict) else {}
+    properties, ident = crs.get("properties"), crs.get("id")
+    inside: dict[str, Any] = properties if isinstance(properties, dict) else {}
     if "code" in inside:
         return f"EPSG:{inside['code']}"
-    given = crs.get("id") if isinstance(crs.get("id"), dict) else {}
+    given: dict[str, Any] = ident if isinstance(ident, dict) else {}
     if "code" in given:
         return f"{given.get('authority', 'EPSG')}:{given['code']}"
     return str(inside.get("name") or crs.get("name") or inside.get("href") or crs).strip()
