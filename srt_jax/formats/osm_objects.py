@@ -9,6 +9,7 @@ import array
 import bz2
 import contextlib
 import gzip
+import pathlib
 import xml.parsers.expat
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -21,6 +22,8 @@ from srt_jax.formats.files import PathLike, needed
 ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
 _CHUNK = 1 << 20
 """Bytes of XML read at once."""
+_MOST_RATIO = 200
+"""By which a packed file may grow: maps as text become ten to thirty times smaller."""
 _NO_PLACE = (np.nan, np.nan)
 _DEGREES = (180.0, 90.0)
 """Beyond these no longitude and no latitude lies."""
@@ -70,7 +73,8 @@ def read_objects(path: PathLike, keys: Collection[str]) -> Objects:
     """
     is_packed = str(path).lower().endswith(".pbf")
     osmium: Any = needed("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
-    faults = (RuntimeError, OSError, EOFError, ValueError, zlib.error, xml.parsers.expat.ExpatError)
+    faults: tuple[type[Exception], ...] = (RuntimeError, OSError, EOFError, ValueError, OverflowError, zlib.error)
+    faults += (xml.parsers.expat.ExpatError, *([osmium.InvalidLocationError] if is_packed else []))
     try:
         return _read_pbf(osmium, str(path), keys) if is_packed else _read_xml(path)
     except faults as error:
@@ -194,12 +198,18 @@ def _read_xml(path: PathLike) -> Objects:
     reader = _XmlReader(parser)
     with _opened(path) as file:
         try:
+            spent, most = 0, _MOST_RATIO * max(_CHUNK, pathlib.Path(path).stat().st_size)
             while chunk := file.read(_CHUNK):
+                spent += len(chunk)
+                if spent > most:
+                    raise ValueError(f"it is packed more than {_MOST_RATIO} times, which no map is: unpack and look at it")
                 parser.Parse(chunk, False)
             parser.Parse(b"", True)
         except KeyError as error:
             where = f"line {parser.CurrentLineNumber}"
             raise ValueError(f"{where}: an element lacks {error}") from error
+        except OverflowError as error:
+            raise ValueError(f"line {parser.CurrentLineNumber}: an id has more than 64 bits") from error
         except ValueError as error:
             raise ValueError(f"line {parser.CurrentLineNumber}: {error}") from error
     ways, relations = reader.ways.items(), reader.relations.items()

@@ -27,6 +27,12 @@ from srt_jax.types import FREE, Task
 
 Cell = tuple[int, int]
 Item = TypeVar("Item")
+_FOREIGN = {
+    '"elements":[': "Overpass's own JSON, which is not read: ask it for [out:xml], or make GeoJSON of it by osmtogeojson",
+    '"type":"Topology"': "TopoJSON, which is not read: make GeoJSON of it by topo2geo or ogr2ogr",
+    '"esriGeometry': "ArcGIS's own JSON, which is not read: ask the server for f=geojson, or make GeoJSON of it by ogr2ogr",
+}
+"""JSON of other programs, by what stands in its beginning, with the remedy."""
 SIZE = 500
 """Cells a side of a place where nobody asks for others, as in the paper."""
 
@@ -197,6 +203,9 @@ def _read_world(path: str, how: Reading, notes: Notes) -> Source:
     try:
         world = read_world(path, repair=how.repair)
     except ValueError as error:
+        foreign = next((told for sign, told in _FOREIGN.items() if sign in _head(path)), None)
+        if foreign:
+            raise ValueError(f"{path}: this is {foreign}") from error
         raise ValueError(str(error).replace("ask for repair=True", "ask for --repair")) from error
     return _of_world(path, world, how)
 
@@ -327,8 +336,14 @@ def _with_free_start(path: str, task: Task) -> Task:
 
 def _is_geojson(path: str) -> bool:
     """Whether a .json file looks like GeoJSON: the first "type" in it is one of GeoJSON's."""
-    head = read_bytes(path, "world")[:4096].decode("utf-8", errors="replace")
-    return any(f'"type":"{kind}"' in "".join(head.split()) for kind in geojson.TYPES) and "srt-jax world" not in head
+    head = _head(path)
+    is_other = "srt-jaxworld" in head or any(sign in head for sign in _FOREIGN)
+    return any(f'"type":"{kind}"' in head for kind in geojson.TYPES) and not is_other
+
+
+def _head(path: str) -> str:
+    """Returns how a file begins, without blanks."""
+    return "".join(read_bytes(path, "world")[:4096].decode("utf-8", errors="replace").split())
 
 
 def _stem(path: str) -> str:

@@ -326,6 +326,8 @@ REFUSED_OSM = {
     "a node without a latitude": (osm_text('<node id="1" lon="11"/>'), "an element lacks 'lat'"),
     "bounds upside down": (osm_text(box='<bounds minlat="9" minlon="1" maxlat="8" maxlon="2"/>'), "are no box"),
     "JSON of Overpass": ('{"version": 0.6, "elements": []}', "no whole OpenStreetMap extract"),
+    "an id of more than 64 bits": (osm_text(node(10**25, (11, 48))), "line 1: an id has more than 64 bits"),
+    "a reference that is none": (osm_text(NODES, way(1, [1.5])), "line 1: invalid literal"),
     "nothing": ("", "no whole OpenStreetMap extract"),
 }
 
@@ -537,3 +539,29 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
     pathlib.Path(name).write_text((PLACES / "null_attributes.geojson").read_text())
     assert run(["solve", name, *ON_METRES.split(), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["tasks"][0]["status"] == "SOLVED"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('{"version": 0.6, "elements": [{"type": "node", "id": 1}]}', "Overpass's own JSON"),
+        ('{"type": "Topology", "objects": {"a": {"type": "Polygon"}}}', "TopoJSON"),
+        ('{"displayFieldName": "", "geometryType": "esriGeometryPolygon", "features": []}', "ArcGIS's own JSON"),
+    ],
+)
+def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, told):
+    monkeypatch.chdir(tmp_path)
+    pathlib.Path("place.json").write_text(text)
+    assert run(["solve", "place.json"]) == 2
+    assert f"place.json: this is {told}" in capsys.readouterr().err
+
+
+def test_a_file_that_grows_beyond_measure_is_refused(tmp_path, monkeypatch):
+    import gzip
+
+    from srt_jax.formats import osm_objects
+
+    monkeypatch.setattr(osm_objects, "_CHUNK", 1 << 12)
+    (tmp_path / "bomb.osm.gz").write_bytes(gzip.compress(b"<osm version='0.6'>" + b" " * (1 << 21)))
+    with pytest.raises(ValueError, match="packed more than 200 times"):
+        read_osm(tmp_path / "bomb.osm.gz")
