@@ -12,19 +12,28 @@ from srt_jax.commands.console import error_line
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.task_files import NamedTask
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document and nothing else.")
+]
 DestroyableOption = Annotated[
     str | None,
     typer.Option(
-        metavar="all|none|IDS", help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all."
+        metavar="all|none|IDS",
+        help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all.",
     ),
 ]
 
 
-LimitOption = Annotated[int | None, typer.Option(min=1, help="Only the first so many rows of a scenario, or tasks of a batch.")]
+LimitOption = Annotated[
+    int | None,
+    typer.Option(min=1, help="Only the first so many rows of a scenario, or tasks of a batch."),
+]
 RowsOption = Annotated[
     str | None,
-    typer.Option(metavar="A:B", help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out."),
+    typer.Option(
+        metavar="A:B",
+        help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out.",
+    ),
 ]
 
 
@@ -34,14 +43,19 @@ def row_range(text: str | None) -> tuple[int | None, int | None] | None:
         return None
     first, colon, last = text.partition(":")
     if not colon or not all(end.strip() == "" or end.strip().isdigit() for end in (first, last)):
-        raise ValueError(f"--rows must be two numbers A:B, such as 100:200, or 100: for all from there on, got {text!r}")
+        raise ValueError(
+            "--rows must be two numbers A:B, such as 100:200, or 100: for all from there on, got"
+            f" {text!r}"
+        )
     ends = [int(end) if end.strip() else None for end in (first, last)]
     return ends[0], ends[1]
 
 
 @contextlib.contextmanager
 def told(path: str, notes: Notes, *, quiet: bool) -> Iterator[None]:
-    """Prints the notes on a file once it is read, and in any case where reading ends in an error."""
+    """Prints the notes on a file once it is read, and in any case where reading ends in an
+    error.
+    """
     try:
         yield
     except Exception:
@@ -58,19 +72,24 @@ def tell(path: str, notes: Notes) -> None:
 
 
 class Gathered(NamedTuple):
-    """What came of reading many files. notes: records of them. failed: the files that could not be read."""
+    """What came of reading many files. notes: records of them. failed: the files that could not
+    be read.
+    """
 
     tasks: list[NamedTask]
     notes: list[dict[str, Any]]
     failed: list[str]
 
 
-def gathered(inputs: Sequence[str], read: Callable[[str, Notes], list[NamedTask]], *, quiet: bool) -> Gathered:
-    """Reads every file; one that cannot be read costs the others nothing: its error is printed, and its name kept.
+def gathered(
+    inputs: Sequence[str], read: Callable[[str, Notes], list[NamedTask]], *, quiet: bool
+) -> Gathered:
+    """Reads every file; one that cannot be read costs the others nothing: its error is printed, and
+    its name kept.
 
     Args:
-      read: takes the name of a file and receives the notes on it. quiet: no notes are printed, except
-        those on files that could not be read.
+      read: takes the name of a file and receives the notes on it. quiet: no notes are printed,
+        except those on files that could not be read.
 
     Raises:
       ValueError, ImportError: no file could be read; the error of the last one.
@@ -96,4 +115,6 @@ def sides(text: str) -> int | tuple[int, int]:
         low, _, high = text.partition("-")
         return (int(low), int(high)) if high else int(low)
     except ValueError:
-        raise ValueError(f"--size must be a number such as 64, or a range such as 64-500, got {text!r}") from None
+        raise ValueError(
+            f"--size must be a number such as 64, or a range such as 64-500, got {text!r}"
+        ) from None

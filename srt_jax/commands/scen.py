@@ -20,14 +20,21 @@ from srt_jax.formats.reading import Reading, scenario_maps
 def scen(
     scenario: Annotated[str, typer.Argument(metavar="FILE.scen", help="A MovingAI scenario.")],
     map_path: Annotated[
-        str | None, typer.Option("--map", metavar="FILE.map", help="Its map. Default: the one it names, beside it.")
+        str | None,
+        typer.Option(
+            "--map", metavar="FILE.map", help="Its map. Default: the one it names, beside it."
+        ),
     ] = None,
     limit: options.LimitOption = None,
     rows: options.RowsOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Computes every optimal length of a scenario anew: [bold]0[/bold] all match, [bold]1[/bold] some do not."""
-    chosen = Reading(limit=limit, rows=options.row_range(rows)).chosen(scenario, read_scen(scenario))
+    """Computes every optimal length of a scenario anew: [bold]0[/bold] all match, [bold]1[/bold]
+    some do not.
+    """
+    chosen = Reading(limit=limit, rows=options.row_range(rows)).chosen(
+        scenario, read_scen(scenario)
+    )
     if not chosen:
         raise ValueError(f"{scenario}: the scenario has no row")
     notes = Notes()
@@ -47,8 +54,14 @@ def scen(
         print(json.dumps({"rows": len(wanted), "matches": num_matches, "max_relative_error": told}))
     else:
         seconds = time.perf_counter() - begin
-        print(f"{len(wanted)} rows, {num_matches} match (relative error <= {MATCH:g}), max error {worst:.2e}, {seconds:.1f} s")
+        print(
+            f"{len(wanted)} rows, {num_matches} match (relative error <= {MATCH:g}), max error"
+            f" {worst:.2e}, {seconds:.1f} s"
+        )
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
             where = f"row {numbers[index] + 1}"
-            print(f"  {where}: error {errors[index]:.2e}, the scenario says {wanted[index].length}", file=sys.stderr)
+            print(
+                f"  {where}: error {errors[index]:.2e}, the scenario says {wanted[index].length}",
+                file=sys.stderr,
+            )
     return 0 if num_matches == len(wanted) else 1

@@ -60,7 +60,16 @@ _METRE_RANGES = (
     (20004, 20032),
     (29187, 29195),
 )
-_DEGREE_NAMES = {"wgs84", "wgs1984", "gcswgs1984", "etrs89", "nad83", "nad27", "gcsetrs1989", "gcsnorthamerican1983"}
+_DEGREE_NAMES = {
+    "wgs84",
+    "wgs1984",
+    "gcswgs1984",
+    "etrs89",
+    "nad83",
+    "nad27",
+    "gcsetrs1989",
+    "gcsnorthamerican1983",
+}
 _MERCATOR_NAMES = ("pseudomercator", "webmercator", "googlemercator", "mercatorauxiliarysphere")
 
 
@@ -73,10 +82,18 @@ def unit_of(crs: Any) -> tuple[str, str]:
       ValueError: the system is not known.
     """
     name = _name_of(crs)
-    found = re.search(r"(\d{4,6})\D*$", name) if re.search(r"epsg|esri|srid|ogc:?urn|^\d+$", name, re.I) else None
+    found = (
+        re.search(r"(\d{4,6})\D*$", name)
+        if re.search(r"epsg|esri|srid|ogc:?urn|^\d+$", name, re.I)
+        else None
+    )
     code = int(found[1]) if found else 0
     plain = re.sub(r"[^a-z0-9]", "", name.lower())
-    if re.search(r"crs:?8[34]h?$|crs:?27$", name, re.I) or code in _GEOGRAPHIC or plain in _DEGREE_NAMES:
+    if (
+        re.search(r"crs:?8[34]h?$|crs:?27$", name, re.I)
+        or code in _GEOGRAPHIC
+        or plain in _DEGREE_NAMES
+    ):
         return "degrees", name
     if code in _WEB_MERCATOR or any(part in plain for part in _MERCATOR_NAMES):
         return "web", name
@@ -85,8 +102,9 @@ def unit_of(crs: Any) -> tuple[str, str]:
     if re.search(r"utmzone\d+[ns]?$", plain) or plain.endswith(("laeaeurope", "etrslaea")):
         return "metres", name
     raise ValueError(
-        f"the coordinate system {name[:80]!r} is not known here, so that nobody knows what its units are: export "
-        "the file in longitude and latitude (EPSG:4326), or say --units degrees or --units metres (units=...)"
+        f"the coordinate system {name[:80]!r} is not known here, so that nobody knows what its"
+        " units are: export the file in longitude and latitude (EPSG:4326), or say --units degrees"
+        " or --units metres (units=...)"
     )
 
 
@@ -98,7 +116,9 @@ def from_web_map(points: ArrayLike) -> np.ndarray:
 
 
 def _name_of(crs: Any) -> str:
-    """Returns the name in any of the forms that programs write: a text, a name, a code, a projjson id."""
+    """Returns the name in any of the forms that programs write: a text, a name, a code, a
+    projjson id.
+    """
     if isinstance(crs, str):
         return crs.strip()
     if isinstance(crs, int) and not isinstance(crs, bool):

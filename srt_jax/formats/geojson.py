@@ -1,8 +1,8 @@
 """GeoJSON: polygons made obstacles, and places written so that they read back equal.
 
-The standard (RFC 7946) has longitude and latitude in degrees. What `write_geojson` writes is in metres and says so in a member
-of its own, "srt-jax"; a "crs" of the older standard is believed too (`coordinate_systems`). Where a file says nothing,
-coordinates that cannot be degrees are metres.
+The standard (RFC 7946) has longitude and latitude in degrees. What `write_geojson` writes is in
+metres and says so in a member of its own, "srt-jax"; a "crs" of the older standard is believed too
+(`coordinate_systems`). Where a file says nothing, coordinates that cannot be degrees are metres.
 """
 
 import json
@@ -31,7 +31,15 @@ from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
-TYPES = ("FeatureCollection", "Feature", "Polygon", "MultiPolygon", "LineString", "MultiLineString", "GeometryCollection")
+TYPES = (
+    "FeatureCollection",
+    "Feature",
+    "Polygon",
+    "MultiPolygon",
+    "LineString",
+    "MultiLineString",
+    "GeometryCollection",
+)
 UNITS = ("auto", "degrees", "metres")
 _OWN = "srt-jax"
 _LINE_WIDTH = 0.2
@@ -44,7 +52,9 @@ _HSTORE = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*(?:"((?:[^"\\]|\\.)*)"|NULL)')
 
 
 class _Given(NamedTuple):
-    """parts: polygons, or one line, as arrays in the file's units. properties: of its feature. called: its name in messages."""
+    """parts: polygons, or one line, as arrays in the file's units. properties: of its feature.
+    called: its name in messages.
+    """
 
     parts: list[list[np.ndarray]]
     is_line: bool
@@ -53,19 +63,27 @@ class _Given(NamedTuple):
 
 
 def read_geojson(
-    path: PathLike, *, units: str = "auto", rules: Sequence[TagRule] | None = None, notes: Notes | None = None
+    path: PathLike,
+    *,
+    units: str = "auto",
+    rules: Sequence[TagRule] | None = None,
+    notes: Notes | None = None,
 ) -> Place:
-    """Returns the obstacles in a GeoJSON file: one of each feature with polygons, and one of each line.
+    """Returns the obstacles in a GeoJSON file: one of each feature with polygons, and one of each
+    line.
 
-    A feature's properties `destroyable`, `removal_cost`, `name` count; without them the tag rules, which look at its properties
-    too; else it can be destroyed at cost 1. Lines get the rule's width, or 0.2 m.
+    A feature's properties `destroyable`, `removal_cost`, `name` count; without them the tag rules,
+    which look at its properties too; else it can be destroyed at cost 1. Lines get the rule's
+    width, or 0.2 m.
 
     Args:
       units: of the coordinates, one of UNITS.
-      notes: receives what was odd and how often: rings not closed or crossing, points, features without a geometry.
+      notes: receives what was odd and how often: rings not closed or crossing, points, features
+        without a geometry.
 
     Raises:
-      ValueError: the file is missing or no GeoJSON, or a coordinate or property is wrong; the message says where.
+      ValueError: the file is missing or no GeoJSON, or a coordinate or property is wrong; the
+        message says where.
     """
     notes = Notes() if notes is None else notes
     rules = default_rules() if rules is None else tuple(rules)
@@ -79,14 +97,21 @@ def read_geojson(
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {error}") from error
     except RecursionError as error:
-        raise ValueError(f"{path}: its geometries are nested too deeply: give them one by one") from error
+        raise ValueError(
+            f"{path}: its geometries are nested too deeply: give them one by one"
+        ) from error
 
 
 def write_geojson(path: PathLike, place: Place) -> None:
     """Writes a place in metres, one feature per obstacle; `read_geojson` reads it back equal."""
     own = {"units": "metres", "bounds": place.bounds, "attribution": place.attribution}
-    head = f'{{"type": "FeatureCollection", "{_OWN}": {json.dumps(own, ensure_ascii=False)}, "features": ['
-    features = ",\n".join(json.dumps(_feature(obstacle), ensure_ascii=False) for obstacle in place.obstacles)
+    head = (
+        f'{{"type": "FeatureCollection", "{_OWN}": {json.dumps(own, ensure_ascii=False)},'
+        ' "features": ['
+    )
+    features = ",\n".join(
+        json.dumps(_feature(obstacle), ensure_ascii=False) for obstacle in place.obstacles
+    )
     with written(path) as file:
         file.write(f"{head}\n{features}\n]}}\n")
 
@@ -94,7 +119,10 @@ def write_geojson(path: PathLike, place: Place) -> None:
 def _feature(obstacle: Obstacle) -> dict[str, Any]:
     parts = [[(*ring, ring[0]) for ring in part] for part in obstacle.parts]
     single = len(parts) == 1
-    geometry = {"type": "Polygon" if single else "MultiPolygon", "coordinates": parts[0] if single else parts}
+    geometry = {
+        "type": "Polygon" if single else "MultiPolygon",
+        "coordinates": parts[0] if single else parts,
+    }
     properties = {name: getattr(obstacle, name) for name in ("name", "destroyable", "removal_cost")}
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
@@ -103,18 +131,29 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
     given = list(_all_given(document, notes))
     own = _own(document)
     box = _box(own.get("bounds", document.get("bbox")))
-    points = [ring for one in given for part in one.parts for ring in part] + ([np.reshape(box, (2, 2))] if box else [])
+    points = [ring for one in given for part in one.parts for ring in part] + (
+        [np.reshape(box, (2, 2))] if box else []
+    )
     all_points = np.concatenate(points) if points else np.zeros((0, 2))
     unit = _units(document, own, units, all_points, notes)
     if unit == "web":
-        given = [one._replace(parts=[[from_web_map(r) for r in part] for part in one.parts]) for one in given]
+        given = [
+            one._replace(parts=[[from_web_map(r) for r in part] for part in one.parts])
+            for one in given
+        ]
         box = from_web_map(np.reshape(box, (2, 2))).ravel().tolist() if box else None
     if unit != "metres" and len(all_points):
         places = [ring for one in given for part in one.parts for ring in part]
         boxes = [np.tile(ring, 2) for ring in places] + ([np.reshape(box, (1, 4))] if box else [])
         projection = projection_over(*joined_box(np.concatenate(boxes)))
-        notes.tell(f"metres east and north of longitude {projection.longitude:.7f}, latitude {projection.latitude:.7f}")
-        given = [one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts]) for one in given]
+        notes.tell(
+            f"metres east and north of longitude {projection.longitude:.7f}, latitude"
+            f" {projection.latitude:.7f}"
+        )
+        given = [
+            one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts])
+            for one in given
+        ]
         box = projection.to_metres(np.reshape(box, (2, 2))).ravel().tolist() if box else None
     shapes = [shape for one in given if (shape := _shape(one, rules, notes)) is not None]
     made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
@@ -124,7 +163,9 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
     return place
 
 
-def _units(document: dict[str, Any], own: dict[str, Any], units: str, points: np.ndarray, notes: Notes) -> str:
+def _units(
+    document: dict[str, Any], own: dict[str, Any], units: str, points: np.ndarray, notes: Notes
+) -> str:
     """Returns what the coordinates are: "degrees", "metres", or "web" for those of a web map."""
     if units != "auto":
         return units
@@ -163,7 +204,11 @@ def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape | Non
     if not given.is_line:
         return Shape(given.parts, given.called, options)
     width = (rule.width if rule else None) or _LINE_WIDTH
-    return Shape(wall_parts(given.parts[0][0], width, called=given.called, notes=notes), given.called, options)
+    return Shape(
+        wall_parts(given.parts[0][0], width, called=given.called, notes=notes),
+        given.called,
+        options,
+    )
 
 
 def _tags(properties: dict[str, Any]) -> dict[str, Any]:
@@ -172,9 +217,15 @@ def _tags(properties: dict[str, Any]) -> dict[str, Any]:
     Besides plain properties these are an object "tags" (osmtogeojson) and a text "other_tags" of
     "key"=>"value" pairs (ogr2ogr).
     """
-    tags = {key: value for key, value in properties.items() if isinstance(value, str | int | float) and value != ""}
+    tags = {
+        key: value
+        for key, value in properties.items()
+        if isinstance(value, str | int | float) and value != ""
+    }
     if isinstance(properties.get("tags"), dict):
-        tags = {key: value for key, value in properties["tags"].items() if isinstance(value, str)} | tags
+        tags = {
+            key: value for key, value in properties["tags"].items() if isinstance(value, str)
+        } | tags
     if isinstance(properties.get("other_tags"), str):
         tags = dict(_HSTORE.findall(properties["other_tags"])) | tags
     return tags
@@ -210,22 +261,36 @@ def _features(document: dict[str, Any], where: str) -> Iterator[tuple[str, Any]]
         called = f"{where}[{index}]"
         if isinstance(feature, dict) and feature.get("type") == "FeatureCollection":
             yield from _features(feature, f"{called}.features")
-        elif isinstance(feature, dict) and feature.get("type") in TYPES and feature["type"] != "Feature":
+        elif (
+            isinstance(feature, dict)
+            and feature.get("type") in TYPES
+            and feature["type"] != "Feature"
+        ):
             yield called, {"geometry": feature}  # a bare geometry where a feature should stand
         else:
             yield called, feature
 
 
 def _properties(properties: Any, called: str, notes: Notes) -> dict[str, Any]:
-    """Returns the properties that have a value: null is none, and NaN is what some programs write for it."""
+    """Returns the properties that have a value: null is none, and NaN is what some programs
+    write for it.
+    """
     if not isinstance(properties, dict):
         raise ValueError(f"{called}: properties must be an object, got {type(properties).__name__}")
-    odd = [name for name, value in properties.items() if isinstance(value, float) and not math.isfinite(value)]
+    odd = [
+        name
+        for name, value in properties.items()
+        if isinstance(value, float) and not math.isfinite(value)
+    ]
     notes.add(NO_VALUE, len(odd), example=f"{called}: {odd[0]}" if odd else "")
-    return {name: value for name, value in properties.items() if value is not None and name not in odd}
+    return {
+        name: value for name, value in properties.items() if value is not None and name not in odd
+    }
 
 
-def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
+def _taken_apart(
+    geometry: Any, called: str, notes: Notes
+) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
     """Returns the polygons and the lines of a geometry."""
     if not isinstance(geometry, dict) or not isinstance(geometry.get("type"), str):
         raise ValueError(f"{called}: a geometry must be an object with a type")
@@ -233,12 +298,17 @@ def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np
     if kind == "GeometryCollection":
         geometries = geometry.get("geometries")
         if geometries is not None and not isinstance(geometries, list):
-            raise ValueError(f"{called}: the geometries of a GeometryCollection must be a list, got {geometries!r}")
+            raise ValueError(
+                f"{called}: the geometries of a GeometryCollection must be a list, got"
+                f" {geometries!r}"
+            )
         there = [one for one in geometries or [] if one is not None and one != {}]
         num_empty = len(geometries) - len(there) if geometries else 1
         notes.add(NO_PART, num_empty, example=called)
         apart = [_taken_apart(one, called, notes) for one in there]
-        return [polygon for polygons, _ in apart for polygon in polygons], [line for _, lines in apart for line in lines]
+        return [polygon for polygons, _ in apart for polygon in polygons], [
+            line for _, lines in apart for line in lines
+        ]
     if kind in ("Point", "MultiPoint"):
         notes.add(POINTLESS, example=called)
         return [], []
@@ -247,8 +317,13 @@ def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np
     if coordinates is not None and not isinstance(coordinates, list):
         raise ValueError(f"{called}: the coordinates of a {kind} must be a list")
     parts = [coordinates] if kind in ("Polygon", "LineString") else coordinates or [None]
-    # An empty list, like null, stands for nothing; a polygon without its outer ring has no holes either.
-    there = [part for part in parts if part and not (kind.endswith("Polygon") and isinstance(part, list) and not part[0])]
+    # An empty list, like null, stands for nothing; a polygon without its outer ring has no holes
+    # either.
+    there = [
+        part
+        for part in parts
+        if part and not (kind.endswith("Polygon") and isinstance(part, list) and not part[0])
+    ]
     notes.add(NO_PART, len(parts) - len(there), example=called)
     if kind.endswith("LineString"):
         return [], [_points(line, called) for line in there]
@@ -269,16 +344,24 @@ def _ring(ring: Any, called: str, notes: Notes) -> np.ndarray:
 
 
 def _points(line: Any, called: str) -> np.ndarray:
-    """Returns float64 [K, 2]; what follows the first two numbers of a point, such as its height, is left out."""
+    """Returns float64 [K, 2]; what follows the first two numbers of a point, such as its height,
+    is left out.
+    """
     try:
         points = np.array([[_number(number, called) for number in point[:2]] for point in line])
     except TypeError as error:
         raise ValueError(f"{called}: a point must be a list of numbers [x, y]") from error
     except ValueError as error:
-        told = str(error) if str(error).startswith(called) else f"{called}: a point must be a list of numbers [x, y]"
+        told = (
+            str(error)
+            if str(error).startswith(called)
+            else f"{called}: a point must be a list of numbers [x, y]"
+        )
         raise ValueError(told) from error
     if points.ndim != 2 or points.shape[1:] != (2,):
-        raise ValueError(f"{called}: a ring or line must be a list of points [x, y], with one point at least")
+        raise ValueError(
+            f"{called}: a ring or line must be a list of points [x, y], with one point at least"
+        )
     return points
 
 
@@ -292,7 +375,9 @@ def _number(value: Any, called: str) -> float:
     if math.isnan(number):
         raise ValueError(f"{called}: NaN is no coordinate: numbers must be finite")
     if math.isinf(number):
-        raise ValueError(f"{called}: coordinates must be finite, and {str(value)[:20]} is too large for one")
+        raise ValueError(
+            f"{called}: coordinates must be finite, and {str(value)[:20]} is too large for one"
+        )
     return number
 
 
@@ -305,7 +390,9 @@ def _own(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _box(box: Any) -> list[float] | None:
-    """Returns the box a file states, (x_min, y_min, x_max, y_max), without heights; None where it states none."""
+    """Returns the box a file states, (x_min, y_min, x_max, y_max), without heights; None where
+    it states none.
+    """
     if box is None:
         return None
     if not (isinstance(box, list) and len(box) in (4, 6)):

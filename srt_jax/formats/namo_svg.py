@@ -1,7 +1,9 @@
-"""NAMO scenes of namosim as SVG: walls stand firm, movable boxes can be destroyed; robot and goal are outlines.
+"""NAMO scenes of namosim as SVG: walls stand firm, movable boxes can be destroyed; robot and goal
+are outlines.
 
-One unit of the drawing is a centimetre, y points down in the file and to the north here. The robot's disc is the smallest round
-its middle that holds its outline; the goal square lies round the middle of the goal's outline.
+One unit of the drawing is a centimetre, y points down in the file and to the north here. The
+robot's disc is the smallest round its middle that holds its outline; the goal square lies round the
+middle of the goal's outline.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,13 +22,16 @@ from srt_jax.geometry.world import World
 
 _CM = 100.0
 _ROOM = 1.001
-"""How much wider than the robot a cell is where nobody asks for more: it must be wider, and need not be much."""
+"""How much wider than the robot a cell is where nobody asks for more: it must be wider, and need
+not be much.
+"""
 _KINDS = {"wall": False, "movable": True}
 """Types of things, and whether they can be destroyed."""
 
 
 class _Drawing(NamedTuple):
-    """A shape that is drawn. name: its id, or that of its group. kind: its type, or that of its group.
+    """A shape that is drawn. name: its id, or that of its group. kind: its type, or that of its
+    group.
 
     groups: the ids of the groups round it. matrix: what all transforms do to it, [3, 3].
     """
@@ -38,15 +43,20 @@ class _Drawing(NamedTuple):
     matrix: np.ndarray
 
 
-def read_namo(path: PathLike, *, cell_side: float | None = None, notes: Notes | None = None) -> World:
-    """Returns the scene's first robot with its first goal; boxes that are movable there can be destroyed here.
+def read_namo(
+    path: PathLike, *, cell_side: float | None = None, notes: Notes | None = None
+) -> World:
+    """Returns the scene's first robot with its first goal; boxes that are movable there can be
+    destroyed here.
 
     Args:
       cell_side: metres, more than the robot is wide; without it hardly more than that.
-      notes: receives what was passed over: further robots and goals, drawings of no known type, and odd rings.
+      notes: receives what was passed over: further robots and goals, drawings of no known type, and
+        odd rings.
 
     Raises:
-      ValueError: the file is missing, no SVG or no scene, lacks robot or goal, or a path cannot be read.
+      ValueError: the file is missing, no SVG or no scene, lacks robot or goal, or a path cannot be
+        read.
     """
     notes = Notes() if notes is None else notes
     root = read_xml(path, "NAMO scene")
@@ -55,7 +65,9 @@ def read_namo(path: PathLike, *, cell_side: float | None = None, notes: Notes | 
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     except RecursionError as error:
-        raise ValueError(f"{path}: its groups are nested too deeply: ungroup what is drawn") from error
+        raise ValueError(
+            f"{path}: its groups are nested too deeply: ungroup what is drawn"
+        ) from error
 
 
 def _world(root: Element, cell_side: float | None, notes: Notes) -> World:
@@ -75,7 +87,13 @@ def _world(root: Element, cell_side: float | None, notes: Notes) -> World:
     count_outside(place, notes)
     side = round(2 * radius * _ROOM, 6) if cell_side is None else cell_side
     target, _ = _disc(_rings(goal, top + height))
-    return World(bounds=place.bounds, obstacles=place.obstacles, position=middle, radius=radius, goal=(target, side))  # type: ignore[arg-type]
+    return World(
+        bounds=place.bounds,
+        obstacles=place.obstacles,
+        position=middle,
+        radius=radius,
+        goal=(target, side),
+    )  # type: ignore[arg-type]
 
 
 def _view_box(root: Element) -> tuple[float, ...]:
@@ -84,7 +102,10 @@ def _view_box(root: Element) -> tuple[float, ...]:
     except ValueError:
         box = ()
     if len(box) != 4 or not np.isfinite(box).all() or min(box[2:]) <= 0:
-        raise ValueError(f"the viewBox must hold x, y, width and height in centimetres, got {root.get('viewBox')!r}")
+        raise ValueError(
+            "the viewBox must hold x, y, width and height in centimetres, got"
+            f" {root.get('viewBox')!r}"
+        )
     return box
 
 
@@ -119,9 +140,17 @@ def _chosen(root: Element, drawn: Sequence[_Drawing], notes: Notes) -> tuple[_Dr
         raise ValueError("no NAMO scene: it has no <namo_config> with an <agent>")
     goals = [element for element in agents[0].iter() if plain(element.tag) == "goal"]
     if not goals:
-        raise ValueError("its robot has no <goal>: give it one, with a goal_id and a path of that id")
-    notes.add("robots after the first, passed over", len(agents) - 1, example=agents[-1].get("agent_id", ""))
-    notes.add("goals after the first, passed over", len(goals) - 1, example=goals[-1].get("goal_id", ""))
+        raise ValueError(
+            "its robot has no <goal>: give it one, with a goal_id and a path of that id"
+        )
+    notes.add(
+        "robots after the first, passed over",
+        len(agents) - 1,
+        example=agents[-1].get("agent_id", ""),
+    )
+    notes.add(
+        "goals after the first, passed over", len(goals) - 1, example=goals[-1].get("goal_id", "")
+    )
     robot = _outline_of("robot", agents[0].get("agent_id", ""), drawn)
     return robot, _outline_of("goal", goals[0].get("goal_id", ""), drawn)
 
@@ -135,11 +164,16 @@ def _outline_of(what: str, name: str, drawn: Sequence[_Drawing]) -> _Drawing:
     if name and found:
         return found[0]._replace(name=name)
     if grouped:
-        raise ValueError(f'the {what} {name!r} is a group of {len(grouped)} drawings: give its outline the type "shape"')
+        raise ValueError(
+            f"the {what} {name!r} is a group of {len(grouped)} drawings: give its outline the type"
+            ' "shape"'
+        )
     raise ValueError(f"the {what} {name!r} is not drawn: there is no path of that id")
 
 
-def _shapes(drawn: Sequence[_Drawing], ends: tuple[_Drawing, _Drawing], bottom: float, notes: Notes) -> Iterator[Shape]:
+def _shapes(
+    drawn: Sequence[_Drawing], ends: tuple[_Drawing, _Drawing], bottom: float, notes: Notes
+) -> Iterator[Shape]:
     names = {end.name for end in ends}
     for drawing in drawn:
         name, element = drawing.name, drawing.element
@@ -148,7 +182,10 @@ def _shapes(drawn: Sequence[_Drawing], ends: tuple[_Drawing, _Drawing], bottom: 
         if drawing.kind not in _KINDS:
             notes.add("drawings passed over: neither wall nor movable", example=name)
             continue
-        is_even_odd = "fill-rule:evenodd" in element.get("style", "").replace(" ", "") or element.get("fill-rule") == "evenodd"
+        is_even_odd = (
+            "fill-rule:evenodd" in element.get("style", "").replace(" ", "")
+            or element.get("fill-rule") == "evenodd"
+        )
         parts = filled(_rings(drawing, bottom), is_even_odd=is_even_odd)
         yield Shape(parts, name, {"name": name, "destroyable": _KINDS[drawing.kind]})
 

@@ -1,7 +1,8 @@
-"""OpenStreetMap extracts (`.osm`, `.osm.gz`, `.osm.bz2`, `.osm.pbf`): tagged areas and lines made obstacles in metres.
+"""OpenStreetMap extracts (`.osm`, `.osm.gz`, `.osm.bz2`, `.osm.pbf`): tagged areas and lines made
+obstacles in metres.
 
-An area is a closed way, or a multipolygon relation with its courtyards. Coordinates are longitude and latitude; the bounds are
-the extract's box, which nodes and whole objects may lie outside of.
+An area is a closed way, or a multipolygon relation with its courtyards. Coordinates are longitude
+and latitude; the bounds are the extract's box, which nodes and whole objects may lie outside of.
 """
 
 import pathlib
@@ -41,7 +42,9 @@ _Name = tuple[str, int]
 
 
 class _Thing(NamedTuple):
-    """parts: polygons in degrees, or one line. rule: which made it an obstacle. name: may be empty."""
+    """parts: polygons in degrees, or one line. rule: which made it an obstacle. name: may be
+    empty.
+    """
 
     parts: list[list[Any]]
     rule: TagRule
@@ -49,7 +52,9 @@ class _Thing(NamedTuple):
     is_line: bool = False
 
 
-def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: Notes | None = None) -> Place:
+def read_osm(
+    path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: Notes | None = None
+) -> Place:
     """Returns the obstacles in an extract: ways by id, then relations by id; `.pbf` needs osmium.
 
     The objects may stand in any order and be numbered below 0. What is cut off at the border of the
@@ -57,10 +62,12 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
 
     Args:
       rules: which tags make an obstacle; without them `default_rules`. The first that fits decides.
-      notes: receives what was odd and how often: missing nodes and members, unclosed and crossing rings, objects outside.
+      notes: receives what was odd and how often: missing nodes and members, unclosed and crossing
+        rings, objects outside.
 
     Raises:
-      ValueError: the file is missing, cut off or no extract, or it says neither how far it reaches nor has an obstacle.
+      ValueError: the file is missing, cut off or no extract, or it says neither how far it reaches
+        nor has an obstacle.
     """
     rules = default_rules() if rules is None else tuple(rules)
     notes = Notes() if notes is None else notes
@@ -68,7 +75,9 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
         raise ValueError(f"{path}: no such file; an OpenStreetMap extract was to be read from it")
     objects = read_objects(path, {rule.key for rule in rules})
     for remark in objects.remarks:
-        notes.tell(f"the server that wrote the file says, so that some may be missing from it: {remark}")
+        notes.tell(
+            f"the server that wrote the file says, so that some may be missing from it: {remark}"
+        )
     things = _things(objects, rules, notes)
     box = _box(str(path), objects, things, notes)
     try:
@@ -91,7 +100,9 @@ def _things(objects: Objects, rules: Sequence[TagRule], notes: Notes) -> dict[_N
     things: dict[_Name, _Thing] = {}
     for number, way in sorted(objects.ways.items()):
         rule, called = matching(rules, way.tags), f"way {number}"
-        notes.add(NOT_IN_THE_WAY, int(rule is None and is_passed_over(rules, way.tags)), example=called)
+        notes.add(
+            NOT_IN_THE_WAY, int(rule is None and is_passed_over(rules, way.tags)), example=called
+        )
         if rule is None:
             continue
         places = [objects.nodes[node] for node in way.nodes if node in objects.nodes]
@@ -109,7 +120,11 @@ def _things(objects: Objects, rules: Sequence[TagRule], notes: Notes) -> dict[_N
         rule, called = matching(rules, relation.tags), f"relation {number}"
         if relation.tags.get("type") not in ("multipolygon", "boundary"):
             continue
-        notes.add(NOT_IN_THE_WAY, int(rule is None and is_passed_over(rules, relation.tags)), example=called)
+        notes.add(
+            NOT_IN_THE_WAY,
+            int(rule is None and is_passed_over(rules, relation.tags)),
+            example=called,
+        )
         if rule is None:
             continue
         area = area_of_relation(relation, objects)
@@ -153,17 +168,34 @@ def _box(path: str, objects: Objects, things: dict[_Name, _Thing], notes: Notes)
     """
     boxes = [box for box in objects.boxes if box[0] != box[2] and box[1] != box[3]]
     if boxes:
-        notes.tell("the file names several bounds: the box around all of them is taken") if len(boxes) > 1 else None
+        (
+            notes.tell("the file names several bounds: the box around all of them is taken")
+            if len(boxes) > 1
+            else None
+        )
         return joined_box(boxes)
-    places = [place for thing in things.values() for part in thing.parts for ring in part for place in ring]
+    places = [
+        place
+        for thing in things.values()
+        for part in thing.parts
+        for ring in part
+        for place in ring
+    ]
     if not places:
-        raise ValueError(f"{path}: it names no bounds, and nothing in it is an obstacle by the tag rules: give other rules")
+        raise ValueError(
+            f"{path}: it names no bounds, and nothing in it is an obstacle by the tag rules: give"
+            " other rules"
+        )
     notes.tell("the file names no bounds: taken is the box around its obstacles")
     return joined_box(np.tile(places, 2))
 
 
 def _summarise(
-    kept: dict[_Name, Obstacle], things: dict[_Name, _Thing], projection: Projection, box: np.ndarray, notes: Notes
+    kept: dict[_Name, Obstacle],
+    things: dict[_Name, _Thing],
+    projection: Projection,
+    box: np.ndarray,
+    notes: Notes,
 ) -> None:
     counts = Counter(things[name].rule.key for name in kept)
     relations = Counter(things[name].rule.key for name in kept if name[0] == "relation")
@@ -172,7 +204,13 @@ def _summarise(
         firm = sum(not kept[name].destroyable for name in kept if things[name].rule.key == key)
         notes.tell(f"{count} obstacles by the tag {key}{several}, {firm} of them firm")
     crooked = max(projection.error_at(latitude) for latitude in box[:, 1])
-    notes.tell(f"metres east and north of longitude {projection.longitude:.7f}, latitude {projection.latitude:.7f}")
+    notes.tell(
+        f"metres east and north of longitude {projection.longitude:.7f}, latitude"
+        f" {projection.latitude:.7f}"
+    )
     if crooked > _CROOKED:
-        notes.tell(f"the extract is large: lengths from east to west are off by up to {crooked:.1%} at its border")
+        notes.tell(
+            f"the extract is large: lengths from east to west are off by up to {crooked:.1%} at its"
+            " border"
+        )
     notes.tell(f"map data {ATTRIBUTION}")

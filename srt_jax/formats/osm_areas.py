@@ -18,7 +18,8 @@ from srt_jax.formats.osm_objects import Location, Objects, Relation, Way
 class Area(NamedTuple):
     """parts: polygons, the outer ring first, in degrees; [] where nothing encloses anything.
 
-    has_losses: nodes or members are missing from the file. is_open: something does not close, though
+    has_losses: nodes or members are missing from the file. is_open: something does not close,
+      though
     nothing of it is missing. crosses: a ring crossed itself, and was made valid.
     """
 
@@ -44,7 +45,11 @@ def area_of_way(way: Way, nodes: Mapping[int, Location]) -> Area:
     places = [nodes[node] for node in way.nodes if node in nodes]
     has_losses = len(places) < len(way.nodes)
     # Some programs close a ring by a second node at the place of the first.
-    if way.nodes[0] != way.nodes[-1] and not (has_losses and _may_close(way, nodes)) and places[0] != places[-1]:
+    if (
+        way.nodes[0] != way.nodes[-1]
+        and not (has_losses and _may_close(way, nodes))
+        and places[0] != places[-1]
+    ):
         return Area([], has_losses, is_open=True)
     if len(set(places)) < 3:
         return Area([], has_losses, is_open=not has_losses)
@@ -59,14 +64,21 @@ def _may_close(way: Way, nodes: Mapping[int, Location]) -> bool:
 def area_of_relation(relation: Relation, objects: Objects) -> Area:
     """Returns the area a multipolygon encloses, of the ways and nodes that are there."""
     members = [(ref, role) for kind, ref, role in relation.members if kind == "w"]
-    there = [(objects.ways[ref].nodes, role) for ref, role in dict.fromkeys(members) if ref in objects.ways]
-    has_losses = len(there) < len(set(members)) or any(n not in objects.nodes for way, _ in there for n in way)
+    there = [
+        (objects.ways[ref].nodes, role)
+        for ref, role in dict.fromkeys(members)
+        if ref in objects.ways
+    ]
+    has_losses = len(there) < len(set(members)) or any(
+        n not in objects.nodes for way, _ in there for n in way
+    )
     chains = _chains([_Chain(list(nodes), role == "inner") for nodes, role in there if nodes])
     closed = [chain for chain in chains if chain.is_closed]
     broken = [chain for chain in chains if not chain.is_closed]
     rings = [(_located(chain, objects.nodes), chain.is_inner) for chain in closed]
     if has_losses:
-        # An open inner chain would take away what may well be blocked: only the outer ones are joined.
+        # An open inner chain would take away what may well be blocked: only the outer ones are
+        # joined.
         rest = [_located(chain, objects.nodes) for chain in broken if not chain.is_inner]
         rings.append((_joined([places for places in rest if places]), False))
     rings = [(places, is_inner) for places, is_inner in rings if len(set(places)) >= 3]
@@ -92,7 +104,10 @@ def _chains(ways: Sequence[_Chain]) -> list[_Chain]:
         is_used[first] = True
         nodes, is_inner = list(way.nodes), way.is_inner
         for _ in range(2):  # onwards from the last node, then from the first
-            while nodes[0] != nodes[-1] and (after := _next(by_end[nodes[-1]], is_used, waiting, is_inner)) is not None:
+            while (
+                nodes[0] != nodes[-1]
+                and (after := _next(by_end[nodes[-1]], is_used, waiting, is_inner)) is not None
+            ):
                 is_used[after] = True
                 further = waiting[after].nodes
                 nodes += further[1:] if further[0] == nodes[-1] else further[-2::-1]
@@ -101,7 +116,9 @@ def _chains(ways: Sequence[_Chain]) -> list[_Chain]:
     return done
 
 
-def _next(candidates: Sequence[int], is_used: Sequence[bool], ways: Sequence[_Chain], is_inner: bool) -> int | None:
+def _next(
+    candidates: Sequence[int], is_used: Sequence[bool], ways: Sequence[_Chain], is_inner: bool
+) -> int | None:
     """Returns the way to go on with, one of the same role before others."""
     free = [index for index in candidates if not is_used[index]]
     return min(free, key=lambda index: (ways[index].is_inner != is_inner, index), default=None)
@@ -126,7 +143,10 @@ def _made(rings: Sequence[tuple[list[Location], bool]], has_losses: bool, is_ope
     crosses = not all(polygon.is_valid for polygon, _ in polygons)
     if len(rings) == 1 and not crosses:
         return Area([[_without_wrap(rings[0][0]).tolist()]], has_losses, is_open)
-    polygons = [(_polygonal(shapely, shapely.make_valid(polygon)), is_inner) for polygon, is_inner in polygons]
+    polygons = [
+        (_polygonal(shapely, shapely.make_valid(polygon)), is_inner)
+        for polygon, is_inner in polygons
+    ]
     polygons.sort(key=lambda each: -each[0].area)
     area = shapely.Polygon()
     for polygon, is_inner in polygons:
@@ -135,7 +155,10 @@ def _made(rings: Sequence[tuple[list[Location], bool]], has_losses: bool, is_ope
         else:
             area = area.union(polygon)
     parts = [
-        [list(map(tuple, np.asarray(ring.coords).tolist())) for ring in (part.exterior, *part.interiors)]
+        [
+            list(map(tuple, np.asarray(ring.coords).tolist()))
+            for ring in (part.exterior, *part.interiors)
+        ]
         for part in getattr(area, "geoms", [area])
         if isinstance(part, shapely.Polygon) and not part.is_empty
     ]
@@ -152,5 +175,9 @@ def _without_wrap(places: Sequence[Location]) -> np.ndarray:
 
 def _polygonal(shapely: Any, shape: Any) -> Any:
     """Returns the polygons of what make_valid returns, without the lines and points."""
-    polygons = [one for one in shapely.get_parts(shapely.get_parts(shape)) if isinstance(one, shapely.Polygon)]
+    polygons = [
+        one
+        for one in shapely.get_parts(shapely.get_parts(shape))
+        if isinstance(one, shapely.Polygon)
+    ]
     return shapely.union_all(polygons)

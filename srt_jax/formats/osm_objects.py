@@ -1,8 +1,8 @@
 """The objects of an OpenStreetMap file, in whatever order and numbering they stand there.
 
 XML is read here, as programs write it that osmium does not read: JOSM (ids below 0, deleted objects
-that are still in the file), Overpass (ways before nodes, corners written inside the ways). PBF files
-are read by osmium. Either way the nodes come last, and only those that something needs.
+that are still in the file), Overpass (ways before nodes, corners written inside the ways). PBF
+files are read by osmium. Either way the nodes come last, and only those that something needs.
 """
 
 import array
@@ -73,7 +73,14 @@ def read_objects(path: PathLike, keys: Collection[str]) -> Objects:
     """
     is_packed = str(path).lower().endswith(".pbf")
     osmium: Any = needed("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
-    faults: tuple[type[Exception], ...] = (RuntimeError, OSError, EOFError, ValueError, OverflowError, zlib.error)
+    faults: tuple[type[Exception], ...] = (
+        RuntimeError,
+        OSError,
+        EOFError,
+        ValueError,
+        OverflowError,
+        zlib.error,
+    )
     faults += (xml.parsers.expat.ExpatError, *([osmium.InvalidLocationError] if is_packed else []))
     try:
         return _read_pbf(osmium, str(path), keys) if is_packed else _read_xml(path)
@@ -98,7 +105,9 @@ class _Nodes:
         self._lats.append(location[1])
 
     def located(self, ways: Iterable[Way]) -> dict[int, Location]:
-        """Returns where the nodes of these ways lie; of several versions the newest, then the last."""
+        """Returns where the nodes of these ways lie; of several versions the newest, then the
+        last.
+        """
         used = np.unique(np.fromiter((n for way in ways for n in way.nodes), np.int64))
         ids = np.frombuffer(self._ids, np.int64)
         order = np.lexsort((np.frombuffer(self._versions, np.int64), ids))
@@ -202,14 +211,19 @@ def _read_xml(path: PathLike) -> Objects:
             while chunk := file.read(_CHUNK):
                 spent += len(chunk)
                 if spent > most:
-                    raise ValueError(f"it is packed more than {_MOST_RATIO} times, which no map is: unpack and look at it")
+                    raise ValueError(
+                        f"it is packed more than {_MOST_RATIO} times, which no map is: unpack and"
+                        " look at it"
+                    )
                 parser.Parse(chunk, False)
             parser.Parse(b"", True)
         except KeyError as error:
             where = f"line {parser.CurrentLineNumber}"
             raise ValueError(f"{where}: an element lacks {error}") from error
         except OverflowError as error:
-            raise ValueError(f"line {parser.CurrentLineNumber}: an id has more than 64 bits") from error
+            raise ValueError(
+                f"line {parser.CurrentLineNumber}: an id has more than 64 bits"
+            ) from error
         except ValueError as error:
             raise ValueError(f"line {parser.CurrentLineNumber}: {error}") from error
     ways, relations = reader.ways.items(), reader.relations.items()
@@ -254,7 +268,9 @@ def _read_pbf(osmium: Any, path: str, keys: Collection[str]) -> Objects:
         relation = Relation(members, {tag.k: tag.v for tag in item.tags})
         relations.add(item.id, item.version, relation if item.visible else None)
     kept_relations = relations.items()
-    members = {ref for kept in kept_relations.values() for kind, ref, _ in kept.members if kind == "w"}
+    members = {
+        ref for kept in kept_relations.values() for kind, ref, _ in kept.members if kind == "w"
+    }
     for filters in [tagged, [members]] if tagged else [[]]:
         for item in _filtered(osmium, file, osm.WAY, filters):
             way = Way(tuple(node.ref for node in item.nodes), {tag.k: tag.v for tag in item.tags})
@@ -263,13 +279,17 @@ def _read_pbf(osmium: Any, path: str, keys: Collection[str]) -> Objects:
                 if node.location.valid():
                     inside.add(node.ref, 0, (node.lon, node.lat))
     kept = ways.items()
-    for item in _filtered(osmium, file, osm.NODE, [{n for way in kept.values() for n in way.nodes}]):
+    for item in _filtered(
+        osmium, file, osm.NODE, [{n for way in kept.values() for n in way.nodes}]
+    ):
         is_there = item.visible and item.location.valid()
         nodes.add(item.id, item.version, (item.lon, item.lat) if is_there else _NO_PLACE)
     places = inside.located(kept.values()) | nodes.located(kept.values())
     box, boxes = header.box(), []
     if box.valid():
-        west, south, east, north = (getattr(c, d) for c in (box.bottom_left, box.top_right) for d in ("lon", "lat"))
+        west, south, east, north = (
+            getattr(c, d) for c in (box.bottom_left, box.top_right) for d in ("lon", "lat")
+        )
         boxes = [(west, south, east, north)]
     return Objects(kept, kept_relations, places, boxes, [])
 

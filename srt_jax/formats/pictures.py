@@ -19,16 +19,21 @@ _ORIENTATION = 0x0112
 
 
 class Shades(NamedTuple):
-    """shade: float64 [H, W], 0 black to 255 white, the mean of the colours. is_clear: bool [H, W], not fully opaque."""
+    """shade: float64 [H, W], 0 black to 255 white, the mean of the colours. is_clear: bool [H,
+    W], not fully opaque.
+    """
 
     shade: np.ndarray
     is_clear: np.ndarray
 
 
-def read_shades(path: PathLike, kind: str, *, takes_masks: bool = False, notes: Notes | None = None) -> Shades:
+def read_shades(
+    path: PathLike, kind: str, *, takes_masks: bool = False, notes: Notes | None = None
+) -> Shades:
     """Returns the pixels of a picture in any form Pillow reads, row 0 on top.
 
-    A picture that says how it is to be turned (EXIF) is turned so. Floats go from 0 to 1, or to 255.
+    A picture that says how it is to be turned (EXIF) is turned so. Floats go from 0 to 1, or to
+    255.
 
     Args:
       takes_masks: a picture of 0 and 1 alone is a mask: 1 is white. Else it is all but black.
@@ -54,10 +59,13 @@ def read_shades(path: PathLike, kind: str, *, takes_masks: bool = False, notes: 
                 if num_pictures > 1:
                     notes.tell(f"the file holds {num_pictures} pictures: the first is read")
                 shades = _shades(turned, notes)
-                return shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
+                return (
+                    shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
+                )
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
-            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind ({error})"
+            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind"
+            f" ({error})"
         ) from error
 
 
@@ -68,34 +76,49 @@ def read_image(
     threshold: float = 128.0,
     notes: Notes | None = None,
 ) -> GridMap:
-    """Returns the map in a picture, a cell per pixel of side 1: the light pixels are free, or the dark ones.
+    """Returns the map in a picture, a cell per pixel of side 1: the light pixels are free, or the
+    dark ones.
 
-    A pixel is light where the mean of its colours is at least `threshold`; what is not opaque is seen on white.
+    A pixel is light where the mean of its colours is at least `threshold`; what is not opaque is
+    seen on white.
 
     Args:
       free: one of POLARITIES.
       threshold: above 0, at most 255.
-      notes: receives how many pixels are neither plainly light nor plainly dark, and how many not opaque.
+      notes: receives how many pixels are neither plainly light nor plainly dark, and how many not
+        opaque.
     """
     if free not in POLARITIES:
-        raise ValueError(f"the free pixels can be the {' or the '.join(POLARITIES)} ones, not {free!r}")
+        raise ValueError(
+            f"the free pixels can be the {' or the '.join(POLARITIES)} ones, not {free!r}"
+        )
     if not 0 < threshold <= 255:
-        raise ValueError(f"the threshold must lie above 0 (black) and at most at 255 (white), got {threshold:g}")
+        raise ValueError(
+            f"the threshold must lie above 0 (black) and at most at 255 (white), got {threshold:g}"
+        )
     notes = Notes() if notes is None else notes
     shade, is_clear = read_shades(path, "picture of a map", takes_masks=True, notes=notes)
     notes.add("pixels that are not opaque, seen on white", int(is_clear.sum()))
-    notes.add(f"pixels in between, parted at {threshold:g}", int(((shade > _BETWEEN) & (shade < 255 - _BETWEEN)).sum()))
+    notes.add(
+        f"pixels in between, parted at {threshold:g}",
+        int(((shade > _BETWEEN) & (shade < 255 - _BETWEEN)).sum()),
+    )
     is_free = (shade >= threshold) == (free == "light")
     return decided(~is_free, is_free, unknown_as="blocked", notes=notes)
 
 
 def write_image(path: PathLike, free: np.ndarray) -> None:
-    """Writes bool [H, W] as a black and white picture, free white; the ending of the name decides its form."""
+    """Writes bool [H, W] as a black and white picture, free white; the ending of the name
+    decides its form.
+    """
     image_module = needed("PIL.Image", extra="image", what="writing pictures")
     ending = "." + str(path).rsplit(".", 1)[-1].lower()
     form = {"jpg": "jpeg", "tif": "tiff", "pgm": "ppm", "pbm": "ppm"}.get(ending[1:], ending[1:])
     if ending not in ENDINGS or form == "jpeg":
-        raise ValueError(f"{path}: a map is written as a picture without losses: end the name in .png, .pgm, .bmp or .tif")
+        raise ValueError(
+            f"{path}: a map is written as a picture without losses: end the name in .png, .pgm,"
+            " .bmp or .tif"
+        )
     with written(path, "wb") as file:
         image_module.fromarray(np.where(free, np.uint8(255), np.uint8(0))).save(file, format=form)
 
@@ -120,7 +143,9 @@ def _of_deep(picture: Any, notes: Notes) -> Shades:
         deep = np.where(np.isfinite(deep), deep, 0.0)
     low, high = float(deep.min(initial=0)), float(deep.max(initial=0))
     if low < 0:
-        raise ValueError(f"its pixels go from {low:g} to {high:g}: give shades from 0 to 1, 255 or 65535")
+        raise ValueError(
+            f"its pixels go from {low:g} to {high:g}: give shades from 0 to 1, 255 or 65535"
+        )
     if picture.mode == "F" and high <= 1:
         notes.tell("pixels are floats from 0, black, to 1, white")
         return Shades(deep * 255.0, np.zeros(deep.shape, bool))
@@ -132,7 +157,9 @@ def _of_deep(picture: Any, notes: Notes) -> Shades:
 
 
 def _of_mask(shade: np.ndarray, notes: Notes) -> np.ndarray:
-    """Returns the shades; those of a mask of 0 and 1, which as shades would all be black, as 0 and 255."""
+    """Returns the shades; those of a mask of 0 and 1, which as shades would all be black, as 0
+    and 255.
+    """
     if shade.max(initial=0) != 1 or not np.isin(shade, (0, 1)).all():
         return shade
     notes.tell("the picture holds 0 and 1 alone: taken as a mask, 1 is white")

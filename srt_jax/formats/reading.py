@@ -1,4 +1,6 @@
-"""What files hold, as tasks, polygons and cells: the ending of a file's name decides who reads it."""
+"""What files hold, as tasks, polygons and cells: the ending of a file's name decides who reads
+it.
+"""
 
 import dataclasses
 import pathlib
@@ -28,9 +30,15 @@ from srt_jax.types import FREE, Task
 Cell = tuple[int, int]
 Item = TypeVar("Item")
 _FOREIGN = {
-    '"elements":[': "Overpass's own JSON, which is not read: ask it for [out:xml], or make GeoJSON of it by osmtogeojson",
+    '"elements":[': (
+        "Overpass's own JSON, which is not read: ask it for [out:xml], or make GeoJSON of it by"
+        " osmtogeojson"
+    ),
     '"type":"Topology"': "TopoJSON, which is not read: make GeoJSON of it by topo2geo or ogr2ogr",
-    '"esriGeometry': "ArcGIS's own JSON, which is not read: ask the server for f=geojson, or make GeoJSON of it by ogr2ogr",
+    '"esriGeometry': (
+        "ArcGIS's own JSON, which is not read: ask the server for f=geojson, or make GeoJSON of it"
+        " by ogr2ogr"
+    ),
 }
 """JSON of other programs, by what stands in its beginning, with the remedy."""
 SIZE = 500
@@ -49,16 +57,22 @@ class Reading:
     """How files are read; each format takes what concerns it.
 
     start, goal: cells (row, col), for maps and places, which have none of their own.
-    size: cells a side of the largest square in the middle of a place. cell_side: metres; then the whole place is covered, and
-      scenes get cells of that side. Not both; without either SIZE cells.
+    size: cells a side of the largest square in the middle of a place. cell_side: metres; then the
+      whole place is covered, and scenes get cells of that side. Not both; without either SIZE
+      cells.
     rule: of covering, "touch" or "centre" (`raster.cover`).
     tags: a file of tag rules for places (`tag_rules.read_rules`).
-    units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells of ROS maps count as.
-    block: a way to cut the goal off (`blockage.block`), added to every task as one more obstacle, which can be destroyed.
-    repair: whether polygons of a .json world that cross themselves are made valid (by shapely) instead of refused.
-    chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps and places do so anyway.
-    limit, rows: of the rows of a scenario or the tasks of a batch, the first so many; those from rows[0] on, before rows[1],
-      counted from 0 as in the names of the tasks (None: from the first, to the last).
+    units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells
+      of ROS maps count as.
+    block: a way to cut the goal off (`blockage.block`), added to every task as one more obstacle,
+      which can be destroyed.
+    repair: whether polygons of a .json world that cross themselves are made valid (by shapely)
+      instead of refused.
+    chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps
+      and places do so anyway.
+    limit, rows: of the rows of a scenario or the tasks of a batch, the first so many; those from
+      rows[0] on, before rows[1], counted from 0 as in the names of the tasks (None: from the first,
+      to the last).
     """
 
     start: Cell | None = None
@@ -84,14 +98,18 @@ class Reading:
             numbered = numbered[slice(*self.rows)]
             if not numbered and len(items):
                 first, last = ("" if end is None else str(end) for end in self.rows)
-                raise ValueError(f"{path}: --rows {first}:{last} holds no row: they are numbered 0 to {len(items) - 1}")
+                raise ValueError(
+                    f"{path}: --rows {first}:{last} holds no row: they are numbered 0 to"
+                    f" {len(items) - 1}"
+                )
         return numbered[: self.limit]
 
 
 class Source(NamedTuple):
     """What a file holds.
 
-    place: its polygons, where it has some. world: the same with agent and goal. grid: where the cells of its one map lie, in
+    place: its polygons, where it has some. world: the same with agent and goal. grid: where the
+      cells of its one map lie, in
     metres. map: those cells, where they are what the file holds.
     """
 
@@ -103,14 +121,19 @@ class Source(NamedTuple):
 
 
 def read_source(path: str, how: Reading, notes: Notes) -> Source:
-    """Returns what a file holds, by the ending of its name; errors as for `task_files.read_tasks`."""
+    """Returns what a file holds, by the ending of its name; errors as for
+    `task_files.read_tasks`.
+    """
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
     if pathlib.Path(path).is_dir():
-        raise ValueError(f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}")
+        raise ValueError(
+            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
+        )
     if ending is None:
         raise ValueError(
-            f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one of {', '.join(_READERS)}"
+            f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one"
+            f" of {', '.join(_READERS)}"
         )
     if how.size is not None and how.cell_side is not None:
         raise ValueError("--size and --cell-side both say how large a cell is: give one of them")
@@ -118,15 +141,20 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         ending = ".geojson"
     reader, has_ends = _READERS[ending]
     if has_ends and (how.start or how.goal):
-        raise ValueError(f"{path}: --start and --goal are for maps and places; this file has its own")
+        raise ValueError(
+            f"{path}: --start and --goal are for maps and places; this file has its own"
+        )
     return reader(path, how, notes)
 
 
-def scenario_maps(path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str | None, notes: Notes) -> list[np.ndarray]:
-    """Returns for each row of a scenario the map, bool [H, W], that it is on; rows on one map share it.
+def scenario_maps(
+    path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str | None, notes: Notes
+) -> list[np.ndarray]:
+    """Returns for each row of a scenario the map, bool [H, W], that it is on; rows on one map share
+    it.
 
-    A map of another size than its row names is scaled to that, as the format has it, where the sides
-    keep their ratio; where they do not it is another map.
+    A map of another size than its row names is scaled to that, as the format has it, where the
+    sides keep their ratio; where they do not it is another map.
 
     Args:
       rows: with their numbers, counted from 0.
@@ -142,20 +170,22 @@ def scenario_maps(path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str 
     for number, row in rows:
         key = (row.map_name, row.height, row.width)
         if key not in maps:
-            is_given = map_path is not None and (is_single or pathlib.Path(map_path).name == row.map_name)
+            is_given = map_path is not None and (
+                is_single or pathlib.Path(map_path).name == row.map_name
+            )
             where = str(map_path) if is_given else str(folder / row.map_name)
             if not pathlib.Path(where).is_file():
                 raise ValueError(
-                    f"{path}:{number + 2}: the row is on the map {row.map_name}, and there is no such file as {where}: "
-                    "put the map beside the scenario"
+                    f"{path}:{number + 2}: the row is on the map {row.map_name}, and there is no"
+                    f" such file as {where}: put the map beside the scenario"
                 )
             free = read_map(where, notes=notes)
             _require_scale(f"{path}:{number + 2}", row, where, free)
             maps[key] = scaled(free, row.height, row.width)
             if maps[key].shape != free.shape:
                 notes.tell(
-                    f"{pathlib.Path(where).name}, {free.shape[1]} wide and {free.shape[0]} high, is scaled to {row.width} x "
-                    f"{row.height} cells, as the rows have it"
+                    f"{pathlib.Path(where).name}, {free.shape[1]} wide and {free.shape[0]} high, is"
+                    f" scaled to {row.width} x {row.height} cells, as the rows have it"
                 )
         for what, cell in (("start", row.start), ("goal", row.goal)):
             _require_free(f"{path}:{number + 2}: {what}", maps[key], cell)
@@ -163,19 +193,28 @@ def scenario_maps(path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str 
 
 
 def _require_scale(where: str, row: ScenRow, map_path: str, free: np.ndarray) -> None:
-    """Raises ValueError where a map cannot be the one that a row was made for, at whatever scale."""
+    """Raises ValueError where a map cannot be the one that a row was made for, at whatever
+    scale.
+    """
     height, width = free.shape
-    away = abs(row.height - height * row.width / width), abs(row.width - width * row.height / height)
+    away = (
+        abs(row.height - height * row.width / width),
+        abs(row.width - width * row.height / height),
+    )
     if min(away) > 0.5:  # a side is rounded to whole cells
         raise ValueError(
-            f"{where}: the row is for a map {row.width} wide and {row.height} high, but {map_path} is {width} wide and "
-            f"{height} high, and no scale makes them equal: give the map it was made for"
+            f"{where}: the row is for a map {row.width} wide and {row.height} high, but {map_path}"
+            f" is {width} wide and {height} high, and no scale makes them equal: give the map it"
+            " was made for"
         )
 
 
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
     if not how.chooses and (how.start is None or how.goal is None):
-        raise ValueError(f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12 (row, column)")
+        raise ValueError(
+            f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12"
+            " (row, column)"
+        )
     return _on_cells(path, free_map(read_map(path, notes=notes)), how, notes)
 
 
@@ -189,7 +228,9 @@ def _read_scen(path: str, how: Reading, notes: Notes) -> Source:
         if id(free) not in on_map:  # the labels of a map are made once
             on_map[id(free)] = make_task(free, row.start, row.goal)
         start, goal = np.array(row.start, np.int32), np.array(row.goal, np.int32)
-        tasks.append(NamedTask(f"{_stem(path)}-{number}", on_map[id(free)].replace(start=start, goal=goal)))
+        tasks.append(
+            NamedTask(f"{_stem(path)}-{number}", on_map[id(free)].replace(start=start, goal=goal))
+        )
     return Source(tasks)
 
 
@@ -217,9 +258,14 @@ def _read_namo(path: str, how: Reading, notes: Notes) -> Source:
 def _read_xml(path: str, how: Reading, notes: Notes) -> Source:
     grid_map = read_xml_map(path, notes=notes)
     if grid_map.start is not None and (how.start or how.goal):
-        raise ValueError(f"{path}: --start and --goal are for maps and places; this file has its own")
+        raise ValueError(
+            f"{path}: --start and --goal are for maps and places; this file has its own"
+        )
     return _on_cells(
-        path, grid_map, dataclasses.replace(how, start=grid_map.start or how.start, goal=grid_map.goal or how.goal), notes
+        path,
+        grid_map,
+        dataclasses.replace(how, start=grid_map.start or how.start, goal=grid_map.goal or how.goal),
+        notes,
     )
 
 
@@ -228,7 +274,12 @@ def _read_ros(path: str, how: Reading, notes: Notes) -> Source:
 
 
 def _read_image(path: str, how: Reading, notes: Notes) -> Source:
-    return _on_cells(path, pictures.read_image(path, free=how.free_pixels, threshold=how.threshold, notes=notes), how, notes)
+    return _on_cells(
+        path,
+        pictures.read_image(path, free=how.free_pixels, threshold=how.threshold, notes=notes),
+        how,
+        notes,
+    )
 
 
 def _read_osm(path: str, how: Reading, notes: Notes) -> Source:
@@ -238,7 +289,9 @@ def _read_osm(path: str, how: Reading, notes: Notes) -> Source:
 
 def _read_geojson(path: str, how: Reading, notes: Notes) -> Source:
     rules = None if how.tags is None else read_rules(how.tags)
-    return _on_place(path, geojson.read_geojson(path, units=how.units, rules=rules, notes=notes), how, notes)
+    return _on_place(
+        path, geojson.read_geojson(path, units=how.units, rules=rules, notes=notes), how, notes
+    )
 
 
 _READERS: dict[str, tuple[Callable[[str, Reading, Notes], Source], bool]] = {
@@ -259,7 +312,9 @@ ENDINGS = tuple(_READERS)
 
 
 def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Source:
-    """Returns the task on a map of cells: its obstacles are the 8-connected pieces of what is not free."""
+    """Returns the task on a map of cells: its obstacles are the 8-connected pieces of what is
+    not free.
+    """
     start, goal = _ends(path, grid_map.free, how, notes)
     for what, cell in (("start", start), ("goal", goal)):
         _require_free(f"{path}: {what}", grid_map.free, cell, grid_map.unknown)
@@ -268,7 +323,11 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
         grid = grid_map.grid
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return Source([NamedTask(_stem(path), task)], grid=grid, map=dataclasses.replace(grid_map, start=start, goal=goal))
+    return Source(
+        [NamedTask(_stem(path), task)],
+        grid=grid,
+        map=dataclasses.replace(grid_map, start=start, goal=goal),
+    )
 
 
 def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
@@ -292,35 +351,47 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
 def _of_world(path: str, world: World, how: Reading) -> Source:
     task = _with_free_start(path, rasterize(world, rule=how.rule))
     grid = grid_over(world.bounds, world.goal_side)
-    return Source([NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world)
+    return Source(
+        [NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world
+    )
 
 
 def _ends(path: str, free: np.ndarray, how: Reading, notes: Notes) -> tuple[Cell, Cell]:
     if (how.start is None) != (how.goal is None):
-        raise ValueError(f"{path}: of --start and --goal one is missing: give both, or none and they are chosen")
+        raise ValueError(
+            f"{path}: of --start and --goal one is missing: give both, or none and they are chosen"
+        )
     if how.start is not None and how.goal is not None:
         return how.start, how.goal
     try:
         start, goal = opposite_cells(free)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    notes.tell(f"start {start[0]},{start[1]} and goal {goal[0]},{goal[1]} chosen, on opposite sides of the largest free region")
+    notes.tell(
+        f"start {start[0]},{start[1]} and goal {goal[0]},{goal[1]} chosen, on opposite sides of the"
+        " largest free region"
+    )
     return start, goal
 
 
-def _require_free(what: str, free: np.ndarray, cell: Cell, unknown: np.ndarray | None = None) -> None:
+def _require_free(
+    what: str, free: np.ndarray, cell: Cell, unknown: np.ndarray | None = None
+) -> None:
     height, width = free.shape
     if not (0 <= cell[0] < height and 0 <= cell[1] < width):
-        raise ValueError(f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to {width - 1}")
+        raise ValueError(
+            f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to"
+            f" {width - 1}"
+        )
     if not free[cell] and unknown is not None and unknown[cell]:
         raise ValueError(
-            f"{what} {cell} is an unknown cell, and such cells count as blocked: choose a free cell, or let them count as "
-            "free by --unknown free"
+            f"{what} {cell} is an unknown cell, and such cells count as blocked: choose a free"
+            " cell, or let them count as free by --unknown free"
         )
     if not free[cell]:
         raise ValueError(
-            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or .npz file, where a goal may "
-            "lie inside one that can be destroyed"
+            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or"
+            " .npz file, where a goal may lie inside one that can be destroyed"
         )
 
 
@@ -329,7 +400,8 @@ def _with_free_start(path: str, task: Task) -> Task:
     owners = task.labels[:, row, col]
     if (owners != FREE).any():
         raise ValueError(
-            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}: move the agent elsewhere"
+            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}:"
+            " move the agent elsewhere"
         )
     return task
 

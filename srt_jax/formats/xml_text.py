@@ -22,7 +22,9 @@ def read_xml(path: PathLike, kind: str) -> "Element":
     try:
         return parser.fromstring(content)
     except defused.DefusedXmlException as error:
-        raise ValueError(f"{path}: a {kind} that defines entities of its own is not read: write its text out") from error
+        raise ValueError(
+            f"{path}: a {kind} that defines entities of its own is not read: write its text out"
+        ) from error
     except (ParseError, ValueError, LookupError) as error:
         line = error.position[0] if isinstance(error, ParseError) else 1
         raise ValueError(f"{path}:{line}: no whole XML file: {error}") from error

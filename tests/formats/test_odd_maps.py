@@ -1,4 +1,6 @@
-"""Maps, scenes and scenarios as other programs write them: each file with its right result (tests/odd_inputs/maps)."""
+"""Maps, scenes and scenarios as other programs write them: each file with its right result
+(tests/odd_inputs/maps).
+"""
 
 import json
 import pathlib
@@ -58,8 +60,13 @@ def test_notes_are_printed_even_where_reading_ends_in_an_error(here, capsys):
     assert (code, out) == (2, "")
     assert "note: transparent.yaml: unknown cells, taken as blocked: 4" in err
     assert "start (0, 0) is an unknown cell" in err and "--unknown free" in err
-    assert printed(capsys, "solve", "transparent.yaml", "--start", "0,0", "--goal", "4,6", "--json")[2] == err
-    convert = printed(capsys, "convert", "transparent.yaml", "t.map", "--start", "0,0", "--goal", "4,6")
+    assert (
+        printed(capsys, "solve", "transparent.yaml", "--start", "0,0", "--goal", "4,6", "--json")[2]
+        == err
+    )
+    convert = printed(
+        capsys, "convert", "transparent.yaml", "t.map", "--start", "0,0", "--goal", "4,6"
+    )
     assert convert == (2, "", err) and not pathlib.Path("t.map").exists()
 
 
@@ -79,10 +86,14 @@ def yaml_text(**changes):
 
 
 SAME_MAP = {
-    "exponents": yaml_text(resolution="5.0E-2", origin="[-1.0e+1, 2e0, 0e0]", free_thresh="1.96e-1"),
+    "exponents": yaml_text(
+        resolution="5.0E-2", origin="[-1.0e+1, 2e0, 0e0]", free_thresh="1.96e-1"
+    ),
     "a leading zero, which YAML 1.1 takes for octal": yaml_text(origin="[-010, 02, 00]"),
     "bare points": yaml_text(resolution=".05", origin="[-10., 2., 0.]", free_thresh=".196"),
-    "quoted values": yaml_text(image='"wall.pgm"', resolution="'0.05'", negate='"0"', origin="['-10', \"2\", 0]"),
+    "quoted values": yaml_text(
+        image='"wall.pgm"', resolution="'0.05'", negate='"0"', origin="['-10', \"2\", 0]"
+    ),
     "block style": yaml_text(origin="\n  - -10\n  - 2\n  - 0"),
     "negate false": yaml_text(negate="false"),
     "negate No": yaml_text(negate="No"),
@@ -131,7 +142,11 @@ def test_negate_turns_the_shades_round(here, value):
 def test_the_picture_of_a_ros_map_lies_beside_it_or_where_it_says(here):
     (here / "maps" / "pictures").mkdir(parents=True)
     shutil.move("wall.pgm", here / "maps" / "pictures" / "floor 1.pgm")
-    for image in ("pictures/floor 1.pgm", "'../maps/pictures/floor 1.pgm'", str(here / "maps" / "pictures" / "floor 1.pgm")):
+    for image in (
+        "pictures/floor 1.pgm",
+        "'../maps/pictures/floor 1.pgm'",
+        str(here / "maps" / "pictures" / "floor 1.pgm"),
+    ):
         (here / "maps" / "m.yaml").write_text(yaml_text(image=image))
         assert read_ros_map("maps/m.yaml").free.any()
 
@@ -145,7 +160,10 @@ def test_a_picture_of_0_and_1_is_what_map_server_makes_of_it(here):
 
 
 REFUSED_ROS = {
-    "a sexagesimal number": (yaml_text(resolution="1:30"), "resolution must be a finite number, got '1:30'"),
+    "a sexagesimal number": (
+        yaml_text(resolution="1:30"),
+        "resolution must be a finite number, got '1:30'",
+    ),
     "a number with a unit": (yaml_text(resolution="0.05 m"), "resolution must be a finite number"),
     "a comma for a point": (yaml_text(resolution="0,05"), "resolution must be a finite number"),
     "infinite": (yaml_text(origin="[.inf, 0, 0]"), "a number of origin must be a finite number"),
@@ -224,8 +242,12 @@ PICTURES = {
     "a palette": palette,
     "a palette with a transparent colour": clear_palette,
     "alpha": lambda: saved("m.png", np.dstack([SHADES, np.full_like(SHADES, 255)])),
-    "colours with alpha": lambda: saved("m.png", np.dstack([SHADES, SHADES, SHADES, np.full_like(SHADES, 255)])),
-    "all transparent but the walls": lambda: saved("m.png", np.dstack([SHADES * 0, np.where(FREE, 0, 255).astype(np.uint8)])),
+    "colours with alpha": lambda: saved(
+        "m.png", np.dstack([SHADES, SHADES, SHADES, np.full_like(SHADES, 255)])
+    ),
+    "all transparent but the walls": lambda: saved(
+        "m.png", np.dstack([SHADES * 0, np.where(FREE, 0, 255).astype(np.uint8)])
+    ),
     "turned by a half": lambda: with_exif("m.png", np.ascontiguousarray(SHADES[::-1, ::-1]), 3),
     "turned by a quarter": lambda: with_exif("m.png", np.ascontiguousarray(np.rot90(SHADES)), 6),
     "mirrored, in TIFF": lambda: with_exif("m.tif", np.ascontiguousarray(SHADES[:, ::-1]), 2),
@@ -266,7 +288,9 @@ def test_what_was_done_to_a_picture_is_told(here):
     assert "2 pictures: the first is read" in " ".join(map(str, notes))
 
 
-@pytest.mark.parametrize(("shades", "told"), [([[-1.0, 1.0]], "go from -1"), ([[0.0, 1e9]], "go up to")])
+@pytest.mark.parametrize(
+    ("shades", "told"), [([[-1.0, 1.0]], "go from -1"), ([[0.0, 1e9]], "go up to")]
+)
 def test_shades_of_no_known_range_are_refused(here, shades, told):
     saved("m.tif", np.array(shades, np.float32))
     with pytest.raises(ValueError, match=told):
@@ -275,13 +299,17 @@ def test_shades_of_no_known_range_are_refused(here, shades, told):
 
 def test_a_float_picture_of_the_wild_is_read(here, capsys):
     assert printed(capsys, "convert", "float01.tif", "float01.map")[0] == 0
-    np.testing.assert_array_equal(read_map("float01.map"), np.tile([True, True, True, False, True, True], (4, 1)))
+    np.testing.assert_array_equal(
+        read_map("float01.map"), np.tile([True, True, True, False, True, True], (4, 1))
+    )
 
 
 # --- endings
 
 
-@pytest.mark.parametrize("name", ["M.MAP", "m.Map", "M.YAML", "M.Yml", "M.PNG", "m.Pgm", "M.XML", "M.SVG", "M.TIF"])
+@pytest.mark.parametrize(
+    "name", ["M.MAP", "m.Map", "M.YAML", "M.Yml", "M.PNG", "m.Pgm", "M.XML", "M.SVG", "M.TIF"]
+)
 def test_every_ending_counts_in_any_case(here, capsys, name):
     ending = name.rsplit(".", 1)[-1].lower()
     write_map("plain.map", FREE)
@@ -290,7 +318,15 @@ def test_every_ending_counts_in_any_case(here, capsys, name):
     elif ending == "svg":
         shutil.copy("held_grouped_robot.svg", name)
     else:
-        assert printed(capsys, "convert", "plain.map", f"plain.{ending}" if ending != "map" else "other.map")[0] == 0
+        assert (
+            printed(
+                capsys,
+                "convert",
+                "plain.map",
+                f"plain.{ending}" if ending != "map" else "other.map",
+            )[0]
+            == 0
+        )
         shutil.copy(f"plain.{ending}", name)
     tasks = read_tasks(name, reading=Reading(chooses=True))
     assert len(tasks) == 1 and tasks[0].name == name.rsplit(".", 1)[0]
@@ -314,9 +350,15 @@ def test_each_row_of_a_scenario_is_on_its_own_map(here, capsys):
         code, out, err = printed(capsys, command, "two_maps.scen")
         assert (code, out) == (2, "") and "two_maps.scen:3: the row is on the map other.map" in err
     write_map("other.map", np.ones((3, 5), bool))
-    scen(here / "both.scen", (0, "base.map", 5, 3, 0, 0, 1, 2, 2.41421356), (0, "maps/other.map", 5, 3, 0, 0, 4, 0, 4))
+    scen(
+        here / "both.scen",
+        (0, "base.map", 5, 3, 0, 0, 1, 2, 2.41421356),
+        (0, "maps/other.map", 5, 3, 0, 0, 4, 0, 4),
+    )
     tasks = read_tasks("both.scen")
-    assert [bool((task.labels >= 0).any()) for _, task in tasks] == [True, False] and [name for name, _ in tasks] == [
+    assert [bool((task.labels >= 0).any()) for _, task in tasks] == [True, False] and [
+        name for name, _ in tasks
+    ] == [
         "both-0",
         "both-1",
     ]
@@ -336,7 +378,11 @@ def test_a_scenario_of_another_size_is_on_the_scaled_map(here, capsys):
     ((_, task),) = read_tasks("twice.scen")
     np.testing.assert_array_equal(task.labels[0] < 0, twice)
     code, out, err = printed(capsys, "scen", "twice.scen")
-    assert code == 0 and "1 match" in out and "base.map, 5 wide and 3 high, is scaled to 10 x 6 cells" in err
+    assert (
+        code == 0
+        and "1 match" in out
+        and "base.map, 5 wide and 3 high, is scaled to 10 x 6 cells" in err
+    )
 
 
 def test_rows_are_chosen_by_number_and_by_count(here, capsys):
@@ -347,8 +393,14 @@ def test_rows_are_chosen_by_number_and_by_count(here, capsys):
         (Reading(rows=(4, None)), [4, 5]),
         (Reading(rows=(None, 5), limit=1), [0]),
     ):
-        assert [name for name, _ in read_tasks("m.scen", reading=how)] == [f"m-{number}" for number in expected]
-    for text, told in (("9:", "holds no row: they are numbered 0 to 5"), ("3", "two numbers A:B"), ("b:c", "two numbers A:B")):
+        assert [name for name, _ in read_tasks("m.scen", reading=how)] == [
+            f"m-{number}" for number in expected
+        ]
+    for text, told in (
+        ("9:", "holds no row: they are numbered 0 to 5"),
+        ("3", "two numbers A:B"),
+        ("b:c", "two numbers A:B"),
+    ):
         code, out, err = printed(capsys, "solve", "m.scen", "--rows", text)
         assert (code, out) == (2, "") and told in err
     assert printed(capsys, "convert", "m.scen", "m.npz", "--rows", "1:5", "--limit", "3")[0] == 0
@@ -359,7 +411,11 @@ def test_rows_are_chosen_by_number_and_by_count(here, capsys):
 
 def test_a_blocker_leaves_out_and_counts_the_rows_that_it_does_not_fit(here, capsys):
     write_map("open.map", np.ones((8, 8), bool))
-    rows = [(0, "open.map", 8, 8, 0, 0, 7, 7, 9), (0, "open.map", 8, 8, 6, 6, 7, 7, 9), (0, "open.map", 8, 8, 0, 7, 7, 0, 9)]
+    rows = [
+        (0, "open.map", 8, 8, 0, 0, 7, 7, 9),
+        (0, "open.map", 8, 8, 6, 6, 7, 7, 9),
+        (0, "open.map", 8, 8, 0, 7, 7, 0, 9),
+    ]
     scen(here / "m.scen", *rows)
     notes = Notes()
     tasks = read_tasks("m.scen", reading=Reading(block="bagel-5"), notes=notes)
@@ -368,7 +424,10 @@ def test_a_blocker_leaves_out_and_counts_the_rows_that_it_does_not_fit(here, cap
     assert "--block bagel-5 does not fit" in note.what and (note.count, note.example) == (1, "m-1")
     code, out, err = printed(capsys, "convert", "m.scen", "m.npz", "--block", "bagel-5")
     assert code == 0 and "2 tasks" in out and "tasks left out" in err
-    with pytest.raises(ValueError, match=r"m\.scen: --block bagel-99: start .*nor does it fit any other of the 3 tasks"):
+    with pytest.raises(
+        ValueError,
+        match=r"m\.scen: --block bagel-99: start .*nor does it fit any other of the 3 tasks",
+    ):
         read_tasks("m.scen", reading=Reading(block="bagel-99"))
     with pytest.raises(ValueError, match="unknown blockage"):
         read_tasks("m.scen", reading=Reading(block="wall"))
@@ -378,8 +437,12 @@ def test_a_blocker_leaves_out_and_counts_the_rows_that_it_does_not_fit(here, cap
 def test_one_bad_file_costs_the_others_nothing(here, capsys, command):
     ends = ["--start", "0,0", "--goal", "4,6"]
     files = ["nosuch.yaml", "scientific.yaml", "transparent.yaml"]
-    code, out, err = printed(capsys, command, *files, *ends, *(["--out", "p.png"] if command == "draw" else []))
-    assert code == 2 and "nosuch.yaml: no such file" in err and "transparent.yaml: start (0, 0)" in err
+    code, out, err = printed(
+        capsys, command, *files, *ends, *(["--out", "p.png"] if command == "draw" else [])
+    )
+    assert (
+        code == 2 and "nosuch.yaml: no such file" in err and "transparent.yaml: start (0, 0)" in err
+    )
     assert err.count("srt-jax: error:") == 2
     assert ("SOLVED" in out) if command == "solve" else pathlib.Path("p.png").exists()
 
@@ -395,8 +458,9 @@ def test_a_robot_and_goal_that_are_groups_are_read(here, capsys):
 
 def scene(*drawings, robot='<path id="r" type="shape" d="M 30,90 H 50 V 110 H 30 Z"/>'):
     return (
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 200"><namo_config><agent agent_id="r"><goal goal_id="g"/>'
-        f'</agent></namo_config>{robot}<path id="g" type="shape" d="M 350,90 h 20 v 20 h -20 Z"/>{"".join(drawings)}</svg>'
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 200"><namo_config><agent'
+        f' agent_id="r"><goal goal_id="g"/></agent></namo_config>{robot}<path id="g" type="shape"'
+        f' d="M 350,90 h 20 v 20 h -20 Z"/>{"".join(drawings)}</svg>'
     )
 
 
@@ -405,12 +469,16 @@ CORNERS = {(1.9, 2.0), (2.1, 2.0), (2.1, 0.0), (1.9, 0.0)}
 SAME_BOX = {
     "a path": f'<path id="b" type="movable" d="{BOX}"/>',
     "a path without an id": f'<path type="movable" d="{BOX}"/>',
-    "a group with its outline and a mark": f'<g id="b" type="movable"><path type="shape" d="{BOX}"/>'
-    '<path type="orientation" d="M 0 0 H 9"/></g>',
+    "a group with its outline and a mark": (
+        f'<g id="b" type="movable"><path type="shape" d="{BOX}"/>'
+        '<path type="orientation" d="M 0 0 H 9"/></g>'
+    ),
     "a group of a group": f'<g type="movable"><g><path d="{BOX}"/></g></g>',
     "a rectangle": '<rect id="b" type="movable" x="190" y="0" width="20" height="200"/>',
     "a polygon": '<polygon type="movable" points="190,0 210,0 210,200 190,200"/>',
-    "a moved group": '<g transform="translate(190)"><rect type="movable" width="20" height="200"/></g>',
+    "a moved group": (
+        '<g transform="translate(190)"><rect type="movable" width="20" height="200"/></g>'
+    ),
     "relative commands": '<path type="movable" d="m190 0h20v200h-20z"/>',
 }
 
@@ -423,7 +491,9 @@ def test_however_a_box_is_drawn_it_is_the_same_box(tmp_path, case):
 
 
 def test_drawings_of_one_id_do_not_hide_each_other(tmp_path):
-    (tmp_path / "s.svg").write_text(scene(SAME_BOX["a path"], SAME_BOX["a path"].replace("movable", "wall")))
+    (tmp_path / "s.svg").write_text(
+        scene(SAME_BOX["a path"], SAME_BOX["a path"].replace("movable", "wall"))
+    )
     assert [box.destroyable for box in read_namo(tmp_path / "s.svg").obstacles] == [True, False]
 
 
@@ -431,18 +501,26 @@ def test_a_robot_may_be_a_circle_or_one_path_in_a_group(tmp_path):
     for robot in (
         '<circle id="r" type="shape" cx="40" cy="100" r="10"/>',
         '<g id="r"><circle cx="40" cy="100" r="10"/></g>',
-        '<g id="r"><path type="orientation" d="M 0 0 H 9"/><ellipse type="shape" cx="40" cy="100" rx="10" ry="10"/></g>',
+        (
+            '<g id="r"><path type="orientation" d="M 0 0 H 9"/><ellipse type="shape" cx="40"'
+            ' cy="100" rx="10" ry="10"/></g>'
+        ),
     ):
         (tmp_path / "s.svg").write_text(scene(robot=robot))
         world = read_namo(tmp_path / "s.svg")
         assert world.position == (0.4, 1.0) and world.radius == pytest.approx(0.1, rel=1e-4)
-    (tmp_path / "s.svg").write_text(scene(robot='<g id="r"><path d="M 0 0 H 9"/><path d="M 0 0 H 9"/></g>'))
+    (tmp_path / "s.svg").write_text(
+        scene(robot='<g id="r"><path d="M 0 0 H 9"/><path d="M 0 0 H 9"/></g>')
+    )
     with pytest.raises(ValueError, match="is a group of 2 drawings"):
         read_namo(tmp_path / "s.svg")
 
 
 def test_a_document_type_is_no_entity_and_entities_are_refused_in_every_encoding(tmp_path):
-    kind = '<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
+    kind = (
+        '<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN"'
+        ' "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">'
+    )
     (tmp_path / "s.svg").write_text(kind + scene(SAME_BOX["a path"]))
     assert len(read_namo(tmp_path / "s.svg").obstacles) == 1
     for encoding in ("utf-8", "utf-16", "utf-16-le", "utf-16-be"):
@@ -456,11 +534,16 @@ def test_a_document_type_is_no_entity_and_entities_are_refused_in_every_encoding
 
 def test_an_xml_map_may_be_in_another_encoding(tmp_path):
     text = "<root><map><width>2</width><height>1</height><grid><row>0 1</row></grid></map></root>"
-    (tmp_path / "m.xml").write_bytes(('<?xml version="1.0" encoding="utf-16"?>' + text).encode("utf-16"))
+    (tmp_path / "m.xml").write_bytes(
+        ('<?xml version="1.0" encoding="utf-16"?>' + text).encode("utf-16")
+    )
     assert read_xml_map(tmp_path / "m.xml").free.tolist() == [[True, False]]
 
 
-@pytest.mark.parametrize("text", ["M 0 0 w 9", "M 0 0 L 1", "M 0 0 Z 5 5", "M 0 0 L 1e999 0", "0 0 L 1 1", "M 0 0 C 1 1 2"])
+@pytest.mark.parametrize(
+    "text",
+    ["M 0 0 w 9", "M 0 0 L 1", "M 0 0 Z 5 5", "M 0 0 L 1e999 0", "0 0 L 1 1", "M 0 0 C 1 1 2"],
+)
 def test_paths_with_a_slip_are_refused_with_their_name(tmp_path, text):
     (tmp_path / "s.svg").write_text(scene(f'<path id="crooked" type="wall" d="{text}"/>'))
     with pytest.raises(ValueError, match=r"s\.svg: the path 'crooked'"):

@@ -1,4 +1,6 @@
-"""Places as other programs write them: each file with its right result (tests/odd_inputs/places)."""
+"""Places as other programs write them: each file with its right result
+(tests/odd_inputs/places).
+"""
 
 import json
 import pathlib
@@ -29,7 +31,12 @@ SOLVED_CASES = [
     ("two_bounds.osm", ON_OSM, "UNSOLVABLE", "27 x 27 cells of 4.000 m"),
     ("underground.osm", ON_OSM, "PATH_EXISTS", osm.NOT_IN_THE_WAY),
     ("wall_area_relation.osm", ON_OSM, "SOLVED", None),
-    ("held_river.osm", "--size 50 --start 25,0 --goal 25,49", "UNSOLVABLE", "1 obstacles by the tag natural, 1 of them firm"),
+    (
+        "held_river.osm",
+        "--size 50 --start 25,0 --goal 25,49",
+        "UNSOLVABLE",
+        "1 obstacles by the tag natural, 1 of them firm",
+    ),
     ("null_attributes.geojson", ON_METRES, "SOLVED", None),
     ("null_in_collection.geojson", ON_METRES, "SOLVED", geojson.NO_PART),
     ("empty_ring.geojson", ON_METRES, "SOLVED", geojson.NO_PART),
@@ -54,7 +61,10 @@ def test_an_odd_place_has_its_right_answer(monkeypatch, capsys, name, options, s
 
 REFUSED_CASES = [
     ("break_long_integer.geojson", r"features[0]: coordinates must be finite"),
-    ("break_geometries_number.geojson", r"features[0]: the geometries of a GeometryCollection must be a list"),
+    (
+        "break_geometries_number.geojson",
+        r"features[0]: the geometries of a GeometryCollection must be a list",
+    ),
 ]
 
 
@@ -66,10 +76,25 @@ def test_a_faulty_place_is_refused_in_one_line(monkeypatch, capsys, name, told):
     assert out == "" and err.count("\n") == 1 and told in err
 
 
-def test_a_hole_outside_its_shell_takes_away_nothing_and_adds_nothing(monkeypatch, tmp_path, capsys):
+def test_a_hole_outside_its_shell_takes_away_nothing_and_adds_nothing(
+    monkeypatch, tmp_path, capsys
+):
     monkeypatch.chdir(PLACES)
     target = tmp_path / "hole_outside.map"
-    assert run(["convert", "hole_outside.geojson", str(target), "--units", "metres", "--cell-side", "1"]) == 0
+    assert (
+        run(
+            [
+                "convert",
+                "hole_outside.geojson",
+                str(target),
+                "--units",
+                "metres",
+                "--cell-side",
+                "1",
+            ]
+        )
+        == 0
+    )
     np.testing.assert_array_equal(~read_map(target), np.tile(np.arange(10) == 4, (10, 1)))
 
 
@@ -123,7 +148,10 @@ def read(tmp_path):
 
 
 def areas(place):
-    shapes = [shapely.union_all([shapely.Polygon(part[0], part[1:]) for part in one.parts]) for one in place.obstacles]
+    shapes = [
+        shapely.union_all([shapely.Polygon(part[0], part[1:]) for part in one.parts])
+        for one in place.obstacles
+    ]
     return [shape.area for shape in shapes]
 
 
@@ -133,11 +161,25 @@ def whole_area(read):
 
 
 SAME = {
-    "relations, ways, nodes": (osm_text(relation(9, [(1, "outer")]), way(1, RING, ""), NODES), "relation 9"),
-    "each way after its nodes": (osm_text(node(2), way(1, RING), node(1), node(4), node(3)), "way 1"),
-    "a newer version first": (osm_text(way(1, RING, version=3), way(1, RING, "", version=2), NODES), "way 1"),
+    "relations, ways, nodes": (
+        osm_text(relation(9, [(1, "outer")]), way(1, RING, ""), NODES),
+        "relation 9",
+    ),
+    "each way after its nodes": (
+        osm_text(node(2), way(1, RING), node(1), node(4), node(3)),
+        "way 1",
+    ),
+    "a newer version first": (
+        osm_text(way(1, RING, version=3), way(1, RING, "", version=2), NODES),
+        "way 1",
+    ),
     "two versions of a node": (
-        osm_text(node(1, version=2), node(1, (10.9, 47.9), version=1), *map(node, (2, 3, 4)), way(1, RING)),
+        osm_text(
+            node(1, version=2),
+            node(1, (10.9, 47.9), version=1),
+            *map(node, (2, 3, 4)),
+            way(1, RING),
+        ),
         "way 1",
     ),
     "ids below 0 and above": (
@@ -150,46 +192,81 @@ SAME = {
     ),
     "corners written inside the way, as 'out geom' does": (
         osm_text(
-            '<way id="1"><bounds minlat="1" minlon="1" maxlat="2" maxlon="2"/><center lat="48" lon="11"/>'
+            '<way id="1"><bounds minlat="1" minlon="1" maxlat="2" maxlon="2"/><center lat="48"'
+            ' lon="11"/>'
             + "".join(f'<nd ref="{n}" lon="{CORNERS[n][0]}" lat="{CORNERS[n][1]}"/>' for n in RING)
             + '<tag k="building" v="yes"/></way>'
         ),
         "way 1",
     ),
     "notes of the server": (
-        osm_text("<note>The data is under ODbL</note><meta osm_base='2024-01-01T00:00:00Z'/>", NODES, way(1, RING)),
+        osm_text(
+            "<note>The data is under ODbL</note><meta osm_base='2024-01-01T00:00:00Z'/>",
+            NODES,
+            way(1, RING),
+        ),
         "way 1",
     ),
     "deleted objects still in the file (JOSM)": (
-        osm_text(NODES, way(1, RING), way(2, [1, 2, 3, 1], action="delete"), node(8, (12, 49), action="delete")),
+        osm_text(
+            NODES,
+            way(1, RING),
+            way(2, [1, 2, 3, 1], action="delete"),
+            node(8, (12, 49), action="delete"),
+        ),
         "way 1",
     ),
     "deleted objects without a place (a history)": (
-        osm_text(NODES, '<node id="8" visible="false" version="2"/>', way(1, RING), way(2, [], visible="false", version="4")),
+        osm_text(
+            NODES,
+            '<node id="8" visible="false" version="2"/>',
+            way(1, RING),
+            way(2, [], visible="false", version="4"),
+        ),
         "way 1",
     ),
     "the deletion is the newest version": (
-        osm_text(NODES, way(1, RING), way(2, RING, version=1), way(2, [], "", version=2, visible="false")),
+        osm_text(
+            NODES, way(1, RING), way(2, RING, version=1), way(2, [], "", version=2, visible="false")
+        ),
         "way 1",
     ),
-    "changed objects (JOSM)": (osm_text(NODES, way(1, RING, action="modify", visible="true")), "way 1"),
+    "changed objects (JOSM)": (
+        osm_text(NODES, way(1, RING, action="modify", visible="true")),
+        "way 1",
+    ),
     "an outer ring of two ways, one turned round": (
-        osm_text(NODES, way(1, [1, 2, 3], ""), way(2, [1, 4, 3], ""), relation(9, [(1, "outer"), (2, "outer")])),
+        osm_text(
+            NODES,
+            way(1, [1, 2, 3], ""),
+            way(2, [1, 4, 3], ""),
+            relation(9, [(1, "outer"), (2, "outer")]),
+        ),
         "relation 9",
     ),
-    "members without roles": (osm_text(NODES, way(1, RING, ""), relation(9, [(1, "")])), "relation 9"),
-    "a member twice": (osm_text(NODES, way(1, RING, ""), relation(9, [(1, "outer"), (1, "outer")])), "relation 9"),
+    "members without roles": (
+        osm_text(NODES, way(1, RING, ""), relation(9, [(1, "")])),
+        "relation 9",
+    ),
+    "a member twice": (
+        osm_text(NODES, way(1, RING, ""), relation(9, [(1, "outer"), (1, "outer")])),
+        "relation 9",
+    ),
     "an inner ring that is missing": (
         osm_text(NODES, way(1, RING, ""), relation(9, [(1, "outer"), (77, "inner")])),
         "relation 9",
     ),
     "the bounds of osmosis": (
-        osm_text(NODES, way(1, RING), box='<bound box="47.99,10.99,48.01,11.01" origin="osmosis"/>'),
+        osm_text(
+            NODES, way(1, RING), box='<bound box="47.99,10.99,48.01,11.01" origin="osmosis"/>'
+        ),
         "way 1",
     ),
     "bounds at the end": (osm_text(NODES, way(1, RING), BOX, box=""), "way 1"),
     "an empty box beside the right one": (
-        osm_text(NODES, way(1, RING), box=BOX + '<bounds minlat="0" minlon="0" maxlat="0" maxlon="0"/>'),
+        osm_text(
+            NODES, way(1, RING), box=BOX + '<bounds minlat="0" minlon="0" maxlat="0" maxlon="0"/>'
+        ),
         "way 1",
     ),
 }
@@ -207,7 +284,9 @@ def test_however_a_square_is_written_it_is_the_same_square(read, case):
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "iso-8859-1"])
 def test_xml_may_be_written_in_any_encoding(read, encoding):
-    text = osm_text(NODES, way(1, RING, "building=yes;name=Bäckerei")).replace("UTF-8", encoding.replace("-sig", ""))
+    text = osm_text(NODES, way(1, RING, "building=yes;name=Bäckerei")).replace(
+        "UTF-8", encoding.replace("-sig", "")
+    )
     place, _ = read(text.encode(encoding))
     assert [obstacle.name for obstacle in place.obstacles] == ["Bäckerei"]
 
@@ -222,7 +301,9 @@ def test_entities_are_refused_in_every_encoding(read):
             read(text.encode(encoding))
 
 
-@pytest.mark.parametrize("name", ["TOWN.OSM", "Town.Osm", "x.OSM.GZ", "x.osm.BZ2", "x.Osm.Pbf", "x.PBF"])
+@pytest.mark.parametrize(
+    "name", ["TOWN.OSM", "Town.Osm", "x.OSM.GZ", "x.osm.BZ2", "x.Osm.Pbf", "x.PBF"]
+)
 def test_endings_count_in_any_case(tmp_path, read, name):
     import bz2
     import gzip
@@ -242,7 +323,9 @@ def test_endings_count_in_any_case(tmp_path, read, name):
 
 def test_a_pbf_in_any_order_with_ids_below_0_is_read(tmp_path, read):
     osmium = pytest.importorskip("osmium")
-    text = osm_text(way(-5, [-1, 2, 3, -4, -1]), NODES.replace('id="1"', 'id="-1"').replace('id="4"', 'id="-4"'))
+    text = osm_text(
+        way(-5, [-1, 2, 3, -4, -1]), NODES.replace('id="1"', 'id="-1"').replace('id="4"', 'id="-4"')
+    )
     (tmp_path / "plain.osm").write_text(text)
     with osmium.SimpleWriter(str(tmp_path / "plain.osm.pbf")) as writer:
         for item in osmium.FileProcessor(str(tmp_path / "plain.osm")):
@@ -253,11 +336,15 @@ def test_a_pbf_in_any_order_with_ids_below_0_is_read(tmp_path, read):
 
 
 def test_what_is_cut_off_is_kept_as_far_as_it_is_there_and_counted(read):
-    place, notes = read(osm_text(NODES, way(1, [1, 2, 3, 99, 1]), way(2, [98, 2, 3, 4, 98]), way(3, [1, 99, 2, 1])))
+    place, notes = read(
+        osm_text(NODES, way(1, [1, 2, 3, 99, 1]), way(2, [98, 2, 3, 4, 98]), way(3, [1, 99, 2, 1]))
+    )
     half = whole_area(read) / 2
     assert areas(place) == pytest.approx([half, half], rel=1e-6)
     assert (notes.count(osm.CUT_WAYS), notes.count(osm.LOST_NODES)) == (2, 1)
-    place, notes = read(osm_text(NODES, way(1, [1, 99, 2], "barrier=fence"), way(2, [3], "barrier=fence")))
+    place, notes = read(
+        osm_text(NODES, way(1, [1, 99, 2], "barrier=fence"), way(2, [3], "barrier=fence"))
+    )
     assert len(place.obstacles) == 1 and notes.count(osm.SHORTENED) == 1
     assert notes.count("lines left out: fewer than two different points") == 1
 
@@ -266,8 +353,13 @@ def test_a_river_cut_off_by_the_border_keeps_its_water(read):
     """Its two banks are there; the ways that join them lie beyond the border of the extract."""
     banks = [way(1, [1, 4], ""), way(2, [3, 2], "")]
     members = [(1, "outer"), (77, "outer"), (2, "outer"), (78, "outer")]
-    place, notes = read(osm_text(NODES, *banks, relation(9, members, "natural=water;type=multipolygon")))
-    assert areas(place) == pytest.approx([whole_area(read)], rel=1e-6) and not place.obstacles[0].destroyable
+    place, notes = read(
+        osm_text(NODES, *banks, relation(9, members, "natural=water;type=multipolygon"))
+    )
+    assert (
+        areas(place) == pytest.approx([whole_area(read)], rel=1e-6)
+        and not place.obstacles[0].destroyable
+    )
     assert notes.count(osm.CUT_RELATIONS) == 1
     gone, notes = read(osm_text(NODES, way(1, RING), relation(9, [(77, "outer")])))
     assert len(gone.obstacles) == 1 and notes.count(osm.LOST_MEMBERS) == 1
@@ -279,10 +371,15 @@ def test_rings_that_close_stay_where_others_do_not(read):
     ways = [way(1, RING, ""), way(2, [5, 6, 7, 5], ""), way(3, [5, 6, 7], "")]
     for role in ("inner", "outer", ""):
         place, notes = read(osm_text(NODES, more, *ways, relation(9, [(1, "outer"), (2, role)])))
-        assert len(place.obstacles[0].parts[0]) == 2 and areas(place)[0] == pytest.approx(0.82 * whole_area(read), rel=1e-3)
+        assert len(place.obstacles[0].parts[0]) == 2 and areas(place)[0] == pytest.approx(
+            0.82 * whole_area(read), rel=1e-3
+        )
         assert not [note for note in notes if "made valid" in note.what or "left out" in note.what]
     place, notes = read(osm_text(NODES, more, *ways, relation(9, [(1, "outer"), (3, "outer")])))
-    assert areas(place)[0] == pytest.approx(whole_area(read), rel=1e-6) and notes.count(osm.BROKEN_RELATIONS) == 1
+    assert (
+        areas(place)[0] == pytest.approx(whole_area(read), rel=1e-6)
+        and notes.count(osm.BROKEN_RELATIONS) == 1
+    )
 
 
 def test_barriers_drawn_as_areas_are_areas(read):
@@ -292,7 +389,10 @@ def test_barriers_drawn_as_areas_are_areas(read):
         osm_text(NODES, way(1, RING, ""), relation(9, [(1, "outer")], tags + ";type=multipolygon")),
     ):
         place, _ = read(text)
-        assert areas(place) == pytest.approx([whole_area(read)], rel=1e-6) and place.obstacles[0].destroyable
+        assert (
+            areas(place) == pytest.approx([whole_area(read)], rel=1e-6)
+            and place.obstacles[0].destroyable
+        )
     place, _ = read(osm_text(NODES, way(1, RING, tags)))  # a wall round a yard
     assert areas(place)[0] < 0.05 * whole_area(read)
 
@@ -301,7 +401,9 @@ def test_barriers_drawn_as_areas_are_areas(read):
 def test_a_place_across_the_meridian_of_180_degrees_lies_in_one_piece(read, box):
     east = {1: (179.9995, 0.0), 2: (-179.9995, 0.0), 3: (-179.9995, 0.001), 4: (179.9995, 0.001)}
     nodes = "".join(node(number, place) for number, place in east.items())
-    bounds = '<bounds minlat="-0.001" minlon="179.99" maxlat="0.002" maxlon="-179.99"/>' if box else ""
+    bounds = (
+        '<bounds minlat="-0.001" minlon="179.99" maxlat="0.002" maxlon="-179.99"/>' if box else ""
+    )
     place, _ = read(osm_text(nodes, way(1, RING), box=bounds))
     assert areas(place) == pytest.approx([111.3 * 110.6], rel=1e-2)
     assert place.bounds[2] - place.bounds[0] == pytest.approx(2226 if box else 111.3, rel=1e-2)
@@ -314,7 +416,9 @@ def test_a_place_across_the_meridian_of_180_degrees_lies_in_one_piece(read, box)
 
 
 def test_the_server_that_ran_out_of_time_is_quoted(read):
-    text = osm_text(NODES, way(1, RING), "<remark> runtime error: Query timed out in 25 seconds. </remark>")
+    text = osm_text(
+        NODES, way(1, RING), "<remark> runtime error: Query timed out in 25 seconds. </remark>"
+    )
     assert any("Query timed out" in str(note) for note in read(text)[1])
 
 
@@ -324,9 +428,15 @@ REFUSED_OSM = {
     "cut off": (osm_text(NODES, way(1, RING))[:-20], "no whole OpenStreetMap extract"),
     "a node off the globe": (osm_text(node(1, (11, 480))), "lie on no globe"),
     "a node without a latitude": (osm_text('<node id="1" lon="11"/>'), "an element lacks 'lat'"),
-    "bounds upside down": (osm_text(box='<bounds minlat="9" minlon="1" maxlat="8" maxlon="2"/>'), "are no box"),
+    "bounds upside down": (
+        osm_text(box='<bounds minlat="9" minlon="1" maxlat="8" maxlon="2"/>'),
+        "are no box",
+    ),
     "JSON of Overpass": ('{"version": 0.6, "elements": []}', "no whole OpenStreetMap extract"),
-    "an id of more than 64 bits": (osm_text(node(10**25, (11, 48))), "line 1: an id has more than 64 bits"),
+    "an id of more than 64 bits": (
+        osm_text(node(10**25, (11, 48))),
+        "line 1: an id has more than 64 bits",
+    ),
     "a reference that is none": (osm_text(NODES, way(1, [1.5])), "line 1: invalid literal"),
     "nothing": ("", "no whole OpenStreetMap extract"),
 }
@@ -346,7 +456,11 @@ SQUARE = [[0, 0], [400, 0], [400, 300], [0, 300], [0, 0]]
 
 
 def feature(properties=None, coordinates=(SQUARE,), kind="Polygon"):
-    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+    return {
+        "type": "Feature",
+        "properties": properties,
+        "geometry": {"type": kind, "coordinates": coordinates},
+    }
 
 
 def collection(*features, **members):
@@ -380,7 +494,9 @@ def test_properties_are_read_as_programs_write_them(read, properties, destroyabl
 
 
 def test_names_and_ids_may_be_numbers_of_any_length(read):
-    place, _ = read(collection(feature({"name": 0, "id": 10**60}), feature({"name": 17})), "town.geojson")
+    place, _ = read(
+        collection(feature({"name": 0, "id": 10**60}), feature({"name": 17})), "town.geojson"
+    )
     assert [obstacle.name for obstacle in place.obstacles] == ["0", "17"]
 
 
@@ -404,11 +520,20 @@ ODD_GEOMETRIES = [
     ({"type": "MultiPolygon", "coordinates": [[[]]]}, geojson.NO_PART),
     ({"type": "MultiLineString", "coordinates": [[]]}, geojson.NO_PART),
     ({"type": "LineString", "coordinates": None}, geojson.NO_PART),
-    ({"type": "LineString", "coordinates": [[1, 2]]}, "lines left out: fewer than two different points"),
+    (
+        {"type": "LineString", "coordinates": [[1, 2]]},
+        "lines left out: fewer than two different points",
+    ),
     ({"type": "GeometryCollection", "geometries": []}, geojson.NO_PART),
     ({"type": "GeometryCollection", "geometries": None}, geojson.NO_PART),
     ({"type": "GeometryCollection", "geometries": [None, {}]}, geojson.NO_PART),
-    ({"type": "GeometryCollection", "geometries": [{"type": "GeometryCollection", "geometries": [None]}]}, geojson.NO_PART),
+    (
+        {
+            "type": "GeometryCollection",
+            "geometries": [{"type": "GeometryCollection", "geometries": [None]}],
+        },
+        geojson.NO_PART,
+    ),
 ]
 
 
@@ -431,7 +556,9 @@ def test_collections_within_collections_and_bare_geometries_are_opened(read):
 
 @pytest.mark.parametrize("more", [[7.5], [None], [7.5, 1.0], [float("nan")]])
 def test_heights_are_left_out(read, more):
-    place, _ = read(collection(feature(coordinates=[[[*point, *more] for point in SQUARE]])), "town.geojson")
+    place, _ = read(
+        collection(feature(coordinates=[[[*point, *more] for point in SQUARE]])), "town.geojson"
+    )
     assert areas(place) == [400 * 300]
 
 
@@ -465,7 +592,10 @@ def named(crs):
         (named("WGS 84"), "degrees"),
         ({"type": "EPSG", "properties": {"code": 4326}}, "degrees"),
         ("EPSG:4326", "degrees"),
-        ({"type": "GeographicCRS", "name": "ETRS89", "id": {"authority": "EPSG", "code": 4258}}, "degrees"),
+        (
+            {"type": "GeographicCRS", "name": "ETRS89", "id": {"authority": "EPSG", "code": 4258}},
+            "degrees",
+        ),
         (named("urn:ogc:def:crs:EPSG::3857"), "web"),
         (named("EPSG:900913"), "web"),
         (named("WGS 84 / Pseudo-Mercator"), "web"),
@@ -481,7 +611,9 @@ def test_a_named_coordinate_system_has_its_units(crs, unit):
     assert unit_of(crs)[0] == unit
 
 
-@pytest.mark.parametrize("crs", [named("EPSG:2263"), named("EPSG:4807"), named("local grid"), {"type": "link"}, 7, [1]])
+@pytest.mark.parametrize(
+    "crs", [named("EPSG:2263"), named("EPSG:4807"), named("local grid"), {"type": "link"}, 7, [1]]
+)
 def test_a_coordinate_system_that_is_not_known_is_refused_with_the_remedy(read, crs):
     text = collection(feature(), crs=crs)
     with pytest.raises(ValueError, match=r"coordinate system|'crs' must be"):
@@ -492,7 +624,12 @@ def test_a_coordinate_system_that_is_not_known_is_refused_with_the_remedy(read, 
 
 def test_web_maps_are_brought_to_metres_on_the_ground(read):
     """The same square in degrees and in the metres of a web map (pyproj gives these numbers)."""
-    web = [[2671667.78, 8399737.89], [2671779.10, 8399737.89], [2671779.10, 8399960.54], [2671667.78, 8399960.54]]
+    web = [
+        [2671667.78, 8399737.89],
+        [2671779.10, 8399737.89],
+        [2671779.10, 8399960.54],
+        [2671667.78, 8399960.54],
+    ]
     one, _ = read(collection(feature(coordinates=[web]), crs=named("EPSG:3857")), "town.geojson")
     other, _ = read(collection(feature(coordinates=[DEGREES])), "town.geojson")
     assert areas(one) == pytest.approx(areas(other), rel=1e-3)
@@ -503,23 +640,36 @@ def test_geojson_across_the_meridian_of_180_degrees_lies_in_one_piece(read):
         [[[179.9995, 0], [180, 0], [180, 0.001], [179.9995, 0.001], [179.9995, 0]]],
         [[[-180, 0], [-179.9995, 0], [-179.9995, 0.001], [-180, 0.001], [-180, 0]]],
     ]
-    text = collection(feature(coordinates=halves, kind="MultiPolygon"), bbox=[179.999, -0.001, -179.999, 0.002])
+    text = collection(
+        feature(coordinates=halves, kind="MultiPolygon"), bbox=[179.999, -0.001, -179.999, 0.002]
+    )
     place, _ = read(text, "town.geojson")
     assert areas(place) == pytest.approx([111.3 * 110.6], rel=1e-2)
     assert place.bounds[2] - place.bounds[0] == pytest.approx(222.6, rel=1e-2)
 
 
 REFUSED_GEOJSON = {
-    "NaN": (collection(feature(coordinates=[[[0, 0], [float("nan"), 0], [1, 1]]])), r"features\[0\]: NaN is no coordinate"),
-    "infinite": (collection(feature(coordinates=[[[0, 0], [float("inf"), 0], [1, 1]]])), "must be finite"),
-    "a text": (collection(feature(coordinates=[[["0", "0"], [1, 0], [1, 1]]])), "a list of numbers"),
+    "NaN": (
+        collection(feature(coordinates=[[[0, 0], [float("nan"), 0], [1, 1]]])),
+        r"features\[0\]: NaN is no coordinate",
+    ),
+    "infinite": (
+        collection(feature(coordinates=[[[0, 0], [float("inf"), 0], [1, 1]]])),
+        "must be finite",
+    ),
+    "a text": (
+        collection(feature(coordinates=[[["0", "0"], [1, 0], [1, 1]]])),
+        "a list of numbers",
+    ),
     "true": (collection(feature(coordinates=[[[True, 0], [1, 0], [1, 1]]])), "a list of numbers"),
     "null": (collection(feature(coordinates=[[[0, None], [1, 0], [1, 1]]])), "a list of numbers"),
     "a depth too few": (collection(feature(coordinates=SQUARE)), r"features\[0\]"),
     "a box of NaN": (collection(feature(), bbox=[0, 0, float("nan"), 1]), "bbox: NaN"),
     "a box of texts": (collection(feature(), bbox=["0", "0", "1", "1"]), "4 or 6 numbers"),
     "geometries": (
-        collection({"type": "Feature", "geometry": {"type": "GeometryCollection", "geometries": {}}}),
+        collection(
+            {"type": "Feature", "geometry": {"type": "GeometryCollection", "geometries": {}}}
+        ),
         "geometries of a GeometryCollection must be a list",
     ),
 }
@@ -546,7 +696,10 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
     [
         ('{"version": 0.6, "elements": [{"type": "node", "id": 1}]}', "Overpass's own JSON"),
         ('{"type": "Topology", "objects": {"a": {"type": "Polygon"}}}', "TopoJSON"),
-        ('{"displayFieldName": "", "geometryType": "esriGeometryPolygon", "features": []}', "ArcGIS's own JSON"),
+        (
+            '{"displayFieldName": "", "geometryType": "esriGeometryPolygon", "features": []}',
+            "ArcGIS's own JSON",
+        ),
     ],
 )
 def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, told):

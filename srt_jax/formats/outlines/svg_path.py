@@ -1,8 +1,9 @@
-"""The outlines in the `d` of an SVG path, and what `transform` does to them; curves become short lines.
+"""The outlines in the `d` of an SVG path, and what `transform` does to them; curves become short
+lines.
 
-Points are (x, y) as in the file, y downwards. Paths are read by svg.path, which knows all commands of SVG 1.1; it passes over
-letters that are none, so these are refused here. Transforms are read here: a library that takes an unknown one for the identity
-would move what stands in the way.
+Points are (x, y) as in the file, y downwards. Paths are read by svg.path, which knows all commands
+of SVG 1.1; it passes over letters that are none, so these are refused here. Transforms are read
+here: a library that takes an unknown one for the identity would move what stands in the way.
 """
 
 import math
@@ -22,7 +23,8 @@ _TRANSFORM = re.compile(r"\s*,?\s*(matrix|translate|scale|rotate|skewX|skewY)\s*
 
 
 def outlines(text: str) -> list[np.ndarray]:
-    """Returns the outlines of a path in order, float64 [K, 2] each, not closed by a repeated point; [] for an empty path.
+    """Returns the outlines of a path in order, float64 [K, 2] each, not closed by a repeated point;
+    [] for an empty path.
 
     Raises:
       ValueError: a command that is not known, or a number that is missing, none or too large.
@@ -35,7 +37,9 @@ def outlines(text: str) -> list[np.ndarray]:
         raise ValueError(f"a path command was expected, got {text[place : place + 12]!r}")
     odd = _AFTER_END.search(text)
     if odd:
-        raise ValueError(f"a path command was expected, got {text[odd.end() - 1 : odd.end() + 11]!r}")
+        raise ValueError(
+            f"a path command was expected, got {text[odd.end() - 1 : odd.end() + 11]!r}"
+        )
     try:
         segments = svg.parse_path(text)
     except (ValueError, IndexError, ZeroDivisionError, OverflowError) as error:
@@ -73,17 +77,24 @@ def transform_of(text: str) -> np.ndarray:
 
 
 def filled(rings: list[np.ndarray], *, is_even_odd: bool) -> list[list[np.ndarray]]:
-    """Returns the polygons that outlines fill, which do not cross: each an outer ring and its holes.
+    """Returns the polygons that outlines fill, which do not cross: each an outer ring and its
+    holes.
 
-    By SVG's rules of filling: inside is what outlines wind round an odd number of times, or else any number but 0.
+    By SVG's rules of filling: inside is what outlines wind round an odd number of times, or else
+    any number but 0.
     """
-    areas = [float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1))) for ring in rings]
+    areas = [
+        float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)))
+        for ring in rings
+    ]
     parts: list[list[np.ndarray]] = []
     placed: list[tuple[np.ndarray, int]] = []
     for index in sorted(range(len(rings)), key=lambda index: -abs(areas[index])):
         ring, turn = rings[index], 1 if areas[index] > 0 else -1
         outside = sum(around_turn for around, around_turn in placed if _is_in(ring[0], around))
-        was_full, is_full = (turns % 2 == 1 if is_even_odd else turns != 0 for turns in (outside, outside + turn))
+        was_full, is_full = (
+            turns % 2 == 1 if is_even_odd else turns != 0 for turns in (outside, outside + turn)
+        )
         placed.append((ring, turn))
         if is_full and not was_full:
             parts.append([ring])
@@ -130,7 +141,11 @@ def _matrix(name: str, numbers: list[float]) -> np.ndarray:
     if name == "rotate" and count in (1, 3):
         cosine, sine = math.cos(math.radians(numbers[0])), math.sin(math.radians(numbers[0]))
         about = numbers[1:] or [0.0, 0.0]
-        return of(1, 0, 0, 1, *about) @ of(cosine, sine, -sine, cosine) @ of(1, 0, 0, 1, -about[0], -about[1])
+        return (
+            of(1, 0, 0, 1, *about)
+            @ of(cosine, sine, -sine, cosine)
+            @ of(1, 0, 0, 1, -about[0], -about[1])
+        )
     if name in ("skewX", "skewY") and count == 1:
         slope = math.tan(math.radians(numbers[0]))
         return of(1, 0, slope, 1) if name == "skewX" else of(1, slope, 0, 1)

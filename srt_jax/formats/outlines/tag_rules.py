@@ -1,4 +1,6 @@
-"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data, not code."""
+"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data,
+not code.
+"""
 
 import importlib.resources
 import math
@@ -36,7 +38,9 @@ class Condition(NamedTuple):
         Of several values "a;b" one is enough to fit, but every number must lie where it should.
         """
         values = _values(tags.get(self.key)) or [None]
-        fits = [v for v in values if v not in self.excepted and (not self.values or v in self.values)]
+        fits = [
+            v for v in values if v not in self.excepted and (not self.values or v in self.values)
+        ]
         numbers = [_number(value) for value in values]
         is_low = self.below is None or max(numbers) < self.below
         return bool(fits) and is_low and (self.at_least is None or min(numbers) >= self.at_least)
@@ -86,7 +90,9 @@ def default_rules() -> tuple[TagRule, ...]:
     Buildings and water are indestructible; fences, hedges and walls can be destroyed; what lies
     underground, in a tunnel, on a roof or on another storey is no obstacle.
     """
-    with importlib.resources.as_file(importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")) as path:
+    with importlib.resources.as_file(
+        importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")
+    ) as path:
         return read_rules(path)
 
 
@@ -99,11 +105,18 @@ def read_rules(path: PathLike) -> tuple[TagRule, ...]:
     document = read_json(path, "table of tag rules")
     try:
         fields = fields_of("the file", document, "format", "version", "rules")
-        if (fields["format"], fields["version"]) != (FORMAT, VERSION) or not isinstance(fields["rules"], list):
-            raise ValueError(f"a table of tag rules has the format {FORMAT!r}, version {VERSION}, and a list of rules")
+        if (fields["format"], fields["version"]) != (FORMAT, VERSION) or not isinstance(
+            fields["rules"], list
+        ):
+            raise ValueError(
+                f"a table of tag rules has the format {FORMAT!r}, version {VERSION}, and a list of"
+                " rules"
+            )
         rules = tuple(_rule(f"rules[{index}]", item) for index, item in enumerate(fields["rules"]))
         if not rules:
-            raise ValueError("there is no rule in it, so that nothing would be an obstacle: give at least one")
+            raise ValueError(
+                "there is no rule in it, so that nothing would be an obstacle: give at least one"
+            )
         return rules
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
@@ -116,7 +129,9 @@ def _rule(where: str, item: object) -> TagRule:
     if not isinstance(fields["key"], str):
         raise ValueError(f"{where}: key must be a text, got {fields['key']!r}")
     for name in ("values", "except"):
-        if not (isinstance(fields[name], list) and all(isinstance(value, str) for value in fields[name])):
+        if not (
+            isinstance(fields[name], list) and all(isinstance(value, str) for value in fields[name])
+        ):
             raise ValueError(f"{where}: {name} must be a list of texts, got {fields[name]!r}")
     for name in ("destroyable", "obstacle"):
         if not isinstance(fields[name], bool):
@@ -125,7 +140,9 @@ def _rule(where: str, item: object) -> TagRule:
         if fields[name] is not None and not _is_positive(fields[name]):
             raise ValueError(f"{where}: {name} must be a positive number, got {fields[name]!r}")
     if not isinstance(fields["and"], dict):
-        raise ValueError(f"{where}: and must be an object of tags and what fits, got {fields['and']!r}")
+        raise ValueError(
+            f"{where}: and must be an object of tags and what fits, got {fields['and']!r}"
+        )
     return TagRule(
         key=fields["key"],
         values=tuple(fields["values"]),
@@ -133,7 +150,9 @@ def _rule(where: str, item: object) -> TagRule:
         destroyable=fields["destroyable"],
         removal_cost=float(fields["removal_cost"] or 1.0),
         width=fields["width"],
-        also=tuple(_condition(f"{where}: and: {key}", key, given) for key, given in fields["and"].items()),
+        also=tuple(
+            _condition(f"{where}: and: {key}", key, given) for key, given in fields["and"].items()
+        ),
         obstacle=fields["obstacle"],
     )
 
@@ -143,17 +162,26 @@ def _condition(where: str, key: str, given: object) -> Condition:
     if isinstance(given, list):
         given = {"values": given}
         if not given["values"]:
-            raise ValueError(f"{where}: no value fits an empty list: name some, null for no such tag")
+            raise ValueError(
+                f"{where}: no value fits an empty list: name some, null for no such tag"
+            )
     defaults: dict[str, Any] = {"values": [], "except": [], "below": None, "at_least": None}
     fields = fields_of(where, given, **defaults)
     for name in ("values", "except"):
         items = fields[name]
-        if not (isinstance(items, list) and all(value is None or isinstance(value, str) for value in items)):
-            raise ValueError(f"{where}: {name} must be a list of texts, or null for no such tag, got {items!r}")
+        if not (
+            isinstance(items, list)
+            and all(value is None or isinstance(value, str) for value in items)
+        ):
+            raise ValueError(
+                f"{where}: {name} must be a list of texts, or null for no such tag, got {items!r}"
+            )
     for name in ("below", "at_least"):
         if fields[name] is not None and not _is_finite(fields[name]):
             raise ValueError(f"{where}: {name} must be a number, got {fields[name]!r}")
-    return Condition(key, tuple(fields["values"]), tuple(fields["except"]), fields["below"], fields["at_least"])
+    return Condition(
+        key, tuple(fields["values"]), tuple(fields["except"]), fields["below"], fields["at_least"]
+    )
 
 
 def _values(value: Any) -> list[str]:
