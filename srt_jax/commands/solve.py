@@ -14,7 +14,7 @@ from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import report, require_page_name
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_tasks
+from srt_jax.formats.task_files import NamedTask, read_tasks
 from srt_jax.many_tasks import solve_many
 from srt_jax.types import Status
 
@@ -70,13 +70,11 @@ def solve(
     require_page_name(page)
     if results:
         require_name(results)
-    tasks, told = [], []
-    for path in inputs:
-        notes = Notes()
-        tasks += read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
-        told += notes.records(path)
-        if not as_json:
-            options.tell(path, notes)
+
+    def read(path: str, notes: Notes) -> list[NamedTask]:
+        return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
+
+    tasks, told, failed = options.gathered(inputs, read, quiet=as_json)
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
@@ -97,4 +95,6 @@ def solve(
     )
     if results:
         write_results(results, records)
+    if failed:
+        return 2
     return 0 if all(Status[record["status"]].is_solved for record in records) else 1

@@ -76,7 +76,7 @@ def needed(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(
+        package = {"PIL": "pillow", "yaml": "pyyaml", "svg": "svg.path"}.get(
             module.split(".")[0], module.split(".")[0]
         )
         raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error

@@ -8,20 +8,20 @@ from typing import Any, NoReturn
 from srt_jax.formats.files import PathLike, read_bytes
 
 
-def read_json(path: PathLike, kind: str) -> Any:
+def read_json(path: PathLike, kind: str, *, takes_nan: bool = False) -> Any:
     """Returns the document in a JSON file.
 
     Args:
       kind: what it should hold, for the message, such as "world".
+      takes_nan: NaN and Infinity, which are no JSON but are written, come back as numbers.
 
     Raises:
       ValueError: the file is missing, or no JSON as above; the message says where.
     """
     content = read_bytes(path, kind)
     try:
-        return json.loads(
-            content, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats
-        )
+        constant = float if takes_nan else _refuse_constant
+        return json.loads(content, parse_constant=constant, object_pairs_hook=_without_repeats)
     except json.JSONDecodeError as error:
         raise ValueError(
             f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}"

@@ -90,6 +90,18 @@ def read_map(path: PathLike, *, notes: Notes | None = None) -> np.ndarray:
     return free
 
 
+def scaled(free: np.ndarray, height: int, width: int) -> np.ndarray:
+    """Returns a map, bool [H, W], of another size: each cell is the old one at its place, from the
+    upper left corner.
+
+    Where a row of a scenario has another width or height than its map, the format asks for this.
+    """
+    if free.shape == (height, width):
+        return free
+    rows, cols = (np.arange(new) * old // new for new, old in zip((height, width), free.shape))
+    return free[np.ix_(rows, cols)]
+
+
 def write_map(path: PathLike, free: np.ndarray) -> None:
     """Writes bool [H, W] as a `.map` file: '.' where free, '@' where not."""
     free = np.asarray(free)
@@ -114,7 +126,7 @@ def read_scen(path: PathLike) -> list[ScenRow]:
         wrong.
     """
     lines = read_lines(path, "MovingAI scenario")
-    words = lines[0].split()
+    words = lines[0].split() if lines else []
     if len(words) != 2 or words[0] != "version" or words[1] not in ("1", "1.0"):
         raise ValueError(f"{path}:1: a scenario starts with 'version 1', got {lines[0][:40]!r}")
     return [

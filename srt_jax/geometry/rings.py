@@ -6,6 +6,7 @@ might not fit into 64 bits.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -101,7 +102,7 @@ def repaired(parts: Parts) -> Parts:
     they enclose nothing.
 
     A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without
-    area vanish.
+    area vanish. A hole takes away what it shares with its polygon; what lies outside adds nothing.
     """
     try:
         import shapely
@@ -109,8 +110,16 @@ def repaired(parts: Parts) -> Parts:
         raise ImportError(
             "repairing polygons needs shapely: pip install 'srt-jax[world]'"
         ) from error
-    polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in parts]
-    valid = shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
+
+    def filled(ring: Ring) -> Any:
+        valid = shapely.get_parts(shapely.get_parts(shapely.make_valid(shapely.Polygon(ring))))
+        return shapely.union_all([one for one in valid if isinstance(one, shapely.Polygon)])
+
+    polygons = [
+        filled(outer).difference(shapely.union_all([filled(hole) for hole in holes]))
+        for outer, *holes in parts
+    ]
+    valid = shapely.union_all(polygons)
     snapped = shapely.get_parts(
         shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE))
     )
