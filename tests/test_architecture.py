@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 # From the ground up; a module may import from lower layers and from its own.
 LAYERS = (
-    ("types", "notes"),
+    ("types", "notes", "interrupts", "legible"),
     ("moves", "shapes", "fixed_point", "cores", "devices"),
     ("kernel", "packing", "bucketed", "components"),
     ("target",),
@@ -95,7 +95,12 @@ def test_the_symbolic_level_never_imports_the_grid_level():
 
 
 def test_one_gate_joins_both_levels():
-    users = {part_of(path) for path in modules("srt_jax") for name, _ in imports_of(path) if name.startswith("sign_model")}
+    users = {
+        part_of(path)
+        for path in modules("srt_jax")
+        for name, _ in imports_of(path)
+        if name.startswith("sign_model") and not name.startswith("sign_model.ground")
+    }
     assert users <= {"symbols", "commands", "bench", "draw"}
 
 

@@ -1,0 +1,1 @@
+"""What both packages stand on: modules here know neither grids nor signs and import neither package."""
