@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, read_lines, written
+from srt_jax.formats.gridmap import MOST_DIGITS, require_size
 from srt_jax.formats.notes import Notes
 
 FREE_SIGNS = ".GS"
@@ -116,6 +117,7 @@ def _map_header(path: PathLike, lines: list[str]) -> tuple[int, int, int]:
             missing = {"type", "height", "width"} - found.keys()
             if missing:
                 raise ValueError(f"{path}:{index + 1}: the header ends without {', '.join(sorted(missing))}")
+            require_size(f"{path}:{index + 1}", found["height"], found["width"])
             return found["height"], found["width"], index + 1
         if len(words) != 2 or words[0] not in ("type", "height", "width") or words[0] in found:
             break
@@ -135,9 +137,15 @@ def _header_value(where: str, name: str, value: str) -> int | str:
                 f"{where}: maps of type {value!r} are not read, only 'octile', on which moves go in eight directions"
             )
         return value
-    if not (value.isascii() and value.isdigit()) or int(value) == 0:
-        raise ValueError(f"{where}: the {name} must be a positive whole number, got {value[:20]!r}")
+    if not _is_whole(value) or int(value) == 0:
+        raise ValueError(
+            f"{where}: the {name} must be a positive whole number of at most {MOST_DIGITS} digits, got {value[:20]!r}"
+        )
     return int(value)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS
 
 
 def _scen_row(where: str, line: str) -> ScenRow:
@@ -147,8 +155,10 @@ def _scen_row(where: str, line: str) -> ScenRow:
     numbers = {}
     for name, field in zip(_SCEN_FIELDS, fields):
         if name not in ("map", "optimal length"):
-            if not (field.strip().isascii() and field.strip().isdigit()):
-                raise ValueError(f"{where}: {name} must be a whole number, not negative, got {field[:20]!r}")
+            if not _is_whole(field.strip()):
+                raise ValueError(
+                    f"{where}: {name} must be a whole number, not negative, of at most {MOST_DIGITS} digits, got {field[:20]!r}"
+                )
             numbers[name] = int(field)
     for name, side in (("start x", "width"), ("start y", "height"), ("goal x", "width"), ("goal y", "height")):
         if numbers[name] >= numbers[side]:

@@ -5,18 +5,18 @@ latitude; the bounds are the extract's box, which nodes and whole objects may li
 """
 
 import contextlib
-import pathlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed
+from srt_jax.formats.files import PathLike, needed, plain_reason, require_regular
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
 from srt_jax.formats.outlines.projection import Projection, projection_over
 from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
+from srt_jax.formats.packed import require_packing
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
@@ -64,8 +64,8 @@ def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: N
     osmium = needed("osmium", extra="osm", what="reading OpenStreetMap")
     rules = default_rules() if rules is None else tuple(rules)
     notes = Notes() if notes is None else notes
-    if not pathlib.Path(path).is_file():
-        raise ValueError(f"{path}: no such file; an OpenStreetMap extract was to be read from it")
+    require_regular(path, what="OpenStreetMap extract")
+    require_packing(path)
     with _told(osmium, path):
         found = _found(osmium, str(path), rules, notes)
         _explain_losses(osmium, str(path), found, rules, notes)
@@ -189,5 +189,6 @@ def _told(osmium: Any, path: PathLike) -> Iterator[None]:
         yield
     except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
         raise ValueError(
-            f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind than its ending says ({error})"
+            f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind than its ending says "
+            f"({plain_reason(error)})"
         ) from error

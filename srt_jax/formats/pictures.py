@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
-from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
+from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
 
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")
@@ -33,13 +33,19 @@ def read_shades(path: PathLike, kind: str) -> Shades:
     content = read_bytes(path, kind)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of pictures too large, or damaged
+            warnings.simplefilter("error")  # of damaged pictures
+            warnings.simplefilter("ignore", image_module.DecompressionBombWarning)  # the limit here is `require_size`
             with image_module.open(io.BytesIO(content)) as picture:
+                require_size(str(path), picture.height, picture.width)  # only its head has been read
                 picture.load()
                 return _shades(picture)
+    except (TooLargeError, MemoryError):
+        raise
+    except image_module.DecompressionBombError as error:  # Pillow's own limit, which its user may have lowered
+        raise TooLargeError(f"{path}: {plain_reason(error)} At most {MOST_CELLS} pixels are read: scale it down") from error
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
-            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind ({error})"
+            f"{path}: no whole picture: it is cut off, damaged, or of another kind ({plain_reason(error)})"
         ) from error
 
 
@@ -91,6 +97,9 @@ def _shades(picture: Any) -> Shades:
     if picture.mode in ("1", "L"):
         shade = np.asarray(picture.convert("L"), np.float64)
         return Shades(shade, np.zeros(shade.shape, bool))
-    colours = np.asarray(picture.convert("RGBA"), np.float64)
-    opacity = colours[..., 3] / 255.0
-    return Shades(colours[..., :3].mean(axis=2) * opacity + 255.0 * (1.0 - opacity), opacity < 1.0)
+    colours = np.asarray(picture.convert("RGBA"))
+    shade, is_clear = np.empty(colours.shape[:2]), colours[..., 3] < 255
+    for row, line in enumerate(colours):  # row by row: floats of a whole picture take eight times its memory
+        opacity = line[:, 3] / 255.0
+        shade[row] = line[:, :3].mean(axis=1) * opacity + 255.0 * (1.0 - opacity)
+    return Shades(shade, is_clear)

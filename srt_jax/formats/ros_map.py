@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
 from srt_jax.formats.gridmap import GridMap, decided
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
@@ -21,6 +21,9 @@ MODES = ("trinary", "scale", "raw")
 _REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 """The shades that map_server's own saver writes."""
+_MOST_BYTES = 1 << 14
+"""Of the YAML file, which has a few lines."""
+_MOST_BRACKETS = 100
 _THRESHOLDS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
 
 
@@ -77,11 +80,20 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
 
 def _document(path: PathLike) -> Any:
     yaml = needed("yaml", extra="ros", what="reading ROS maps")
-    content = read_bytes(path, "ROS map")
+    content = read_bytes(path, "ROS map", most=_MOST_BYTES)
+    if content.count(b"[") + content.count(b"{") > _MOST_BRACKETS:  # its reader takes time by the square of their number
+        raise ValueError(f"{path}: no YAML of a ROS map: nested too deeply, more than {_MOST_BRACKETS} brackets are in it")
     try:
-        return yaml.safe_load(content)
-    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: no YAML: {' '.join(str(error).split())}") from error
+        document = yaml.safe_load(content)
+    except RecursionError as error:
+        raise ValueError(f"{path}: no YAML of a ROS map: nested too deeply") from error
+    except Exception as error:  # its readers of numbers and dates raise whatever they run into
+        raise ValueError(f"{path}: no YAML: {plain_reason(error)}") from error
+    for name, value in document.items() if isinstance(document, dict) else ():
+        # Aliases of aliases: a few lines can stand for more text than any message has room for.
+        if isinstance(value, dict) or (isinstance(value, list) and any(isinstance(item, list | dict) for item in value)):
+            raise ValueError(f"{path}: {name!s:.40}: a ROS map holds numbers, texts and one list of numbers, nothing nested")
+    return document
 
 
 def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:

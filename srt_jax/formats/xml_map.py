@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.gridmap import MOST_DIGITS, GridMap, decided, require_size
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.xml_text import read_xml
 
@@ -33,6 +33,7 @@ def read_xml_map(path: PathLike, *, notes: Notes | None = None) -> GridMap:
     if element is None:
         raise ValueError(f"{path}: no map in it: a <root> holds a <map> with width, height and grid")
     height, width = (_whole(path, element, name, least=1) for name in ("height", "width"))
+    require_size(str(path), int(height or 0), int(width or 0))
     numbers = _grid(path, element, int(height or 0), int(width or 0))
     notes.add("cells that are neither 0 nor 1, blocked", int(((numbers != "0") & (numbers != "1")).sum()))
     made = decided(numbers != "0", numbers == "0", unknown_as="blocked", notes=notes)
@@ -92,9 +93,10 @@ def _whole(path: PathLike, element: ElementTree.Element, name: str, *, least: in
     text = element.findtext(name)
     if text is None and optional:
         return None
-    if text is None or not (text.strip().isascii() and text.strip().isdigit()) or int(text) < least:
+    digits = (text or "").strip()
+    if not (digits.isascii() and digits.isdigit() and len(digits) <= MOST_DIGITS) or int(digits) < least:
         got = "it is missing" if text is None else f"got {text.strip()[:20]!r}"
-        raise ValueError(f"{path}: <{name}> must be a whole number from {least}: {got}")
+        raise ValueError(f"{path}: <{name}> must be a whole number from {least} with at most {MOST_DIGITS} digits: {got}")
     return int(text)
 
 
