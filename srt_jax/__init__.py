@@ -4,6 +4,7 @@ PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for
 Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths are in cell sides.
 """
 
+from srt_jax import interrupts as interrupts  # isort: skip  # before JAX, which takes seconds
 from srt_jax.answers.facts import explanation
 from srt_jax.answers.story import scene_pddl, story
 from srt_jax.answers.wording import explain, why, why_not

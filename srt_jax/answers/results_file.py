@@ -55,7 +55,12 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
     """
     if _is_parquet(path):
         arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
-        rows = [record | {"plan": [dict(zip(_STEP, step)) for step in record["plan"]]} for record in records]
+        # Half a surrogate pair, which a name may hold, is no text to Arrow: it is written as its number.
+        names = [record["name"].encode("utf-8", "backslashreplace").decode() for record in records]
+        rows = [
+            record | {"name": name, "plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
+            for name, record in zip(names, records)
+        ]
         table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
         parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")
         with written(path, "wb") as file:

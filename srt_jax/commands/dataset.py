@@ -1,12 +1,11 @@
 """`srt-jax dataset`: labelled tasks by the number, in shards; asked again it goes on where it was stopped."""
 
-import json
 import pathlib
 from typing import Annotated
 
 import typer
 
-from srt_jax.commands.console import counted
+from srt_jax.commands.console import counted, say, say_json
 from srt_jax.commands.options import JsonOption, sides
 from srt_jax.dataset import write_dataset
 
@@ -36,7 +35,7 @@ def dataset(
             progress=advance,
         )
     if as_json:
-        print(json.dumps({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()}))
+        say_json({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()})
     else:
-        print(f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next: srt_jax.dataset.load({str(out)!r})")
+        say(f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next: srt_jax.dataset.load({str(out)!r})")
     return 0

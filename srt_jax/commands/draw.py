@@ -1,13 +1,12 @@
 """`srt-jax draw`: pictures, contact sheets and animations of tasks and their solutions."""
 
-import json
 import pathlib
 from typing import Annotated
 
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import counted, note, waiting
+from srt_jax.commands.console import counted, note, say, say_json, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
@@ -16,7 +15,7 @@ from srt_jax.draw.picture import draw as draw_one
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
-from srt_jax.formats.reading import Reading
+from srt_jax.formats.reading import Reading, require_file
 from srt_jax.formats.task_files import NamedTask, read_tasks
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES
@@ -59,6 +58,8 @@ def draw(
     """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of the whole loop."""
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
+    for path in inputs:
+        require_file(path)
     with waiting("reading", quiet=as_json):
         tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=reading)]
     tasks = _chosen(tasks, only)[:limit]
@@ -71,10 +72,10 @@ def draw(
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:
-        print(json.dumps({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}))
+        say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
     else:
         told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
-        print(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
+        say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
     return 0
 
 

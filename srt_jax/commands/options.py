@@ -1,11 +1,11 @@
 """Options that several commands have; those about reading files are in `reading`."""
 
 import pathlib
-import sys
 from typing import Annotated
 
 import typer
 
+from srt_jax.commands import console
 from srt_jax.formats.notes import Notes
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
@@ -20,7 +20,7 @@ DestroyableOption = Annotated[
 def tell(path: str, notes: Notes) -> None:
     """Prints what was noted while a file was read, on standard error."""
     for note in notes:
-        print(f"srt-jax: note: {pathlib.PurePath(path).name}: {note}", file=sys.stderr)
+        console.note(f"{pathlib.PurePath(path).name}: {note}")
 
 
 def sides(text: str) -> int | tuple[int, int]:

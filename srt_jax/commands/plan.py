@@ -1,13 +1,15 @@
 """`srt-jax plan`: a PDDL task planned on the sign model, and replayed before it is printed."""
 
-import json
-import sys
 from typing import Annotated
 
 import typer
 
-from srt_jax.commands.console import waiting
+from srt_jax.commands.console import aside, say, say_json, waiting
 from srt_jax.commands.options import JsonOption
+from srt_jax.formats.files import require_regular
+
+_MOST_BYTES = 1 << 28
+"""Of a PDDL file; what is larger has no chance to be grounded."""
 
 
 def plan(
@@ -23,6 +25,8 @@ def plan(
     """Plans: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable, [bold]2[/bold] bad input, [bold]3[/bold] budget spent."""
     import sign_model
 
+    for path, what in ((domain, "PDDL domain"), (problem, "PDDL problem")):
+        require_regular(path, what=what, most=_MOST_BYTES)
     task = sign_model.load(domain, problem)
     with waiting("planning", quiet=as_json):
         result = sign_model.plan(task, planner=planner, max_expansions=max_expansions, max_seconds=max_seconds)
@@ -31,11 +35,11 @@ def plan(
         raise AssertionError(f"{problem}: a plan failed its replay, please report it: {'; '.join(problems)}")
     if as_json:
         told = {"status": result.status.name, "actions": list(result.actions), "expansions": result.expansions}
-        print(json.dumps(told | {"seconds": result.seconds}))
+        say_json(told | {"seconds": result.seconds})
     else:
         if result.is_solved:
-            print(*result.actions, sep="\n")
+            say(*result.actions)
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
         steps = f"{len(result.actions)} steps, " if result.is_solved else ""
-        print(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}", file=sys.stderr)
+        aside(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}")
     return int(result.status)

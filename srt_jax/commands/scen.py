@@ -1,14 +1,12 @@
 """`srt-jax scen`: the optimal lengths of a MovingAI scenario, computed anew."""
 
-import json
-import sys
 import time
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from srt_jax.commands.console import counted
+from srt_jax.commands.console import aside, counted, say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
@@ -34,10 +32,10 @@ def scen(
     worst, num_matches = float(errors.max()), int((errors <= MATCH).sum())
     if as_json:
         told = worst if np.isfinite(worst) else None
-        print(json.dumps({"rows": len(rows), "matches": num_matches, "max_relative_error": told}))
+        say_json({"rows": len(rows), "matches": num_matches, "max_relative_error": told})
     else:
         seconds = time.perf_counter() - begin
-        print(f"{len(rows)} rows, {num_matches} match (relative error <= {MATCH:g}), max error {worst:.2e}, {seconds:.1f} s")
+        say(f"{len(rows)} rows, {num_matches} match (relative error <= {MATCH:g}), max error {worst:.2e}, {seconds:.1f} s")
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
-            print(f"  row {index + 1}: error {errors[index]:.2e}, the scenario says {rows[index].length}", file=sys.stderr)
+            aside(f"row {index + 1}: error {errors[index]:.2e}, the scenario says {rows[index].length}")
     return 0 if num_matches == len(rows) else 1

@@ -6,17 +6,16 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.answers.results_file import require_name, write_results
+from srt_jax.answers.results_file import require_name
 from srt_jax.commands import options
 from srt_jax.commands.console import counted
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
-from srt_jax.commands.report import report, require_page_name
+from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.reading import Reading
+from srt_jax.formats.reading import Reading, require_file
 from srt_jax.formats.task_files import read_tasks
 from srt_jax.many_tasks import solve_many
-from srt_jax.types import Status
 
 
 @with_reading
@@ -49,10 +48,14 @@ def solve(
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input."""
+    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input,
+    [bold]3[/bold] budget spent.
+    """
     require_page_name(page)
     if results:
         require_name(results)
+    for path in inputs:
+        require_file(path)
     tasks, told = [], []
     for path in inputs:
         notes = Notes()
@@ -66,7 +69,7 @@ def solve(
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress)
     seconds = time.perf_counter() - begin
-    records = report(tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, notes=told)
-    if results:
-        write_results(results, records)
-    return 0 if all(Status[record["status"]].is_solved for record in records) else 1
+    records = report(
+        tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, results=results, notes=told
+    )
+    return exit_code(records)

@@ -15,6 +15,7 @@ from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
 from srt_jax.draw.polar_frame import PolarFrame, draw_frame, told
 from srt_jax.formats.files import written
+from srt_jax.legible import legible
 from srt_jax.types import Solution, Task
 
 FORMATS = (".png", ".svg", ".pdf")
@@ -39,12 +40,16 @@ def draw(task: Task, solution: Solution, path: str | os.PathLike, *, title: str 
     """
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape
-    heading = [*textwrap.wrap(title, 76), *textwrap.wrap(scene.headline, 80), *([told(scene, polar)] if polar else [])]
+    heading = [
+        *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
+        *textwrap.wrap(scene.headline, 80),
+        *([told(scene, polar)] if polar else []),
+    ]
     margins = 1.4 + 0.18 * len(heading)
     with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.4, height / width)) + margins)) as figure:
         axes = figure.add_subplot()
         draw_map(axes, scene)
-        axes.set_title("\n".join(heading), fontsize=10)
+        axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
         axes.set_xlabel("column")
         axes.set_ylabel("row")
         for axis in (axes.xaxis, axes.yaxis):

@@ -145,8 +145,13 @@ def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: l
     for thread in threads:
         thread.start()
     work()
-    for thread in threads:
-        thread.join()
+    try:
+        for thread in threads:
+            thread.join()
+    except BaseException as error:  # an interrupt while waiting: the others end after their part, too
+        raised.append(error)
+        for thread in threads:
+            thread.join()
     if raised:
         raise raised[0]
 
