@@ -7,6 +7,7 @@ import io
 import math
 import zipfile
 from collections.abc import Iterable
+from typing import IO
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
     return np.asarray(array, array.dtype.newbyteorder("="), order="C")
 
 
-def _header(file: zipfile.ZipExtFile) -> tuple[tuple[int, ...], np.dtype, int]:
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, int]:
     """Returns shape, dtype and the length of the header in bytes."""
     version = np.lib.format.read_magic(file)
     try:

@@ -138,9 +138,8 @@ def _header_value(where: str, name: str, value: str) -> int | str:
             )
         return value
     if not _is_whole(value) or int(value) == 0:
-        raise ValueError(
-            f"{where}: the {name} must be a positive whole number of at most {MOST_DIGITS} digits, got {value[:20]!r}"
-        )
+        limit = f", which has more than {MOST_DIGITS} digits" if value.isdigit() and len(value) > MOST_DIGITS else ""
+        raise ValueError(f"{where}: the {name} must be a positive whole number, got {value[:20]!r}{limit}")
     return int(value)
 
 

@@ -42,7 +42,8 @@ def read_shades(path: PathLike, kind: str) -> Shades:
     except (TooLargeError, MemoryError):
         raise
     except image_module.DecompressionBombError as error:  # Pillow's own limit, which its user may have lowered
-        raise TooLargeError(f"{path}: {plain_reason(error)} At most {MOST_CELLS} pixels are read: scale it down") from error
+        told = f"no whole picture is read of more than {MOST_CELLS} pixels: scale it down"
+        raise TooLargeError(f"{path}: {told} ({plain_reason(error)})") from error
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
             f"{path}: no whole picture: it is cut off, damaged, or of another kind ({plain_reason(error)})"

@@ -94,10 +94,10 @@ def _whole(path: PathLike, element: ElementTree.Element, name: str, *, least: in
     if text is None and optional:
         return None
     digits = (text or "").strip()
-    if not (digits.isascii() and digits.isdigit() and len(digits) <= MOST_DIGITS) or int(digits) < least:
+    if text is None or not (digits.isascii() and digits.isdigit() and len(digits) <= MOST_DIGITS) or int(digits) < least:
         got = "it is missing" if text is None else f"got {text.strip()[:20]!r}"
         raise ValueError(f"{path}: <{name}> must be a whole number from {least} with at most {MOST_DIGITS} digits: {got}")
-    return int(text)
+    return int(digits)
 
 
 def _cell_side(path: PathLike, element: ElementTree.Element) -> float:

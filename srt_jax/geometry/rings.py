@@ -184,8 +184,9 @@ def _close_pairs(low: np.ndarray, high: np.ndarray, owner: np.ndarray) -> Iterat
     for size in range(2, _FEW + 1):
         firsts, seconds = np.triu_indices(size, 1)
         alike = starts[sizes == size]
-        for part in range(0, len(alike), _MAX_PAIRS // len(firsts)):
-            begin = alike[part : part + _MAX_PAIRS // len(firsts), None]
+        at_once = max(1, _MAX_PAIRS // len(firsts))
+        for part in range(0, len(alike), at_once):
+            begin = alike[part : part + at_once, None]
             a, b = (begin + firsts).ravel(), (begin + seconds).ravel()
             is_close = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
             yield a[is_close], b[is_close]
