@@ -1,4 +1,6 @@
-"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, with an exit code of its kind."""
+"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, with
+an exit code of its kind.
+"""
 
 import contextlib
 import os
@@ -20,14 +22,19 @@ def _run(arguments: list[str] | None) -> int:
     except ImportError as error:
         if error.name not in ("typer", "rich"):
             raise
-        print(f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'", file=sys.stderr)
+        print(
+            f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'",
+            file=sys.stderr,
+        )
         return 2
     interrupts.begin_work()
     return run(arguments)
 
 
 def _prepare_streams() -> None:
-    """Makes streams that replace what their encoding cannot express; a closed one loses what is printed."""
+    """Makes streams that replace what their encoding cannot express; a closed one loses what is
+    printed.
+    """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  # until the end
@@ -37,7 +44,8 @@ def _prepare_streams() -> None:
 
 
 def _keep_compiled_code() -> None:
-    """What one run compiles, the next need not. For this process alone: the library itself changes no setting of its user's.
+    """What one run compiles, the next need not. For this process alone: the library itself changes
+    no setting of its user's.
 
     Where there is no folder for it (no home, or one that cannot be written to) nothing is kept.
     """

@@ -1,4 +1,6 @@
-"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line and an exit code."""
+"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line
+and an exit code.
+"""
 
 import os
 import signal
@@ -10,7 +12,14 @@ import typer
 
 from srt_jax import __version__, interrupts
 from srt_jax.commands.bench import bench
-from srt_jax.commands.console import BAD_INPUT, CRASHED, PIPE_CLOSED, error_line, flush_output, silence_output
+from srt_jax.commands.console import (
+    BAD_INPUT,
+    CRASHED,
+    PIPE_CLOSED,
+    error_line,
+    flush_output,
+    silence_output,
+)
 from srt_jax.commands.convert import convert
 from srt_jax.commands.dataset import dataset
 from srt_jax.commands.demo import demo
@@ -24,7 +33,8 @@ from srt_jax.commands.solve import solve
 def examples(*lines: str) -> str:
     """Returns the end of a command's help: one example a line."""
     title = "Examples" if len(lines) > 1 else "Example"
-    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])  # \b: keep the lines apart
+    # \b: keep the lines apart
+    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
 
 
 app = typer.Typer(
@@ -52,21 +62,32 @@ def _print_version(is_asked: bool) -> None:
 @app.callback()
 def _whole(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)
+        bool,
+        typer.Option(
+            "--version", help="Print the version and stop.", callback=_print_version, is_eager=True
+        ),
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="With any command: print the Python traceback of an error (or SRT_JAX_DEBUG=1).")
+        bool,
+        typer.Option(
+            "--debug",
+            help="With any command: print the Python traceback of an error (or SRT_JAX_DEBUG=1).",
+        ),
     ] = False,
 ) -> None:
-    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the way then.
+    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the way
+    then.
 
-    Exit codes: [bold]0[/bold] all solved, [bold]1[/bold] some task cannot be solved, [bold]2[/bold] bad input, [bold]3[/bold]
-    budget spent, [bold]70[/bold] anything else went wrong, [bold]130[/bold] interrupted, [bold]141[/bold] the reader of the
-    output went away, [bold]143[/bold] terminated.
+    Exit codes: [bold]0[/bold] all solved, [bold]1[/bold] some task cannot be solved, [bold]2[/bold]
+    bad input, [bold]3[/bold] budget spent, [bold]70[/bold] anything else went wrong,
+    [bold]130[/bold] interrupted, [bold]141[/bold] the reader of the output went away,
+    [bold]143[/bold] terminated.
     """
 
 
-app.command(epilog=examples("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html"))(demo)
+app.command(
+    epilog=examples("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html")
+)(demo)
 app.command(
     epilog=examples(
         "srt-jax solve city.map --start 3,5 --goal 200,310",
@@ -94,12 +115,14 @@ app.command(
 )(draw)
 app.command(
     epilog=examples(
-        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map", "srt-jax scen arena.map.scen --limit 100 --json"
+        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
+        "srt-jax scen arena.map.scen --limit 100 --json",
     )
 )(scen)
 app.command(
     epilog=examples(
-        "srt-jax plan domain.pddl problem.pddl > problem.plan", "srt-jax plan domain.pddl problem.pddl --planner astar --json"
+        "srt-jax plan domain.pddl problem.pddl > problem.plan",
+        "srt-jax plan domain.pddl problem.pddl --planner astar --json",
     )
 )(plan)
 app.command(
@@ -114,14 +137,18 @@ app.command(
         "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
     )
 )(dataset)
-app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(bench)
+app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(
+    bench
+)
 
 
 def run(arguments: list[str] | None = None) -> int:
-    """Runs one command and returns its exit code; whatever goes wrong ends in one line on standard error.
+    """Runs one command and returns its exit code; whatever goes wrong ends in one line on standard
+    error.
 
-    0 all solved, 1 some task cannot be solved, 2 bad input, 3 budget spent, 130 interrupted, 143 terminated, 141 the reader of
-    standard output went away, 70 anything else that went wrong. `--debug`, or SRT_JAX_DEBUG=1, prints the Python traceback too.
+    0 all solved, 1 some task cannot be solved, 2 bad input, 3 budget spent, 130 interrupted, 143
+    terminated, 141 the reader of standard output went away, 70 anything else that went wrong.
+    `--debug`, or SRT_JAX_DEBUG=1, prints the Python traceback too.
     """
     typed, is_debug = _without_debug(sys.argv[1:] if arguments is None else list(arguments))
     try:
@@ -139,7 +166,9 @@ def run(arguments: list[str] | None = None) -> int:
 
 
 def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
-    """Returns what was typed without --debug, which may stand anywhere before "--", and whether it was given."""
+    """Returns what was typed without --debug, which may stand anywhere before "--", and whether
+    it was given.
+    """
     end = typed.index("--") if "--" in typed else len(typed)
     rest = [word for word in typed[:end] if word != "--debug"]
     is_debug = len(rest) < end or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0")
@@ -148,14 +177,18 @@ def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
 
 def _told(error: BaseException) -> int:
     """Tells in one line what went wrong, and returns the exit code."""
-    if interrupts.stopped_by() is not None or isinstance(error, KeyboardInterrupt | interrupts.Stopped | typer.Abort):
+    if interrupts.stopped_by() is not None or isinstance(
+        error, KeyboardInterrupt | interrupts.Stopped | typer.Abort
+    ):
         return interrupts.tell_stopped()  # what an interrupt breaks may end in any error
     if isinstance(error, typer.Exit):
         return error.exit_code
     if isinstance(error, SystemExit):
-        is_pipe = isinstance(error.__context__, BrokenPipeError)  # which the parser makes an exit with code 1
+        # which the parser makes an exit with code 1
+        is_pipe = isinstance(error.__context__, BrokenPipeError)
         return PIPE_CLOSED if is_pipe else error.code if isinstance(error.code, int) else CRASHED
-    told = getattr(error, "format_message", None)  # what all of the parser's errors have, and only they
+    # what all of the parser's errors have, and only they
+    told = getattr(error, "format_message", None)
     if told is not None:
         if not told():  # no command at all: the help has been printed
             return BAD_INPUT
@@ -179,13 +212,18 @@ def _crash(error: BaseException) -> str:
         return f"{_brief(error)}: set JAX_PLATFORMS to a device that is there, such as cpu"
     if _lacks_device():
         asked = os.environ.get("JAX_PLATFORMS")
-        return f"JAX finds no device{f' of JAX_PLATFORMS={asked}' if asked else ''}: set JAX_PLATFORMS to one that is there"
+        return (
+            f"JAX finds no device{f' of JAX_PLATFORMS={asked}' if asked else ''}: set JAX_PLATFORMS"
+            " to one that is there"
+        )
     name = type(error).__name__
     return f"internal error: {name}: {_brief(error)}; please report it with what --debug prints"
 
 
 def _lacks_device() -> bool:
-    """Whether JAX cannot start on the device that it is to use; its own error says little where a callback met it first."""
+    """Whether JAX cannot start on the device that it is to use; its own error says little where
+    a callback met it first.
+    """
     try:
         import jax
 
@@ -195,6 +233,8 @@ def _lacks_device() -> bool:
 
 
 def _brief(error: BaseException, most: int = 300) -> str:
-    """Returns the message of an error on one line; the first of long ones, which compilers end with pages of their state."""
+    """Returns the message of an error on one line; the first of long ones, which compilers end
+    with pages of their state.
+    """
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[0][:most].rstrip(".;: ") if lines else type(error).__name__

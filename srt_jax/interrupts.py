@@ -1,11 +1,14 @@
-"""Ctrl-C and SIGTERM end the program at any moment: one line on standard error, exit code 130 or 143, no draft left.
+"""Ctrl-C and SIGTERM end the program at any moment: one line on standard error, exit code 130 or
+143, no draft left.
 
-Only where this package runs as a program of its own (`srt-jax`, `python -m srt_jax`); imported as a library it changes nothing.
-This module comes before all others and needs the standard library alone, so that importing JAX can be interrupted, too.
+Only where this package runs as a program of its own (`srt-jax`, `python -m srt_jax`); imported as a
+library it changes nothing. This module comes before all others and needs the standard library
+alone, so that importing JAX can be interrupted, too.
 
-An exception raised by a signal handler is not enough. Callbacks of JAX and of the garbage collector swallow it, worker threads
-go on without it, and no handler runs while the main thread waits for a compiler. Therefore a thread that sleeps until a signal
-comes gives the exception some seconds to unwind the stack, and then ends the process itself.
+An exception raised by a signal handler is not enough. Callbacks of JAX and of the garbage collector
+swallow it, worker threads go on without it, and no handler runs while the main thread waits for a
+compiler. Therefore a thread that sleeps until a signal comes gives the exception some seconds to
+unwind the stack, and then ends the process itself.
 """
 
 import contextlib
@@ -25,11 +28,15 @@ _NAMES = ("srt-jax", "srt-jax.exe", "srt-jax-script.py")
 
 
 class Stopped(BaseException):
-    """The user, or the system, asked the program to end. No KeyboardInterrupt, which libraries catch."""
+    """The user, or the system, asked the program to end. No KeyboardInterrupt, which libraries
+    catch.
+    """
 
 
 class _State:
-    """stopped_by: the first signal. is_working: whether `begin_work` was called. echoes: signals sent by this module itself."""
+    """stopped_by: the first signal. is_working: whether `begin_work` was called. echoes: signals
+    sent by this module itself.
+    """
 
     stopped_by: int | None = None
     is_working = False
@@ -48,7 +55,9 @@ def install_for_program() -> None:
 
 
 def begin_work() -> None:
-    """From now on a signal unwinds the stack first; before, while modules are imported, the process ends at once."""
+    """From now on a signal unwinds the stack first; before, while modules are imported, the
+    process ends at once.
+    """
     _State.is_working = True
 
 
@@ -59,13 +68,18 @@ def stopped_by() -> int | None:
 
 def tell_stopped() -> int:
     """Prints the one line about the interrupt, unless it was printed, and returns the exit code."""
-    is_mine = _telling.acquire(timeout=1.0)  # the other thread may end the process as soon as the line is out, not before
+    # the other thread may end the process as soon as the line is out, not before
+    is_mine = _telling.acquire(timeout=1.0)
     try:
         if not _State.is_told:
             _State.is_told = True
             word = "terminated" if _State.stopped_by == signal.SIGTERM else "interrupted"
             with contextlib.suppress(OSError, ValueError):
-                os.write(2, f"srt-jax: {word}; files appear only when whole, so nothing half-written is left\n".encode())
+                os.write(
+                    2,
+                    f"srt-jax: {word}; files appear only when whole, so nothing half-written is"
+                    " left\n".encode(),
+                )
     finally:
         if is_mine:
             _telling.release()
@@ -80,12 +94,17 @@ def exit_code() -> int:
 def _is_program() -> bool:
     given, orig = sys.argv[0] if sys.argv else "", sys.orig_argv
     if given == "-m":  # what runpy leaves there while it imports the package of the module
-        return any(pair == ("-m", "srt_jax") for pair in itertools.pairwise(orig)) or "-msrt_jax" in orig
+        return (
+            any(pair == ("-m", "srt_jax") for pair in itertools.pairwise(orig))
+            or "-msrt_jax" in orig
+        )
     return pathlib.PurePath(given).name in _NAMES
 
 
 def _open_missing_streams() -> None:
-    """Puts the null device where a standard stream was closed, or the first file opened would take its place."""
+    """Puts the null device where a standard stream was closed, or the first file opened would
+    take its place.
+    """
     for number in range(3):
         try:
             os.fstat(number)
@@ -94,7 +113,8 @@ def _open_missing_streams() -> None:
 
 
 def _install() -> None:
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background job: Ctrl-C is not for it
+    # a shell's background job: Ctrl-C is not for it
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
@@ -118,7 +138,9 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
 
 
 def _watch(reading: int) -> None:
-    """In a thread of its own, which a signal wakes even while the main thread runs compiled code."""
+    """In a thread of its own, which a signal wakes even while the main thread runs compiled
+    code.
+    """
     count = 0
     while True:
         for number in os.read(reading, 64):
@@ -148,10 +170,13 @@ def _end() -> NoReturn:
 
 
 def _on_unraisable(told: Any) -> None:
-    """An exception in a callback is printed and forgotten by the interpreter: the one of a signal is raised again."""
+    """An exception in a callback is printed and forgotten by the interpreter: the one of a
+    signal is raised again.
+    """
     if isinstance(told.exc_value, Stopped):
         if not _State.is_told and hasattr(signal, "pthread_kill"):
-            timer = threading.Timer(0.01, _raise_again)  # not from here: the hook's own exceptions are forgotten, too
+            # not from here: the hook's own exceptions are forgotten, too
+            timer = threading.Timer(0.01, _raise_again)
             timer.daemon = True
             timer.start()
     else:
@@ -164,7 +189,9 @@ def _raise_again() -> None:
 
 
 def _on_crash(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-    """What goes wrong while modules are imported, such as no room for temporary files: one line, and no exit code 1."""
+    """What goes wrong while modules are imported, such as no room for temporary files: one line,
+    and no exit code 1.
+    """
     if _State.stopped_by is not None:
         _end()
     if "--debug" in sys.argv or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0"):

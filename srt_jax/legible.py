@@ -2,10 +2,12 @@
 
 
 def legible(text: str, encoding: str | None = None) -> str:
-    """Returns text that can be shown anywhere: one line, without control characters or what `encoding` cannot express.
+    """Returns text that can be shown anywhere: one line, without control characters or what
+    `encoding` cannot express.
 
-    Control characters, which could move a terminal's cursor or change its colours, become \\x1b and the like; white space of
-    any kind one space; halves of surrogate pairs and signs beyond the encoding (UTF-8 without one) "?".
+    Control characters, which could move a terminal's cursor or change its colours, become \\x1b and
+    the like; white space of any kind one space; halves of surrogate pairs and signs beyond the
+    encoding (UTF-8 without one) "?".
 
     Example:
       legible("a\\x1b[31mred") == "a\\\\x1b[31mred"

@@ -1,4 +1,6 @@
-"""Many tasks of unequal size: grouped by size, solved in batches of one shape, each answer cut to its own map."""
+"""Many tasks of unequal size: grouped by size, solved in batches of one shape, each answer cut
+to its own map.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -25,21 +27,32 @@ def solve_many(
     max_branches: int = MAX_BRANCHES,
     progress: Callable[[int], None] | None = None,
 ) -> list[Solution]:
-    """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty list for no task.
+    """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty
+    list for no task.
 
-    Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per group. `progress` is called
-    with the number of tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells` the
-    routes are given as much room as they need, so unlike there `cells` is no longer than that.
+    Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per
+    group. `progress` is called with the number of tasks finished after each batch. Other arguments
+    and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
+    so unlike there `cells` is no longer than that.
     """
     solutions: dict[int, Solution] = {}
     for (L, height, width), members in _groups(tasks).items():
         M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
-        at_once = max(1, min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))))
+        at_once = max(
+            1,
+            min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))),
+        )
         for first in range(0, len(members), at_once):
             chunk = members[first : first + at_once]
-            batch = pad_batch(stack([tasks[index] for index in chunk]), (at_once, L, height, width, M))
-            answer = _with_room(batch, max_cells, mode=mode, max_destroyed=max_destroyed, max_branches=max_branches)
-            solutions |= {index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)}
+            batch = pad_batch(
+                stack([tasks[index] for index in chunk]), (at_once, L, height, width, M)
+            )
+            answer = _with_room(
+                batch, max_cells, mode=mode, max_destroyed=max_destroyed, max_branches=max_branches
+            )
+            solutions |= {
+                index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)
+            }
             if progress:
                 progress(len(chunk))
     return [solutions[index] for index in range(len(tasks))]
@@ -48,8 +61,8 @@ def solve_many(
 def _groups(tasks: Sequence[Task]) -> dict[tuple[int, int, int], list[int]]:
     """Returns the tasks' indices by the shape (L, H, W) to which they are padded.
 
-    Padding costs work and another shape costs compiling: a shape gets its own group where its maps are worth that, else they
-    join the others of the next powers of two.
+    Padding costs work and another shape costs compiling: a shape gets its own group where its maps
+    are worth that, else they join the others of the next powers of two.
     """
     fine: dict[tuple[int, int, int], list[int]] = {}
     for index, task in enumerate(tasks):
@@ -70,14 +83,17 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
 
 
 def _with_room(batch: Task, max_cells: int | None, **options: Any) -> Solution:
-    """Returns the solutions; without `max_cells` with room for common routes, and again with more for longer ones."""
+    """Returns the solutions; without `max_cells` with room for common routes, and again with
+    more for longer ones.
+    """
     room = max_cells or 16 * batch.labels.shape[-1]
     while True:
         answer = jax.tree.map(np.asarray, solve(batch, max_cells=room, **options))
         longest = int(answer.num_cells.max())
         if max_cells is not None or longest <= room:
             return answer
-        room = batch_bucket(2 * longest)  # in mode "paper" a route that stopped for want of room may be longer yet
+        # in mode "paper" a route that stopped for want of room may be longer yet
+        room = batch_bucket(2 * longest)
 
 
 def _cut_to(answer: Solution, place: int, task: Task) -> Solution:

@@ -1,11 +1,15 @@
-"""Every reader on damaged files: each file is read, or refused in one sentence; nothing crashes, hangs or fills the memory.
+"""Every reader on damaged files: each file is read, or refused in one sentence; nothing crashes,
+hangs or fills the memory.
 
-    python -m experiments.campaigns.readers [--count 100000] [--seed 0] [--formats map,npz,...] [--seconds 20] [--gigabytes 2]
+    python -m experiments.campaigns.readers [--count 100000] [--seed 0] [--formats map,npz,...]
+    [--seconds 20] [--gigabytes 2]
 
-Small right files of every format are damaged: bytes turned, pieces cut, doubled and moved, odd numbers and brackets put in;
-arrays of an .npz file also one by one, so that the archive stays whole. Each is read in a child process that may take so much
-more memory, and so many seconds a file. Other endings than a result or a ValueError of one line are told on standard error,
-with what makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both are 0.
+Small right files of every format are damaged: bytes turned, pieces cut, doubled and moved, odd
+numbers and brackets put in; arrays of an .npz file also one by one, so that the archive stays
+whole. Each is read in a child process that may take so much more memory, and so many seconds a
+file. Other endings than a result or a ValueError of one line are told on standard error, with what
+makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both are
+0.
 """
 
 import argparse
@@ -31,7 +35,10 @@ AT_ONCE = 500
 """Mutations that one child process reads."""
 
 _MAP = b"type octile\nheight 4\nwidth 6\nmap\n..@...\n..@.@.\n..@...\n..@.S.\n"
-_SCEN = b"version 1\n0\tseed.map\t6\t4\t0\t0\t1\t1\t1.41421356\n0\tseed.map\t6\t4\t3\t0\t5\t3\t4.41421356\n"
+_SCEN = (
+    b"version"
+    b" 1\n0\tseed.map\t6\t4\t0\t0\t1\t1\t1.41421356\n0\tseed.map\t6\t4\t3\t0\t5\t3\t4.41421356\n"
+)
 _WORLD = {
     "format": "srt-jax world",
     "version": 1,
@@ -40,7 +47,12 @@ _WORLD = {
     "goal": {"centre": [8.5, 8.5], "side": 1.0},
     "obstacles": [
         {"name": "wall", "destroyable": True, "polygon": [[[4, 0], [5, 0], [5, 10], [4, 10]]]},
-        {"multipolygon": [[[[6, 1], [7, 1], [7, 2]]], [[[6, 4], [8, 4], [8, 6], [6, 6]], [[6.5, 4.5], [7, 4.5], [7, 5]]]]},
+        {
+            "multipolygon": [
+                [[[6, 1], [7, 1], [7, 2]]],
+                [[[6, 4], [8, 4], [8, 6], [6, 6]], [[6.5, 4.5], [7, 4.5], [7, 5]]],
+            ]
+        },
     ],
 }
 _GEOJSON = {
@@ -50,7 +62,10 @@ _GEOJSON = {
         {
             "type": "Feature",
             "properties": {"name": "a", "removal_cost": 2},
-            "geometry": {"type": "Polygon", "coordinates": [[[4, 0], [5, 0], [5, 10], [4, 10], [4, 0]]]},
+            "geometry": {
+                "type": "Polygon",
+                "coordinates": [[[4, 0], [5, 0], [5, 10], [4, 10], [4, 0]]],
+            },
         },
         {
             "type": "Feature",
@@ -72,35 +87,91 @@ _OSM = b"""<?xml version='1.0'?>
 <way id="7" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/><tag k="building" v="yes"/></way>
 <way id="8" version="1"><nd ref="1"/><nd ref="3"/><tag k="barrier" v="fence"/></way></osm>
 """
-_YAML = b"image: seed.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+_YAML = (
+    b"image: seed.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh:"
+    b" 0.65\nfree_thresh: 0.196\n"
+)
 _PGM = b"P5\n6 4\n255\n" + bytes([254, 254, 0, 254, 254, 254] * 4)
 _XML = (
-    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx><starty>0</starty>"
-    b"<finishx>2</finishx><finishy>1</finishy><grid><row>0 1 0</row><row>0 0 0</row></grid></map></root>"
+    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx><starty>0</starty><finishx>2</finishx><finishy>1</finishy><grid><row>0"
+    b" 1 0</row><row>0 0 0</row></grid></map></root>"
 )
 _SVG = (
-    b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500 500"><namo_config><agent agent_id="robot_0">'
-    b'<goal goal_id="goal_0"/></agent></namo_config><path id="robot_0" type="robot" d="M 40 40 h 20 v 20 h -20 z"/>'
-    b'<path id="goal_0" type="goal" d="M 440 440 h 20 v 20 h -20 z"/>'
-    b'<path id="box" type="movable" d="M 200 0 L 230 0 L 230 500 L 200 500 Z"/></svg>'
+    b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500 500"><namo_config><agent'
+    b' agent_id="robot_0"><goal goal_id="goal_0"/></agent></namo_config><path id="robot_0"'
+    b' type="robot" d="M 40 40 h 20 v 20 h -20 z"/><path id="goal_0" type="goal" d="M 440 440 h 20'
+    b' v 20 h -20 z"/><path id="box" type="movable" d="M 200 0 L 230 0 L 230 500 L 200 500'
+    b' Z"/></svg>'
 )
-_RULES = {"format": "srt-jax tag rules", "version": 1, "rules": [{"key": "building", "destroyable": False}, {"key": "barrier"}]}
+_RULES = {
+    "format": "srt-jax tag rules",
+    "version": 1,
+    "rules": [{"key": "building", "destroyable": False}, {"key": "barrier"}],
+}
 _DOMAIN = b"""(define (domain switch) (:requirements :strips :typing) (:types lamp) (:predicates (on ?l - lamp) (off ?l - lamp))
  (:action turn-on :parameters (?l - lamp) :precondition (off ?l) :effect (and (on ?l) (not (off ?l)))))
 """
-_PROBLEM = b"(define (problem p) (:domain switch) (:objects a b - lamp) (:init (off a) (off b)) (:goal (and (on a) (on b))))\n"
+_PROBLEM = (
+    b"(define (problem p) (:domain switch) (:objects a b - lamp) (:init (off a) (off b)) (:goal"
+    b" (and (on a) (on b))))\n"
+)
 _SIGNS = {"heuristic_signs": [{"name": "x", "unmet": {"*": 1}}]}
 _MODEL = {
     "format": "sign_model world model, version 1",
-    "signs": [{"name": "face", "image": [[["condition", ["nose"]]]], "meaning": []}, {"name": "nose"}],
+    "signs": [
+        {"name": "face", "image": [[["condition", ["nose"]]]], "meaning": []},
+        {"name": "nose"},
+    ],
 }
-_TABLE = {"directions": [["all", 0, 360]], "distances": [["close", 0, 50]], "relocations": [["on", "close", None]]}
+_TABLE = {
+    "directions": [["all", 0, 360]],
+    "distances": [["close", 0, 50]],
+    "relocations": [["on", "close", None]],
+}
 _MEMORY: dict[str, Any] = {"format": "sign_model memory, version 1", "precedents": []}
 
 _PIECES = [
-    *(b"[", b"{", b"(", b"<", b"]", b"}", b")", b'"', b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\x1b[31m", b"\r", b" " * 99),
-    *(b"1e400", b"-1", b"NaN", b"null", b"true", b"9" * 30, b"1" * 400, b"7" * 5000, b"-0.0", b"1e-400", b"\xed\xb2\x80"),
-    *(b"[" * 3000, b"(" * 3000, b"<a>" * 3000, b"99999999", b"{}", b"[]", b"*a", b"&a [*a]", b"/dev/zero", b"../"),
+    *(
+        b"[",
+        b"{",
+        b"(",
+        b"<",
+        b"]",
+        b"}",
+        b")",
+        b'"',
+        b"\0",
+        b"\xff\xfe",
+        b"\xef\xbb\xbf",
+        b"\x1b[31m",
+        b"\r",
+        b" " * 99,
+    ),
+    *(
+        b"1e400",
+        b"-1",
+        b"NaN",
+        b"null",
+        b"true",
+        b"9" * 30,
+        b"1" * 400,
+        b"7" * 5000,
+        b"-0.0",
+        b"1e-400",
+        b"\xed\xb2\x80",
+    ),
+    *(
+        b"[" * 3000,
+        b"(" * 3000,
+        b"<a>" * 3000,
+        b"99999999",
+        b"{}",
+        b"[]",
+        b"*a",
+        b"&a [*a]",
+        b"/dev/zero",
+        b"../",
+    ),
 ]
 
 
@@ -117,7 +188,10 @@ def _npz() -> bytes:
     from srt_jax.formats.batch import write_batch
     from srt_jax.task import make_task, stack
 
-    tasks = [make_task(np.array([[[-1, 0, -1], [-1, 0, 1]]]), (0, 0), (0, 2)), make_task(np.ones((2, 2), bool), (0, 0), (1, 1))]
+    tasks = [
+        make_task(np.array([[[-1, 0, -1], [-1, 0, 1]]]), (0, 0), (0, 2)),
+        make_task(np.ones((2, 2), bool), (0, 0), (1, 1)),
+    ]
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "seed.npz"
         write_batch(path, stack(tasks), names=["a", "b"], optimum=[1.0, 0.0])
@@ -129,7 +203,9 @@ def _picture(form: str) -> Callable[[], bytes]:
         from PIL import Image
 
         file = io.BytesIO()
-        Image.fromarray(np.kron(np.eye(4, dtype=np.uint8), np.full((2, 2), 255, np.uint8))).save(file, format=form)
+        Image.fromarray(np.kron(np.eye(4, dtype=np.uint8), np.full((2, 2), 255, np.uint8))).save(
+            file, format=form
+        )
         return file.getvalue()
 
     return made
@@ -138,8 +214,18 @@ def _picture(form: str) -> Callable[[], bytes]:
 def _parquet() -> bytes:
     from srt_jax.answers.results_file import write_results
 
-    record = {name: [] for name in ("cells", "destroyed", "destroyed_at", "contour", "blocking", "separating")}
-    record |= {"name": "a", "status": "SOLVED", "cost": 1.0, "removal_cost": 0.0, "removal_bound": 0.0, "seed": [0, 1]}
+    record = {
+        name: []
+        for name in ("cells", "destroyed", "destroyed_at", "contour", "blocking", "separating")
+    }
+    record |= {
+        "name": "a",
+        "status": "SOLVED",
+        "cost": 1.0,
+        "removal_cost": 0.0,
+        "removal_bound": 0.0,
+        "seed": [0, 1],
+    }
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "seed.parquet"
         write_results(path, [record | {"plan": [["pass", None, 1]], "explanation": "x"}])
@@ -175,11 +261,15 @@ SEEDS: dict[str, Callable[[], bytes]] = {
     "table.json": _json(_TABLE),
     "memory.json": _json(_MEMORY),
 }
-"""A right file of each format: a name that says which reader it is for, and what makes its bytes."""
+"""A right file of each format: a name that says which reader it is for, and what makes its
+bytes.
+"""
 
 
 def mutated(content: bytes, *, seed: int | tuple[int, ...]) -> bytes:
-    """Returns the bytes damaged in one to four places; the same seed damages them in the same way."""
+    """Returns the bytes damaged in one to four places; the same seed damages them in the same
+    way.
+    """
     rng = np.random.default_rng(seed)
     if content.startswith(b"PK") and rng.random() < 0.6:
         return _repacked(content, rng)
@@ -201,7 +291,9 @@ def _damage(content: bytearray, rng: np.random.Generator) -> None:
         case 3:
             del content[at:]
         case 4:
-            content[at : at + length] = content[(other := int(rng.integers(0, len(content) + 1))) : other + length]
+            content[at : at + length] = content[
+                (other := int(rng.integers(0, len(content) + 1))) : other + length
+            ]
         case _:
             content[at : at + int(rng.integers(0, 3))] = _PIECES[int(rng.integers(len(_PIECES)))]
 
@@ -223,7 +315,9 @@ def _repacked(content: bytes, rng: np.random.Generator) -> bytes:
 
 
 def read_one(path: pathlib.Path) -> tuple[Outcome, str]:
-    """Reads a file by the reader that its name in `SEEDS` stands for; returns how that ended, and its message."""
+    """Reads a file by the reader that its name in `SEEDS` stands for; returns how that ended,
+    and its message.
+    """
     for name, content in (("seed.map", _MAP), ("seed.pgm", _PGM)):
         if not (path.parent / name).exists():
             (path.parent / name).write_bytes(content)
@@ -231,7 +325,11 @@ def read_one(path: pathlib.Path) -> tuple[Outcome, str]:
         _reader(path)
     except (ValueError, ImportError) as error:
         told = str(error)
-        return (Outcome.REFUSED, told) if "\n" not in told and told else (Outcome.CRASHED, f"not one line: {told!r}")
+        return (
+            (Outcome.REFUSED, told)
+            if "\n" not in told and told
+            else (Outcome.CRASHED, f"not one line: {told!r}")
+        )
     except _TooLong:
         return Outcome.HUNG, ""
     except Exception as error:
@@ -285,8 +383,12 @@ def _limited(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
-def _child(names: list[str], seed: int, first: int, count: int, seconds: float, gigabytes: float) -> None:
-    """Reads the mutations from `first` on; prints the number of each before, and a line of JSON after it."""
+def _child(
+    names: list[str], seed: int, first: int, count: int, seconds: float, gigabytes: float
+) -> None:
+    """Reads the mutations from `first` on; prints the number of each before, and a line of JSON
+    after it.
+    """
     warm = pathlib.Path(tempfile.mkdtemp())
     seeds = {name: SEEDS[name]() for name in names}
     for name, content in seeds.items():  # imports and compiles before memory is limited
@@ -307,12 +409,18 @@ def _child(names: list[str], seed: int, first: int, count: int, seconds: float, 
             print(json.dumps([outcome.name, told]), flush=True)
 
 
-def _run_child(options: argparse.Namespace, names: list[str], first: int, count: int) -> list[tuple[int, Outcome, str]]:
-    """Returns what became of each mutation; where the child dies, of that one, and the rest goes to another child."""
+def _run_child(
+    options: argparse.Namespace, names: list[str], first: int, count: int
+) -> list[tuple[int, Outcome, str]]:
+    """Returns what became of each mutation; where the child dies, of that one, and the rest goes
+    to another child.
+    """
     command = [sys.executable, "-m", "experiments.campaigns.readers", "--child", f"{first},{count}"]
     command += ["--seed", str(options.seed), "--formats", ",".join(names)]
     command += ["--seconds", str(options.seconds), "--gigabytes", str(options.gigabytes)]
-    done = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace")
+    done = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace"
+    )
     try:
         out, err = done.communicate(timeout=600 + count * options.seconds / 10)
         died = Outcome.CRASHED
@@ -340,12 +448,20 @@ def _run_child(options: argparse.Namespace, names: list[str], first: int, count:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--formats", default=",".join(SEEDS), help="names, or parts of them, separated by commas")
-    parser.add_argument("--seconds", type=float, default=20.0, help="that the reading of one file may take")
-    parser.add_argument("--gigabytes", type=float, default=2.0, help="of memory beyond what the libraries take")
+    parser.add_argument(
+        "--formats", default=",".join(SEEDS), help="names, or parts of them, separated by commas"
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=20.0, help="that the reading of one file may take"
+    )
+    parser.add_argument(
+        "--gigabytes", type=float, default=2.0, help="of memory beyond what the libraries take"
+    )
     parser.add_argument("--child", help=argparse.SUPPRESS)
     options = parser.parse_args()
     names = [name for name in SEEDS if any(part in name for part in options.formats.split(","))]
@@ -355,15 +471,24 @@ def main() -> int:
         return 0
     totals: dict[str, Counter[Outcome]] = {name: Counter() for name in names}
     for first in range(0, options.count, AT_ONCE):
-        for number, outcome, told in _run_child(options, names, first, min(AT_ONCE, options.count - first)):
+        for number, outcome, told in _run_child(
+            options, names, first, min(AT_ONCE, options.count - first)
+        ):
             name = names[number % len(names)]
             totals[name][outcome] += 1
             if outcome in (Outcome.CRASHED, Outcome.HUNG):
-                print(f"{name}, mutated(..., seed=({options.seed}, {number})): {outcome.value} {told}", file=sys.stderr)
+                print(
+                    f"{name}, mutated(..., seed=({options.seed}, {number})): {outcome.value}"
+                    f" {told}",
+                    file=sys.stderr,
+                )
         print(f"{min(first + AT_ONCE, options.count)} mutations", file=sys.stderr, flush=True)
     for name, counts in totals.items():
         print(f"{name:14s}", ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in Outcome))
-    crashes, hangs = (sum(counts[outcome] for counts in totals.values()) for outcome in (Outcome.CRASHED, Outcome.HUNG))
+    crashes, hangs = (
+        sum(counts[outcome] for counts in totals.values())
+        for outcome in (Outcome.CRASHED, Outcome.HUNG)
+    )
     print(f"{options.count} mutations, {crashes} crashes, {hangs} hangs")
     return int(crashes + hangs > 0)
 

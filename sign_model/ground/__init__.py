@@ -1,1 +1,3 @@
-"""What both packages stand on: modules here know neither grids nor signs and import neither package."""
+"""What both packages stand on: modules here know neither grids nor signs and import neither
+package.
+"""

@@ -29,13 +29,17 @@ _REMEDIES = {
 }
 
 _drafts: set[str] = set()
-"""The files that are being written now; `remove_open_drafts` clears them when the process has to end at once."""
+"""The files that are being written now; `remove_open_drafts` clears them when the process has to
+end at once.
+"""
 _lock = threading.RLock()  # re-entrant: a signal handler may run while this thread holds it
 _numbers = itertools.count()
 
 
 class FileError(OSError, ValueError):
-    """A file that cannot be read or written; the message is one sentence that names the file, the reason and a remedy."""
+    """A file that cannot be read or written; the message is one sentence that names the file,
+    the reason and a remedy.
+    """
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -47,9 +51,11 @@ class MissingFileError(FileError, FileNotFoundError):
 
 @contextlib.contextmanager
 def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
-    """Opens a file that takes its name only once it is whole: on an error or interrupt nothing is left, an older file stays.
+    """Opens a file that takes its name only once it is whole: on an error or interrupt nothing is
+    left, an older file stays.
 
-    Text is UTF-8 with lines that end in LF; what UTF-8 cannot express (half a surrogate pair) is written as \\udc80.
+    Text is UTF-8 with lines that end in LF; what UTF-8 cannot express (half a surrogate pair) is
+    written as \\udc80.
 
     Args:
       mode: "w" for text, "wb" for bytes.
@@ -61,14 +67,20 @@ def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
       with written("answers.json") as file:
           json.dump(answers, file)
     """
-    encoding, errors, newline = (None, None, None) if "b" in mode else ("utf-8", "backslashreplace", "\n")
-    with draft_of(path) as draft, open(draft, mode, encoding=encoding, errors=errors, newline=newline) as file:
+    encoding, errors, newline = (
+        (None, None, None) if "b" in mode else ("utf-8", "backslashreplace", "\n")
+    )
+    with (
+        draft_of(path) as draft,
+        open(draft, mode, encoding=encoding, errors=errors, newline=newline) as file,
+    ):
         yield file
 
 
 @contextlib.contextmanager
 def draft_of(path: PathLike) -> Iterator[pathlib.Path]:
-    """Yields the name of a draft beside `path` for a library that opens files by name; renamed when all went well.
+    """Yields the name of a draft beside `path` for a library that opens files by name; renamed when
+    all went well.
 
     Raises:
       FileError: as `written`.
@@ -95,14 +107,17 @@ def draft_of(path: PathLike) -> Iterator[pathlib.Path]:
 
 
 def remove_open_drafts() -> None:
-    """Removes what is being written now, for a process that is about to end without unwinding its stack."""
+    """Removes what is being written now, for a process that is about to end without unwinding
+    its stack.
+    """
     for draft in list(_drafts):
         with contextlib.suppress(OSError):
             os.unlink(draft)
 
 
 def read_bytes(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) -> bytes:
-    """Returns the content of a regular file; devices, pipes and folders are refused before anything is read from them.
+    """Returns the content of a regular file; devices, pipes and folders are refused before anything
+    is read from them.
 
     Args:
       what: the file should hold, for the message, such as "MovingAI map".
@@ -116,7 +131,9 @@ def read_bytes(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) ->
         with open(path, "rb") as file:
             content = file.read(most + 1)
     except (OSError, ValueError) as error:
-        raise FileError(f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        raise FileError(
+            f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
     if len(content) > most:
         raise FileError(_too_large(path, what, len(content), most))
     return content
@@ -132,21 +149,30 @@ def read_text(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) -> 
 
 
 def require_regular(path: PathLike, *, what: str = "file", most: int | None = None) -> None:
-    """Raises FileError where `path` is missing, no regular file, or larger than `most` bytes; opens nothing."""
+    """Raises FileError where `path` is missing, no regular file, or larger than `most` bytes;
+    opens nothing.
+    """
     try:
         told = os.stat(path)
     except FileNotFoundError as error:
         raise MissingFileError(f"{path}: no such file; a {what} was to be read from it") from error
     except (OSError, ValueError) as error:
-        raise FileError(f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        raise FileError(
+            f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
     if not stat.S_ISREG(told.st_mode):
-        raise FileError(f"{path}: the {what} cannot be read: it is {_form(told.st_mode)}: name a regular file")
+        raise FileError(
+            f"{path}: the {what} cannot be read: it is {_form(told.st_mode)}: name a regular file"
+        )
     if most is not None and told.st_size > most:
         raise FileError(_too_large(path, what, told.st_size, most))
 
 
 def _too_large(path: PathLike, what: str, size: int, most: int) -> str:
-    return f"{path}: the {what} has {size} bytes or more, and at most {most} are read: cut it into smaller files"
+    return (
+        f"{path}: the {what} has {size} bytes or more, and at most {most} are read: cut it into"
+        " smaller files"
+    )
 
 
 def _form(mode: int) -> str:
@@ -156,7 +182,9 @@ def _form(mode: int) -> str:
 
 
 def _settled(path: PathLike) -> pathlib.Path:
-    """Returns the file behind links; devices and pipes are refused, for a rename would put a file in their place."""
+    """Returns the file behind links; devices and pipes are refused, for a rename would put a
+    file in their place.
+    """
     try:
         target = pathlib.Path(os.path.realpath(path))
         mode = os.stat(target).st_mode if target.exists() else stat.S_IFREG

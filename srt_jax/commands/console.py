@@ -1,4 +1,6 @@
-"""What the command line shows besides results: progress on long work, tables that fit, one-line errors."""
+"""What the command line shows besides results: progress on long work, tables that fit, one-line
+errors.
+"""
 
 import contextlib
 import datetime
@@ -25,7 +27,9 @@ from rich.text import Text
 from srt_jax.legible import legible
 
 BAD_INPUT, BUDGET_SPENT, CRASHED, PIPE_CLOSED = 2, 3, 70, 141
-"""Exit codes besides 0 (all solved), 1 (some task cannot be solved) and those of signals; 70 is EX_SOFTWARE of sysexits."""
+"""Exit codes besides 0 (all solved), 1 (some task cannot be solved) and those of signals; 70 is
+EX_SOFTWARE of sysexits.
+"""
 
 _PATIENCE = 2.0
 """Seconds after which work shows its progress."""
@@ -35,19 +39,25 @@ _SHORTENED = 10
 
 
 def printer() -> Console:
-    """Returns the console for results; as wide as the terminal, and never narrower than a table needs when there is none."""
+    """Returns the console for results; as wide as the terminal, and never narrower than a table
+    needs when there is none.
+    """
     console = Console()
     return console if console.is_terminal else Console(width=max(120, console.width))
 
 
 def say(*lines: str) -> None:
-    """Prints lines of text on standard output, each as it is but for what `legible` replaces; flushed at once."""
+    """Prints lines of text on standard output, each as it is but for what `legible` replaces;
+    flushed at once.
+    """
     for line in lines:
         print(legible(line, sys.stdout.encoding), flush=True)
 
 
 def say_wrapped(console: Console, line: str) -> None:
-    """Prints a sentence within the width of the console; square brackets and colons in it stand for themselves."""
+    """Prints a sentence within the width of the console; square brackets and colons in it stand
+    for themselves.
+    """
     console.print(Text(legible(line, console.encoding)))
 
 
@@ -57,7 +67,9 @@ def say_json(document: Any) -> None:
 
 
 def flush_output() -> None:
-    """Writes out what was printed, so that a full or closed output is noticed while there is still a way to tell."""
+    """Writes out what was printed, so that a full or closed output is noticed while there is
+    still a way to tell.
+    """
     sys.stdout.flush()
 
 
@@ -73,7 +85,9 @@ def silence_output() -> None:
 
 
 def error_line(message: str, code: int = BAD_INPUT) -> int:
-    """Prints `message` as one line on standard error and returns the exit code, by default that for bad input."""
+    """Prints `message` as one line on standard error and returns the exit code, by default that
+    for bad input.
+    """
     _to_stderr(f"error: {message}")
     return code
 
@@ -92,12 +106,16 @@ def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
     """What cannot be told, for standard error is closed or full, ends nothing."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         encoding = getattr(sys.stderr, "encoding", None)
-        print(f"{prefix}{legible(' '.join(message.split()), encoding)}", file=sys.stderr, flush=True)
+        print(
+            f"{prefix}{legible(' '.join(message.split()), encoding)}", file=sys.stderr, flush=True
+        )
 
 
 @contextlib.contextmanager
 def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Yields a function to call with the number of items finished; a bar with rate and time left appears once it takes long."""
+    """Yields a function to call with the number of items finished; a bar with rate and time left
+    appears once it takes long.
+    """
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -122,16 +140,24 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
 
 @contextlib.contextmanager
 def waiting(what: str, *, quiet: bool) -> Iterator[None]:
-    """Shows that something is being done, and for how long, once it takes long; for work whose end cannot be foretold."""
-    with _shown_when_long(what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet):
+    """Shows that something is being done, and for how long, once it takes long; for work whose
+    end cannot be foretold.
+    """
+    with _shown_when_long(
+        what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet
+    ):
         yield
 
 
 @contextlib.contextmanager
-def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: bool) -> Iterator[Callable[..., None]]:
+def _shown_when_long(
+    what: str, total: int | None, columns: Sequence, quiet: bool
+) -> Iterator[Callable[..., None]]:
     """A timer, not the work, brings the bar up: the first step may be the long one (compiling)."""
     console = Console(stderr=True)
-    bar = Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal)
+    bar = Progress(
+        *columns, console=console, transient=True, disable=quiet or not console.is_terminal
+    )
     shown = bar.add_task(what, total=total, rate="", left="")
     timer = threading.Timer(_PATIENCE, bar.start)
     timer.daemon = True
@@ -148,11 +174,14 @@ def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: boo
 
 
 def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int) -> Table:
-    """Returns a table no wider than `width`: columns that find no room are left out, the dispensable first.
+    """Returns a table no wider than `width`: columns that find no room are left out, the
+    dispensable first.
 
     Args:
-      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column may be shortened to stay.
-      rows: a text per column; long ones end in "...", none is broken, brackets in them are no markup.
+      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column
+        may be shortened to stay.
+      rows: a text per column; long ones end in "...", none is broken, brackets in them are no
+        markup.
     """
     encoding = getattr(sys.stdout, "encoding", None)
     rows = [[legible(text, encoding) for text in row] for row in rows]

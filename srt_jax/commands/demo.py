@@ -18,16 +18,24 @@ from srt_jax.task import stack
 
 def demo(
     out: Annotated[
-        pathlib.Path, typer.Option(metavar="DIR", help="Where the table, the pictures and the results go.")
+        pathlib.Path,
+        typer.Option(metavar="DIR", help="Where the table, the pictures and the results go."),
     ] = pathlib.Path("demo"),
-    pairs: Annotated[int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")] = 6,
+    pairs: Annotated[
+        int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")
+    ] = 6,
     seed: Annotated[int, typer.Option(min=0, help="Draws other pairs.")] = 0,
     page: Annotated[
-        pathlib.Path | None, typer.Option("--report", metavar="FILE.html", help="Write a web page: table, filters, pictures.")
+        pathlib.Path | None,
+        typer.Option(
+            "--report", metavar="FILE.html", help="Write a web page: table, filters, pictures."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as one batch, drawn."""
+    """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as
+    one batch, drawn.
+    """
     require_page_name(page)
     with waiting("laying out the city", quiet=as_json):
         place = work.city()
@@ -42,7 +50,11 @@ def demo(
     def write_more() -> None:
         with written(out / "table.md") as file:
             file.write(work.as_markdown(rows, place))
-        write_batch(out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks])
+        write_batch(
+            out / "tasks.npz",
+            stack([task.task for task in tasks]),
+            names=[task.name for task in tasks],
+        )
 
     records = report(
         tasks,
@@ -60,7 +72,13 @@ def demo(
     return exit_code(records)
 
 
-_RANKS = {"tasks": 1, "open route": 2, "proven least": 3, "objects on contour": 4, "contour cells": 5}
+_RANKS = {
+    "tasks": 1,
+    "open route": 2,
+    "proven least": 3,
+    "objects on contour": 4,
+    "contour cells": 5,
+}
 """Of the summary's columns; those without one stay, however narrow the terminal."""
 
 

@@ -1,4 +1,6 @@
-"""What comes of solved tasks: every answer replayed, then a table or JSON; results, pictures and a web page as asked."""
+"""What comes of solved tasks: every answer replayed, then a table or JSON; results, pictures and
+a web page as asked.
+"""
 
 import pathlib
 from collections import Counter
@@ -12,7 +14,15 @@ from srt_jax.formats.files import make_folder
 from srt_jax.formats.task_files import NamedTask
 from srt_jax.types import Solution, Status
 
-_COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
+_COLUMNS = (
+    ("task", 0),
+    ("status", 0),
+    ("blocked by", 3),
+    ("contour", 4),
+    ("destroyed", 2),
+    ("cost / bound", 1),
+    ("route", 1),
+)
 """Of the table; the greater the number the sooner a column goes where the terminal is narrow."""
 
 
@@ -29,7 +39,8 @@ def report(
     write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
 ) -> list[dict[str, Any]]:
-    """Replays every solution, writes all files, then prints; returns the records. `notes` on the files go into the JSON.
+    """Replays every solution, writes all files, then prints; returns the records. `notes` on the
+    files go into the JSON.
 
     Args:
       results: a file of results. write_more: writes what else the command leaves.
@@ -38,7 +49,9 @@ def report(
         for (name, task), solution in zip(tasks, solutions):
             problems = check(task, solution)
             if problems:
-                raise AssertionError(f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}")
+                raise AssertionError(
+                    f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
+                )
             progress(1)
     records = [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     # All files first: a standard output that is closed or full loses none of them.
@@ -59,7 +72,9 @@ def report(
 
 
 def exit_code(records: Sequence[dict[str, Any]]) -> int:
-    """Returns 0 where all tasks are solved, 1 where one cannot be, else 3: for some the budget was spent."""
+    """Returns 0 where all tasks are solved, 1 where one cannot be, else 3: for some the budget
+    was spent.
+    """
     statuses = {Status[record["status"]] for record in records}
     if all(status.is_solved for status in statuses):
         return 0
@@ -71,7 +86,10 @@ def require_page_name(html: pathlib.Path | None) -> None:
     if html and html.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"--report {html}: a report is a web page: end the name in .html")
     if html and not html.parent.is_dir():
-        raise ValueError(f"--report {html}: there is no folder {html.parent}: name a file in a folder that exists")
+        raise ValueError(
+            f"--report {html}: there is no folder {html.parent}: name a file in a folder that"
+            " exists"
+        )
 
 
 def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> list[str]:
@@ -90,7 +108,9 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> lis
     return [f"Wrote {out / 'results.json'}{told}."]
 
 
-def _write_page(html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool) -> list[str]:
+def _write_page(
+    html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool
+) -> list[str]:
     from srt_jax.draw.webpage import write_page
 
     with counted("writing the page", len(tasks), quiet=quiet) as progress:
@@ -103,10 +123,18 @@ def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) 
     rows = [_row(record) for record in records[:most]]
     console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
-        say_wrapped(console, f"... and {len(records) - most} more tasks (all of them in --json or --out)")
-    counts = ", ".join(f"{count} {status}" for status, count in Counter(record["status"] for record in records).most_common())
+        say_wrapped(
+            console, f"... and {len(records) - most} more tasks (all of them in --json or --out)"
+        )
+    counts = ", ".join(
+        f"{count} {status}"
+        for status, count in Counter(record["status"] for record in records).most_common()
+    )
     number = f"{len(records)} task{'s' if len(records) > 1 else ''}"
-    say_wrapped(console, f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.")
+    say_wrapped(
+        console,
+        f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.",
+    )
     if len(records) == 1:
         say_wrapped(console, records[0]["explanation"])
 

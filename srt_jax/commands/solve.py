@@ -24,8 +24,11 @@ def solve(
         list[str],
         typer.Argument(
             metavar="INPUT...",
-            help="Maps (.map, ROS .yaml, pictures, .xml), places (.osm, .osm.gz, .osm.bz2, .pbf, .geojson), tasks "
-            "(.scen, .npz, .json, .svg).",
+            help=(
+                "Maps (.map, ROS .yaml, pictures, .xml), places (.osm, .osm.gz, .osm.bz2, .pbf,"
+                " .geojson), tasks "
+                "(.scen, .npz, .json, .svg)."
+            ),
             show_default=False,
         ),
     ],
@@ -34,22 +37,34 @@ def solve(
     mode: Annotated[
         str,
         typer.Option(
-            metavar="least|paper|literal", help="least: the least removal. paper: the paper's loop. literal: to the letter."
+            metavar="least|paper|literal",
+            help="least: the least removal. paper: the paper's loop. literal: to the letter.",
         ),
     ] = "least",
-    max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
-    out: Annotated[pathlib.Path | None, typer.Option(metavar="DIR", help="Write results.json and pictures here.")] = None,
-    pictures: Annotated[int, typer.Option(min=0, help="With --out: draw at most so many tasks.")] = 12,
+    max_destroyed: Annotated[
+        int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
+    ] = 8,
+    out: Annotated[
+        pathlib.Path | None,
+        typer.Option(metavar="DIR", help="Write results.json and pictures here."),
+    ] = None,
+    pictures: Annotated[
+        int, typer.Option(min=0, help="With --out: draw at most so many tasks.")
+    ] = 12,
     page: Annotated[
-        pathlib.Path | None, typer.Option("--report", metavar="FILE.html", help="Write a web page: table, filters, pictures.")
+        pathlib.Path | None,
+        typer.Option(
+            "--report", metavar="FILE.html", help="Write a web page: table, filters, pictures."
+        ),
     ] = None,
     results: Annotated[
-        pathlib.Path | None, typer.Option(metavar="FILE", help="Write the answers here: .json, or .parquet.")
+        pathlib.Path | None,
+        typer.Option(metavar="FILE", help="Write the answers here: .json, or .parquet."),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input,
-    [bold]3[/bold] budget spent.
+    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
+    [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
     """
     require_page_name(page)
     if results:
@@ -67,9 +82,19 @@ def solve(
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress)
+        solutions = solve_many(
+            [task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress
+        )
     seconds = time.perf_counter() - begin
     records = report(
-        tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, results=results, notes=told
+        tasks,
+        solutions,
+        seconds,
+        out=out,
+        pictures=pictures,
+        as_json=as_json,
+        html=page,
+        results=results,
+        notes=told,
     )
     return exit_code(records)

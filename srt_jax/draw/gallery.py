@@ -1,4 +1,6 @@
-"""The pictures of many tasks in a folder: names that make good file names, one by one, sheets of them."""
+"""The pictures of many tasks in a folder: names that make good file names, one by one, sheets of
+them.
+"""
 
 import hashlib
 import pathlib
@@ -16,9 +18,11 @@ SHOWS = ("pictures", "sheet", *ANIMATIONS)
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """Returns a file name without ending for each: the last part, safe signs only; the second of a kind gets "-2".
+    """Returns a file name without ending for each: the last part, safe signs only; the second of a
+    kind gets "-2".
 
-    A name of more than 120 bytes is cut, and ends in eight hexadecimal digits that the whole name determines.
+    A name of more than 120 bytes is cut, and ends in eight hexadecimal digits that the whole name
+    determines.
     """
     found: list[str] = []
     taken: set[str] = set()
@@ -40,7 +44,11 @@ def _cut(name: str, most: int = 120) -> str:
     as_bytes = name.encode("utf-8", "replace")
     if len(as_bytes) <= most:
         return name
-    return as_bytes[: most - 9].decode("utf-8", "ignore") + "-" + hashlib.sha256(as_bytes).hexdigest()[:8]
+    return (
+        as_bytes[: most - 9].decode("utf-8", "ignore")
+        + "-"
+        + hashlib.sha256(as_bytes).hexdigest()[:8]
+    )
 
 
 def gallery(
@@ -52,11 +60,12 @@ def gallery(
     polar: PolarFrame | None = None,
     progress: Callable[[int], None] = lambda count: None,
 ) -> list[pathlib.Path]:
-    """Draws each (name, task, solution) into a folder that is there, and returns the files in order.
+    """Draws each (name, task, solution) into a folder that is there, and returns the files in
+    order.
 
     Args:
-      show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets alone; "loop" or "wave", an
-        animation each.
+      show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets
+        alone; "loop" or "wave", an animation each.
       ending: of pictures: "png", "svg" or "pdf".
       progress: called with the number of tasks drawn.
     """
@@ -69,7 +78,11 @@ def gallery(
             files.append(folder / f"{stem}.{ending}")
             draw(task, solution, files[-1], title=name, polar=polar)
         progress(1)
-    return files + (_sheets(named, folder, ending) if show == "sheet" or (show == "pictures" and len(named) > 1) else [])
+    return files + (
+        _sheets(named, folder, ending)
+        if show == "sheet" or (show == "pictures" and len(named) > 1)
+        else []
+    )
 
 
 def _sheets(named: Named, folder: pathlib.Path, ending: str) -> list[pathlib.Path]:

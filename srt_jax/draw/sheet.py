@@ -17,14 +17,21 @@ _WIDTH = 10.0
 _LONGEST_NAME = 24
 
 
-def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = "") -> None:
-    """Writes a sheet with a small picture of each (name, task, solution); the ending decides the format, as in `draw`.
+def contact_sheet(
+    named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = ""
+) -> None:
+    """Writes a sheet with a small picture of each (name, task, solution); the ending decides the
+    format, as in `draw`.
 
     Raises:
-      ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what `draw` refuses.
+      ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what
+        `draw` refuses.
     """
     if not 0 < len(named) <= MOST_ON_SHEET:
-        raise ValueError(f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several sheets")
+        raise ValueError(
+            f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several"
+            " sheets"
+        )
     scenes = [scene_of(task, solution) for _, task, solution in named]
     columns = min(len(named), 8, max(3, math.ceil(math.sqrt(1.2 * len(named)))))
     rows = math.ceil(len(named) / columns)
@@ -42,7 +49,11 @@ def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.Pa
         if title:
             figure.suptitle(legible(title), fontsize=10, parse_math=False)
         figure.legend(
-            handles=handles(scenes), loc="outside lower center", ncols=6 if columns > 2 else 3, fontsize=7, frameon=False
+            handles=handles(scenes),
+            loc="outside lower center",
+            ncols=6 if columns > 2 else 3,
+            fontsize=7,
+            frameon=False,
         )
 
 

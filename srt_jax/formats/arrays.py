@@ -1,6 +1,7 @@
 """The arrays of an `.npz` file, read within limits.
 
-What a header declares is compared with the bytes that are there, and with a limit, before memory is taken.
+What a header declares is compared with the bytes that are there, and with a limit, before memory is
+taken.
 """
 
 import io
@@ -14,7 +15,9 @@ import numpy as np
 from srt_jax.formats.files import PathLike, plain_reason
 
 MOST_BYTES = 1 << 31
-"""Of all arrays of a file, unpacked. A few kilobytes can declare, and even unpack to, any number."""
+"""Of all arrays of a file, unpacked. A few kilobytes can declare, and even unpack to, any
+number.
+"""
 
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 """How NumPy packs; anything else was packed by another program."""
@@ -23,14 +26,16 @@ _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 def read_arrays(
     path: PathLike, content: bytes, names: Iterable[str] | None = None, *, most: int = MOST_BYTES
 ) -> dict[str, np.ndarray]:
-    """Returns the arrays in the bytes of an `.npz` file by name, in this machine's byte order and C order.
+    """Returns the arrays in the bytes of an `.npz` file by name, in this machine's byte order and C
+    order.
 
     Args:
       path: for messages. names: the arrays wanted; all by default.
       most: bytes of these arrays, unpacked.
 
     Raises:
-      ValueError: damaged, cut off, objects instead of numbers, or larger than `most`; MemoryError: there is not enough memory.
+      ValueError: damaged, cut off, objects instead of numbers, or larger than `most`; MemoryError:
+        there is not enough memory.
     """
     arrays = {}
     try:
@@ -41,7 +46,8 @@ def read_arrays(
             total = sum(info.file_size for info in chosen.values())
             if total > most:
                 raise _Refused(
-                    f"its arrays take {total} bytes unpacked, and at most {most} are read: write fewer or smaller tasks a file"
+                    f"its arrays take {total} bytes unpacked, and at most {most} are read: write"
+                    " fewer or smaller tasks a file"
                 )
             for name, info in chosen.items():
                 arrays[name] = _array(archive, info)
@@ -49,9 +55,11 @@ def read_arrays(
         raise ValueError(f"{path}: {error}") from error
     except MemoryError:
         raise
-    except Exception as error:  # the zip reader and NumPy raise whatever their code runs into on damaged bytes
+    # the zip reader and NumPy raise whatever their code runs into on damaged bytes
+    except Exception as error:
         raise ValueError(
-            f"{path}: no whole .npz file of plain arrays: it is cut off, damaged, or of another kind ({plain_reason(error)})"
+            f"{path}: no whole .npz file of plain arrays: it is cut off, damaged, or of another"
+            f" kind ({plain_reason(error)})"
         ) from error
     return arrays
 
@@ -71,8 +79,8 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
             raise ValueError(f"the array {name[:40]!r} holds objects, which could run code")
         if min(shape, default=0) < 0 or head + size != info.file_size:
             raise _Refused(
-                f"the array {name.removesuffix('.npy')[:40]!r} declares shape {list(shape)} and {size} bytes, but "
-                f"{info.file_size - head} are there: it is cut off or damaged"
+                f"the array {name.removesuffix('.npy')[:40]!r} declares shape {list(shape)} and"
+                f" {size} bytes, but {info.file_size - head} are there: it is cut off or damaged"
             )
         file.seek(0)
         array = np.lib.format.read_array(file, allow_pickle=False)

@@ -26,7 +26,8 @@ class Batch(NamedTuple):
 
     tasks: NumPy arrays with one batch dimension, padded as by `stack`.
     names: one per task; "0", "1", ... where the file has none.
-    optimum: float32 [B], the least total removal cost that opens a way, inf where none does, NaN where unknown.
+    optimum: float32 [B], the least total removal cost that opens a way, inf where none does, NaN
+      where unknown.
     """
 
     tasks: Task
@@ -34,7 +35,13 @@ class Batch(NamedTuple):
     optimum: np.ndarray
 
 
-def write_batch(path: PathLike, tasks: Task, *, names: Sequence[str] | None = None, optimum: ArrayLike | None = None) -> None:
+def write_batch(
+    path: PathLike,
+    tasks: Task,
+    *,
+    names: Sequence[str] | None = None,
+    optimum: ArrayLike | None = None,
+) -> None:
     """Writes a batch (`stack` makes one); what `read_batch` would refuse is refused here.
 
     Args:
@@ -56,22 +63,34 @@ def read_batch(path: PathLike) -> Batch:
     """Returns the batch in an `.npz` file.
 
     Raises:
-      ValueError: the file is missing, cut off, no batch, or an array has a wrong dtype, shape or range.
+      ValueError: the file is missing, cut off, no batch, or an array has a wrong dtype, shape or
+        range.
     """
     return _checked(str(path), read_arrays(path, read_bytes(path, "batch of tasks")))
 
 
 def _checked(path: str, arrays: dict[str, np.ndarray]) -> Batch:
-    wrong = (_FIELDS.keys() - arrays.keys()) | (arrays.keys() - _FIELDS.keys() - {"names", "optimum"})
+    wrong = (_FIELDS.keys() - arrays.keys()) | (
+        arrays.keys() - _FIELDS.keys() - {"names", "optimum"}
+    )
     if wrong:
         name = min(wrong)
         told = "is missing" if name in _FIELDS else "is unknown"
-        raise ValueError(f"{path}: the array {name!r} {told}: a batch holds {', '.join(_FIELDS)}, and may hold names, optimum")
-    sizes = {"2": 2, **dict(zip("BLHW", arrays["labels"].shape)), **dict(zip("BM", arrays["destroyable"].shape))}
+        raise ValueError(
+            f"{path}: the array {name!r} {told}: a batch holds {', '.join(_FIELDS)}, and may hold"
+            " names, optimum"
+        )
+    sizes = {
+        "2": 2,
+        **dict(zip("BLHW", arrays["labels"].shape)),
+        **dict(zip("BM", arrays["destroyable"].shape)),
+    }
     num_tasks = sizes.get("B", 0)
     arrays.setdefault("names", np.array([str(index) for index in range(num_tasks)], np.str_))
     arrays.setdefault("optimum", np.full(num_tasks, np.nan, np.float32))
-    for name, (dtype, axes) in (_FIELDS | {"names": (np.str_, "[B]"), "optimum": (np.float32, "[B]")}).items():
+    for name, (dtype, axes) in (
+        _FIELDS | {"names": (np.str_, "[B]"), "optimum": (np.float32, "[B]")}
+    ).items():
         _check_array(f"{path}: {name}", arrays[name], dtype, axes, sizes)
     _check_ranges(path, arrays)
     tasks = Task(**{name: arrays[name] for name in _FIELDS})
@@ -82,14 +101,20 @@ def _texts(path: str, names: np.ndarray) -> tuple[str, ...]:
     try:
         return tuple(names.tolist())
     except ValueError as error:  # a number that is no sign of Unicode
-        raise ValueError(f"{path}: names hold what is no text ({error}): the file is damaged") from error
+        raise ValueError(
+            f"{path}: names hold what is no text ({error}): the file is damaged"
+        ) from error
 
 
-def _check_array(name: str, array: np.ndarray, dtype: type, axes: str, sizes: dict[str, int]) -> None:
+def _check_array(
+    name: str, array: np.ndarray, dtype: type, axes: str, sizes: dict[str, int]
+) -> None:
     if not np.issubdtype(array.dtype, dtype):
         raise ValueError(f"{name} must be {np.dtype(dtype).name}, got {array.dtype}")
     if list(array.shape) != [sizes.get(axis) for axis in axes.strip("[]").split(", ")]:
-        raise ValueError(f"{name} must have shape {axes}, sizes equal in all arrays, got {list(array.shape)}")
+        raise ValueError(
+            f"{name} must have shape {axes}, sizes equal in all arrays, got {list(array.shape)}"
+        )
     if 0 in array.shape:
         raise ValueError(f"{name} has shape {list(array.shape)}: the batch is empty")
 
@@ -102,11 +127,15 @@ def _check_ranges(path: str, arrays: dict[str, np.ndarray]) -> None:
     is_id = (labels >= FREE) & (labels < cost.shape[1])
     is_padding = labels == np.where(np.arange(num_layers) == 0, OUTSIDE, FREE)[:, None, None]
     broken = {
-        f"size must lie between 1 x 1 and {height} x {width}, the shape of labels": (size < 1) | (size > (height, width)),
+        f"size must lie between 1 x 1 and {height} x {width}, the shape of labels": (
+            (size < 1) | (size > (height, width))
+        ),
         "start must lie inside the map": (arrays["start"] < 0) | (arrays["start"] >= size),
         "goal must lie inside the map": (arrays["goal"] < 0) | (arrays["goal"] >= size),
         f"labels must be {FREE} (free) or an id from 0 to {cost.shape[1] - 1}": is_inside & ~is_id,
-        f"labels beyond the map's size must be {OUTSIDE} in layer 0 and {FREE} in the others": ~is_inside & ~is_padding,
+        f"labels beyond the map's size must be {OUTSIDE} in layer 0 and {FREE} in the others": (
+            ~is_inside & ~is_padding
+        ),
         "removal_cost must be positive and finite": ~(np.isfinite(cost) & (cost > 0)),
         "optimum must not be negative (NaN where unknown)": arrays["optimum"] < 0,
     }

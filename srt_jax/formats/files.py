@@ -14,7 +14,8 @@ from sign_model.ground.files import written as written
 
 
 def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:
-    """Returns the content of a regular file; ValueError where it cannot be read or has more than `most` bytes.
+    """Returns the content of a regular file; ValueError where it cannot be read or has more than
+    `most` bytes.
 
     Args:
       kind: what it should hold, for the message, such as "MovingAI map".
@@ -23,13 +24,17 @@ def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:
 
 
 def read_lines(path: PathLike, kind: str) -> list[str]:
-    """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8 stand as U+FFFD."""
+    """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8
+    stand as U+FFFD.
+    """
     text = read_bytes(path, kind).decode("utf-8-sig", errors="replace")
     return [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
 
 
 def make_folder(path: pathlib.Path) -> None:
-    """Makes the folder and those above it, where they are missing; ValueError where that cannot be."""
+    """Makes the folder and those above it, where they are missing; ValueError where that cannot
+    be.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -37,13 +42,16 @@ def make_folder(path: pathlib.Path) -> None:
 
 
 def plain_reason(error: BaseException) -> str:
-    """Returns what a library says of a file, on one line and without addresses of objects in memory."""
+    """Returns what a library says of a file, on one line and without addresses of objects in
+    memory.
+    """
     told = re.sub(r"<[^<>]* object at 0x[0-9a-fA-F]+>", "it", " ".join(str(error).split()))
     return told[:300] or type(error).__name__
 
 
 def needed(module: str, *, extra: str, what: str) -> Any:
-    """Returns a module that is not part of the core; ImportError with the command that installs it where it is absent.
+    """Returns a module that is not part of the core; ImportError with the command that installs it
+    where it is absent.
 
     Args:
       extra: of this package, which brings it. what: asks for it, such as "reading OpenStreetMap".
@@ -51,5 +59,7 @@ def needed(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(module.split(".")[0], module.split(".")[0])
+        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(
+            module.split(".")[0], module.split(".")[0]
+        )
         raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error

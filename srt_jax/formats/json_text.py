@@ -1,4 +1,6 @@
-"""JSON read strictly: whole, in UTF-8, every number finite, no member twice, no member that is not known."""
+"""JSON read strictly: whole, in UTF-8, every number finite, no member twice, no member that is
+not known.
+"""
 
 import json
 import math
@@ -7,7 +9,9 @@ from typing import Any, NoReturn
 from srt_jax.formats.files import PathLike, read_bytes
 
 _MOST_DIGITS = 300
-"""Of a whole number; longer ones exceed what a float can hold, and any that a file has a use for."""
+"""Of a whole number; longer ones exceed what a float can hold, and any that a file has a use
+for.
+"""
 
 
 def read_json(path: PathLike, kind: str) -> Any:
@@ -21,34 +25,56 @@ def read_json(path: PathLike, kind: str) -> Any:
     """
     content = read_bytes(path, kind)
     try:
-        return json.loads(content, parse_constant=_refuse_constant, parse_int=_whole, object_pairs_hook=_without_repeats)
+        return json.loads(
+            content,
+            parse_constant=_refuse_constant,
+            parse_int=_whole,
+            object_pairs_hook=_without_repeats,
+        )
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}") from error
+        raise ValueError(
+            f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}"
+        ) from error
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: no JSON text in UTF-8") from error
     except RecursionError as error:
-        raise ValueError(f"{path}: nested too deeply: at most some hundred lists or objects lie inside each other") from error
+        raise ValueError(
+            f"{path}: nested too deeply: at most some hundred lists or objects lie inside each"
+            " other"
+        ) from error
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
 
 def fields_of(where: str, value: object, *required: str, **defaults: object) -> dict[str, Any]:
-    """Returns the members of a JSON object in the order asked for; ValueError for one that is missing or not known."""
+    """Returns the members of a JSON object in the order asked for; ValueError for one that is
+    missing or not known.
+    """
     if not isinstance(value, dict):
-        raise ValueError(f"{where} must be an object with {', '.join(required)}, got {type(value).__name__}")
+        raise ValueError(
+            f"{where} must be an object with {', '.join(required)}, got {type(value).__name__}"
+        )
     names = (*required, *defaults)
     for name in required:
         if name not in value:
             raise ValueError(f"{where} lacks {name!r}: it has {', '.join(names)}")
     for name in value:
         if name not in names:
-            raise ValueError(f"{where} has the unknown member {name!r}: known are {', '.join(names)}")
+            raise ValueError(
+                f"{where} has the unknown member {name!r}: known are {', '.join(names)}"
+            )
     return {name: value.get(name, defaults.get(name)) for name in names}
 
 
 def _whole(text: str) -> int | float:
-    """Returns a whole number; inf where no float can hold it, which whoever asks for a finite number refuses by name."""
-    return int(text) if len(text) <= _MOST_DIGITS else math.copysign(math.inf, -1 if text[0] == "-" else 1)
+    """Returns a whole number; inf where no float can hold it, which whoever asks for a finite
+    number refuses by name.
+    """
+    return (
+        int(text)
+        if len(text) <= _MOST_DIGITS
+        else math.copysign(math.inf, -1 if text[0] == "-" else 1)
+    )
 
 
 def _refuse_constant(name: str) -> NoReturn:

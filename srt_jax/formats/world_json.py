@@ -15,10 +15,12 @@ def read_world(path: PathLike, *, repair: bool = False) -> World:
     """Returns the world in a JSON file.
 
     Args:
-      repair: make valid polygons of rings that cross themselves (needs shapely) instead of refusing them.
+      repair: make valid polygons of rings that cross themselves (needs shapely) instead of refusing
+        them.
 
     Raises:
-      ValueError: the file is missing, no JSON, of another version, or breaks a rule of `World`; the message says where.
+      ValueError: the file is missing, no JSON, of another version, or breaks a rule of `World`; the
+        message says where.
     """
     document = read_json(path, "world")
     try:
@@ -37,22 +39,36 @@ def write_world(path: PathLike, world: World) -> None:
         "goal": world.goal,
     }
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
-    obstacles = ",\n    ".join(json.dumps(_written(obstacle), ensure_ascii=False) for obstacle in world.obstacles)
+    obstacles = ",\n    ".join(
+        json.dumps(_written(obstacle), ensure_ascii=False) for obstacle in world.obstacles
+    )
     lines.append('  "obstacles": [' + (f"\n    {obstacles}\n  ]" if obstacles else "]"))
     with written(path) as file:
         file.write("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def _written(obstacle: Obstacle) -> dict[str, Any]:
-    shape = {"polygon": obstacle.parts[0]} if len(obstacle.parts) == 1 else {"multipolygon": obstacle.parts}
-    return {"name": obstacle.name, "destroyable": obstacle.destroyable, "removal_cost": obstacle.removal_cost, **shape}
+    shape = (
+        {"polygon": obstacle.parts[0]}
+        if len(obstacle.parts) == 1
+        else {"multipolygon": obstacle.parts}
+    )
+    return {
+        "name": obstacle.name,
+        "destroyable": obstacle.destroyable,
+        "removal_cost": obstacle.removal_cost,
+        **shape,
+    }
 
 
 def _world(document: object, repair: bool) -> World:
-    fields = fields_of("the file", document, "format", "version", "bounds", "agent", "goal", "obstacles")
+    fields = fields_of(
+        "the file", document, "format", "version", "bounds", "agent", "goal", "obstacles"
+    )
     if (fields["format"], fields["version"]) != (FORMAT, VERSION):
         raise ValueError(
-            f"format {fields['format']!r} version {fields['version']!r} is not read, only {FORMAT!r} version {VERSION}"
+            f"format {fields['format']!r} version {fields['version']!r} is not read, only"
+            f" {FORMAT!r} version {VERSION}"
         )
     agent = fields_of("agent", fields["agent"], "position", "radius")
     goal = fields["goal"]
@@ -70,7 +86,9 @@ def _world(document: object, repair: bool) -> World:
 
 
 def _obstacles(items: list[Any], repair: bool) -> tuple[Obstacle, ...]:
-    """Returns the obstacles, their polygons checked all at once; one by one only where something is odd."""
+    """Returns the obstacles, their polygons checked all at once; one by one only where something
+    is odd.
+    """
     shapes = [_parts_of(item) for item in items]
     checked = iter(as_rings([ring for parts in shapes for part in parts for ring in part]))
     whole = [tuple(tuple(next(checked) or () for _ in part) for part in parts) for parts in shapes]
@@ -102,6 +120,8 @@ def _obstacle(where: str, item: object, repair: bool, checked: Parts | None = No
     try:
         if checked is not None:
             return Obstacle(parts=checked, checked=True, **fields)
-        return Obstacle(parts=parts if shape == "multipolygon" else (parts,), repair=repair, **fields)
+        return Obstacle(
+            parts=parts if shape == "multipolygon" else (parts,), repair=repair, **fields
+        )
     except (ValueError, TypeError) as error:
         raise ValueError(f"{where}: {error}") from error

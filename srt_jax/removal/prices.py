@@ -1,15 +1,18 @@
 """What each obstacle costs together with all that must go before it: floods, level by level.
 
-Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved by flooding in levels:
-with what can be afforded for a price, flood; every obstacle that the flood meets by a side can be had for the price plus
-its own cost; raise the price to the next such sum; until the target is flooded. That price is
+Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved
+by flooding in levels: with what can be afforded for a price, flood; every obstacle that the flood
+meets by a side can be had for the price plus its own cost; raise the price to the next such sum;
+until the target is flooded. That price is
 
-- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to the target has met by a side,
-  and paid for, each obstacle on the way, and the flood is never behind;
-- the optimum where each obstacle is connected by sides and no two overlap, for then a chain of obstacles, each paying for
-  the next, opens a way at that very price.
+- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to
+  the target has met by a side, and paid for, each obstacle on the way, and the flood is never
+  behind;
+- the optimum where each obstacle is connected by sides and no two overlap, for then a chain of
+  obstacles, each paying for the next, opens a way at that very price.
 
-By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can be entered from the side.
+By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can
+be entered from the side.
 """
 
 from typing import NamedTuple
@@ -24,11 +27,15 @@ from srt_jax.paths.reach import flood_group
 from srt_jax.types import Task
 
 _SLACK = 1e-5
-"""Sums of the same costs in another order may differ by this part; an obstacle too many among the tight ones does no harm."""
+"""Sums of the same costs in another order may differ by this part; an obstacle too many among
+the tight ones does no harm.
+"""
 
 
 class Terms(NamedTuple):
-    """Between which cells of one map, int32 [2] inside it, and at which costs, float32 [M], inf for what must stay."""
+    """Between which cells of one map, int32 [2] inside it, and at which costs, float32 [M], inf
+    for what must stay.
+    """
 
     start: Array
     goal: Array
@@ -38,9 +45,11 @@ class Terms(NamedTuple):
 class Prices(NamedTuple):
     """reached: the mask of cells reached before any price is paid.
 
-    goal: float32 [], the price of the goal: 0 where a path exists, inf where none can be opened (or only for `most` and more).
+    goal: float32 [], the price of the goal: 0 where a path exists, inf where none can be opened (or
+      only for `most` and more).
     affordable: bool [M], what can be had for that price; all of these gone, the goal is reached.
-    tight: bool [M], what can be had and leads on to the goal within that price: all members of the cheapest chains.
+    tight: bool [M], what can be had and leads on to the goal within that price: all members of the
+      cheapest chains.
     """
 
     reached: Array
@@ -50,7 +59,8 @@ class Prices(NamedTuple):
 
 
 def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
-    """Returns the cells reached with nothing destroyed and the price of the goal, for the tasks in `among` (bool [B]).
+    """Returns the cells reached with nothing destroyed and the price of the goal, for the tasks in
+    `among` (bool [B]).
 
     Their start is free and their goal on the map; for the others: no cell, and inf.
 
@@ -58,7 +68,9 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
       uint32 [B, H, words], packed; float32 [B].
     """
 
-    def one_map(labels: Labels, cost: Array, start: Array, goal: Array, is_asked: Array) -> tuple[Array, Array]:
+    def one_map(
+        labels: Labels, cost: Array, start: Array, goal: Array, is_asked: Array
+    ) -> tuple[Array, Array]:
         never, nothing = jnp.full(cost.shape, jnp.inf, jnp.float32), jnp.zeros(cost.shape, bool)
         most = jnp.where(is_asked, jnp.float32(jnp.inf), jnp.float32(0))
         reached, _, price = _levels(labels, start, goal, nothing, cost, never, most)
@@ -69,7 +81,8 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
 
 
 def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
-    """Returns the prices once the obstacles `gone` (bool [M]) are, without theirs; `terms.start` is a free cell.
+    """Returns the prices once the obstacles `gone` (bool [M]) are, without theirs; `terms.start` is
+    a free cell.
 
     First from the start until the goal is reached, then from the goal as far as that price goes.
     """
@@ -83,9 +96,14 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
     def one_way(state: tuple) -> tuple:
         direction, reached, price, forth, _ = state
         is_back = direction == 1
-        source, target = (jnp.where(is_back, *ends) for ends in ((terms.goal, terms.start), (terms.start, terms.goal)))
+        source, target = (
+            jnp.where(is_back, *ends)
+            for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
+        )
         met = jnp.where(is_back & in_goal & jnp.isfinite(cost), jnp.float32(0), never)
-        first, met, found = _levels(labels, source, target, gone, cost, met, jnp.where(is_back, price, most))
+        first, met, found = _levels(
+            labels, source, target, gone, cost, met, jnp.where(is_back, price, most)
+        )
         return (
             direction + 1,
             jnp.where(is_back, reached, first),
@@ -109,13 +127,15 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
 def _levels(
     labels: Labels, source: Array, target: Array, gone: Array, cost: Array, met: Array, most: Array
 ) -> tuple[Array, Array, Array]:
-    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or more.
+    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or
+    more.
 
     Args:
       met: float32 [M], the price at which each obstacle is met from the beginning.
 
     Returns:
-      the mask reached at price 0; the prices at which obstacles are met, float32 [M]; that of the target, float32 [].
+      the mask reached at price 0; the prices at which obstacles are met, float32 [M]; that of the
+      target, float32 [].
     """
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
@@ -124,7 +144,9 @@ def _levels(
     def level(state: tuple) -> tuple:
         price, met, first, reached, _, _ = state
         passable = obstacles.open_cells(labels, gone | (met + cost <= price))
-        reached = flood_group(passable, (reached | at_source) & passable, group=1, through_corners=False)
+        reached = flood_group(
+            passable, (reached | at_source) & passable, group=1, through_corners=False
+        )
         is_there = obstacles.holds(reached, target)
 
         def noted(met: Array) -> Array:

@@ -1,4 +1,6 @@
-"""What breaks command lines: odd names and outputs, crashes, interrupts, and files that declare more than they hold."""
+"""What breaks command lines: odd names and outputs, crashes, interrupts, and files that declare
+more than they hold.
+"""
 
 import errno
 import gzip
@@ -90,7 +92,12 @@ def test_what_declares_too_much_is_refused_in_one_line(here, capsys, name, told)
 @pytest.mark.parametrize("command", [["solve"], ["draw"], ["convert"], ["scen"], ["plan"]])
 @pytest.mark.parametrize("form", ["missing", "pipe", "device", "folder"])
 def test_only_regular_files_are_read_by_any_command(here, capsys, command, form):
-    name = {"missing": "none.map", "pipe": "pipe.map", "device": "/dev/zero", "folder": "folder.map"}[form]
+    name = {
+        "missing": "none.map",
+        "pipe": "pipe.map",
+        "device": "/dev/zero",
+        "folder": "folder.map",
+    }[form]
     if form == "pipe":
         os.mkfifo(here / name)
     if form == "folder":
@@ -98,7 +105,12 @@ def test_only_regular_files_are_read_by_any_command(here, capsys, command, form)
     other = {"convert": ["out.map"], "plan": ["problem.pddl"]}.get(command[0], [])
     code, out, err = printed(capsys, *command, name, *other)
     assert (code, out, err.count("\n")) == (2, "", 1) and name in err
-    assert {"missing": "no such file", "pipe": "a pipe", "device": "a device", "folder": "a folder"}[form] in err
+    assert {
+        "missing": "no such file",
+        "pipe": "a pipe",
+        "device": "a device",
+        "folder": "a folder",
+    }[form] in err
 
 
 # Reading within limits.
@@ -116,7 +128,10 @@ def test_arrays_that_unpack_to_more_than_the_limit_are_refused_before_they_do(he
     head = io.BytesIO()
     np.save(head, np.zeros((1, 1, 40, 40), np.int32))
     npz_of(here / "bomb.npz", labels=head.getvalue())
-    with pytest.raises(ValueError, match=r"bomb.npz: its arrays take 6528 bytes unpacked, and at most 1000 are read"):
+    with pytest.raises(
+        ValueError,
+        match=r"bomb.npz: its arrays take 6528 bytes unpacked, and at most 1000 are read",
+    ):
         read_tasks("bomb.npz")
 
 
@@ -124,13 +139,17 @@ def test_an_array_shorter_than_its_header_says_is_cut_off(here):
     head = io.BytesIO()
     np.save(head, np.zeros((1, 1, 4, 4), np.int32))
     npz_of(here / "short.npz", labels=head.getvalue()[:-4])
-    with pytest.raises(ValueError, match=r"declares shape \[1, 1, 4, 4\] and 64 bytes, but 60 are there"):
+    with pytest.raises(
+        ValueError, match=r"declares shape \[1, 1, 4, 4\] and 64 bytes, but 60 are there"
+    ):
         read_tasks("short.npz")
 
 
 def test_a_file_larger_than_the_limit_is_refused_with_the_limit(here):
     (here / "large.bin").write_bytes(bytes(100))
-    with pytest.raises(ValueError, match=r"large\.bin: the thing has 100 bytes or more, and at most 99 are read"):
+    with pytest.raises(
+        ValueError, match=r"large\.bin: the thing has 100 bytes or more, and at most 99 are read"
+    ):
         read_bytes(here / "large.bin", "thing", most=99)
     assert len(read_bytes(here / "large.bin", "thing", most=100)) == 100
 
@@ -138,7 +157,9 @@ def test_a_file_larger_than_the_limit_is_refused_with_the_limit(here):
 def test_maps_and_pictures_of_too_many_cells_are_refused_by_their_header(here, capsys, monkeypatch):
     (here / "huge.map").write_text("type octile\nheight 99999999\nwidth 99999999\nmap\n.\n")
     (here / "huge.pgm").write_bytes(b"P5\n99999 99999\n255\n")
-    (here / "huge.xml").write_text("<root><map><height>99999</height><width>99999</width><grid/></map></root>")
+    (here / "huge.xml").write_text(
+        "<root><map><height>99999</height><width>99999</width><grid/></map></root>"
+    )
     for name in ("huge.map", "huge.pgm", "huge.xml"):
         code, _, err = printed(capsys, "solve", name, *ENDS)
         assert code == 2 and err.count("\n") == 1 and name in err and str(gridmap.MOST_CELLS) in err
@@ -160,7 +181,10 @@ def test_packed_extracts_that_unpack_out_of_all_proportion_are_refused(here, mon
         ("deep.json", "[" * 100_000),
         ("deep.geojson", '{"type": "GeometryCollection", "geometries": [' * 400 + "]}" * 400),
         ("deep.yaml", "image: " + "[" * 5000),
-        ("laughs.yaml", "a: &a [1, 1]\nb: &b [*a, *a]\nimage: x.png\nresolution: 1\norigin: [*b, *b, *b]\n"),
+        (
+            "laughs.yaml",
+            "a: &a [1, 1]\nb: &b [*a, *a]\nimage: x.png\nresolution: 1\norigin: [*b, *b, *b]\n",
+        ),
         ("digits.json", '{"format": "srt-jax world", "version": ' + "1" * 5000 + "}"),
         ("digits.xml", f"<root><map><height>{'1' * 5000}</height><width>1</width></map></root>"),
     ],
@@ -176,17 +200,30 @@ def test_deep_nesting_and_endless_numbers_are_refused_in_one_line(here, capsys, 
 
 def test_nothing_is_left_of_a_file_whose_writing_fails_or_is_interrupted(here):
     (here / "a.txt").write_text("old")
-    for error in (ValueError("x"), OSError(errno.ENOSPC, "No space left on device"), interrupts.Stopped(), KeyboardInterrupt()):
+    for error in (
+        ValueError("x"),
+        OSError(errno.ENOSPC, "No space left on device"),
+        interrupts.Stopped(),
+        KeyboardInterrupt(),
+    ):
         with pytest.raises((type(error), ValueError)), written("a.txt") as file:
             file.write("new")
             raise error
-        assert sorted(os.listdir()) == ["a.txt", "base.map"] and (here / "a.txt").read_text() == "old"
+        assert (
+            sorted(os.listdir()) == ["a.txt", "base.map"] and (here / "a.txt").read_text() == "old"
+        )
 
 
 def test_a_full_disk_and_a_missing_folder_have_their_own_remedies(here):
-    with pytest.raises(ValueError, match=r"a\.txt: cannot be written: full; make room on the disk"), written("a.txt"):
+    with (
+        pytest.raises(ValueError, match=r"a\.txt: cannot be written: full; make room on the disk"),
+        written("a.txt"),
+    ):
         raise OSError(errno.ENOSPC, "full")
-    with pytest.raises(FileNotFoundError, match="name a file in a folder that exists"), written("none/a.txt"):
+    with (
+        pytest.raises(FileNotFoundError, match="name a file in a folder that exists"),
+        written("none/a.txt"),
+    ):
         pass
     with pytest.raises(ValueError, match="it is a device"), written("/dev/null"):
         pass
@@ -231,7 +268,16 @@ def test_names_are_made_legible(text, encoding, right):
     assert legible(text, encoding) == right
 
 
-ODD_NAMES = ["run [/7]", "a\x1b[31mred", "$\\frac{1$", "\udc80", "Дом", "x" * 3000, "x" * 3000 + "y", "../../etc"]
+ODD_NAMES = [
+    "run [/7]",
+    "a\x1b[31mred",
+    "$\\frac{1$",
+    "\udc80",
+    "Дом",
+    "x" * 3000,
+    "x" * 3000 + "y",
+    "../../etc",
+]
 
 
 def test_odd_names_are_drawn_listed_and_written_and_never_leave_the_folder(here, capsys):
@@ -240,7 +286,9 @@ def test_odd_names_are_drawn_listed_and_written_and_never_leave_the_folder(here,
     code, out, _ = printed(capsys, "solve", "names.npz", "--out", "a", "--report", "p.html")
     assert code == 0 and "\x1b" not in out and "run [/7]" in out
     assert len(os.listdir("a")) == len(ODD_NAMES) + 2  # a picture each, the sheet, the results
-    assert [task["name"] for task in json.loads((here / "a" / "results.json").read_text())["tasks"]] == ODD_NAMES
+    assert [
+        task["name"] for task in json.loads((here / "a" / "results.json").read_text())["tasks"]
+    ] == ODD_NAMES
     assert sorted(os.listdir()) == ["a", "base.map", "names.npz", "p.html"]
 
 
@@ -269,7 +317,11 @@ def test_one_means_that_a_task_cannot_be_solved_and_nothing_else():
         (OverflowError("too large"), 70, "internal error: OverflowError"),
         (NotImplementedError(), 70, "internal error: NotImplementedError"),
         (AssertionError("a solution failed its replay\nmore"), 70, "a solution failed its replay"),
-        (RuntimeError("RESOURCE_EXHAUSTED: Out of memory allocating 1 bytes\nstack"), 70, "out of memory"),
+        (
+            RuntimeError("RESOURCE_EXHAUSTED: Out of memory allocating 1 bytes\nstack"),
+            70,
+            "out of memory",
+        ),
         (OSError(errno.EACCES, "Permission denied", "x.map"), 70, "x.map: Permission denied"),
         (TypeError("unexpected"), 70, "please report it"),
         (ValueError("this rule"), 2, "this rule"),
@@ -278,7 +330,9 @@ def test_one_means_that_a_task_cannot_be_solved_and_nothing_else():
         (interrupts.Stopped(), 130, "interrupted"),
     ],
 )
-def test_whatever_goes_wrong_is_one_line_with_its_own_code(here, capfd, monkeypatch, error, code, told):
+def test_whatever_goes_wrong_is_one_line_with_its_own_code(
+    here, capfd, monkeypatch, error, code, told
+):
     def fails(*arguments, **options):
         raise error
 
@@ -286,7 +340,12 @@ def test_whatever_goes_wrong_is_one_line_with_its_own_code(here, capfd, monkeypa
     monkeypatch.setattr("srt_jax.commands.solve.read_tasks", fails)
     assert run(["solve", "base.map", *ENDS]) == code
     out, err = capfd.readouterr()
-    assert out == "" and err.count("\n") == (1 if told else 0) and told in err and "Traceback" not in err
+    assert (
+        out == ""
+        and err.count("\n") == (1 if told else 0)
+        and told in err
+        and "Traceback" not in err
+    )
     if code == 70:
         assert run(["solve", "base.map", *ENDS, "--debug"]) == code
         assert "Traceback" in capfd.readouterr().err
@@ -335,7 +394,17 @@ def test_a_missing_home_and_a_missing_device_are_no_tracebacks(here):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", ["importing", "working"])
 def test_a_signal_ends_the_program_with_one_line_and_no_draft(here, number, moment):
-    process = program("dataset", "rooms", "--count", "4000", "--size", "32", "--out", "rooms", stdout=subprocess.PIPE)
+    process = program(
+        "dataset",
+        "rooms",
+        "--count",
+        "4000",
+        "--size",
+        "32",
+        "--out",
+        "rooms",
+        stdout=subprocess.PIPE,
+    )
     deadline = time.monotonic() + 120
     if moment == "working":
         while not (here / "rooms" / "dataset.json").exists() and time.monotonic() < deadline:
@@ -351,36 +420,47 @@ def test_a_signal_ends_the_program_with_one_line_and_no_draft(here, number, mome
 
 
 def is_watched(pid):
-    """Whether the process has its handlers: the bit of SIGINT in the mask of signals that are caught, and that of SIGTERM."""
+    """Whether the process has its handlers: the bit of SIGINT in the mask of signals that are
+    caught, and that of SIGTERM.
+    """
     try:
         status = pathlib.Path(f"/proc/{pid}/status").read_text()
     except OSError:
         pytest.skip("no /proc here")
-    caught = int(next(line for line in status.splitlines() if line.startswith("SigCgt")).split()[1], 16)
+    caught = int(
+        next(line for line in status.splitlines() if line.startswith("SigCgt")).split()[1], 16
+    )
     return caught >> (signal.SIGTERM - 1) & 1
 
 
 @pytest.mark.parametrize("how", ["swallowed", "in a callback of the collector", "compiled code"])
 def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how):
     body = {
-        "swallowed": "while time.monotonic() < end:\n    try: time.sleep(0.05)\n    except BaseException: pass",
-        "in a callback of the collector": "import gc\ngc.callbacks.append(lambda phase, info: time.sleep(0.2))\n"
-        "while time.monotonic() < end: gc.collect()",
+        "swallowed": (
+            "while time.monotonic() < end:\n    try: time.sleep(0.05)\n    except BaseException:"
+            " pass"
+        ),
+        "in a callback of the collector": (
+            "import gc\ngc.callbacks.append(lambda phase, info: time.sleep(0.2))\n"
+            "while time.monotonic() < end: gc.collect()"
+        ),
         "compiled code": "threading.Event().wait",
     }[how]
     if how == "compiled code":
         body = "import ctypes\nctypes.CDLL(None).sleep(20) or ctypes.CDLL(None).sleep(20)"
     script = tmp_path / "srt-jax"  # the name of the installed program
     script.write_text(
-        "import sys, time, threading\n"
-        "import importlib.util\n"
-        f"spec = importlib.util.spec_from_file_location('interrupts', {str(ROOT / 'srt_jax' / 'interrupts.py')!r})\n"
-        "interrupts = importlib.util.module_from_spec(spec)\nspec.loader.exec_module(interrupts)\n"
-        "interrupts.GRACE = 0.5\ninterrupts.begin_work()\nprint('ready', flush=True)\nend = time.monotonic() + 30\n"
-        f"try:\n{''.join(f'    {line}{chr(10)}' for line in body.splitlines())}"
-        "except interrupts.Stopped:\n    sys.exit(interrupts.tell_stopped())\n"
+        "import sys, time, threading\nimport importlib.util\nspec ="
+        " importlib.util.spec_from_file_location('interrupts',"
+        f" {str(ROOT / 'srt_jax' / 'interrupts.py')!r})\ninterrupts ="
+        " importlib.util.module_from_spec(spec)\nspec.loader.exec_module(interrupts)\ninterrupts.GRACE"
+        " = 0.5\ninterrupts.begin_work()\nprint('ready', flush=True)\nend = time.monotonic() +"
+        f" 30\ntry:\n{''.join(f'    {line}{chr(10)}' for line in body.splitlines())}except"
+        " interrupts.Stopped:\n    sys.exit(interrupts.tell_stopped())\n"
     )
-    process = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     assert process.stdout.readline() == "ready\n"
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=20)
@@ -388,9 +468,15 @@ def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how)
 
 
 def test_as_a_library_no_handler_is_installed():
-    code = "import signal, srt_jax; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    code = (
+        "import signal, srt_jax; print(signal.getsignal(signal.SIGINT) is"
+        " signal.default_int_handler)"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
     )
     assert done.stdout == "True\n"
 
