@@ -10,14 +10,24 @@ import importlib
 import importlib.util
 import inspect
 import os
+import signal
 import sys
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
 import typer
 
 from srt_jax import __version__
-from srt_jax.commands.console import error_line
+from srt_jax.commands import interrupts
+from srt_jax.commands.console import (
+    BAD_INPUT,
+    CRASHED,
+    PIPE_CLOSED,
+    error_line,
+    flush_output,
+    silence_output,
+)
 
 
 def examples(*lines: str) -> str:
@@ -82,9 +92,21 @@ def _whole(
             "--version", help="Print the version and stop.", callback=_print_version, is_eager=True
         ),
     ] = False,
+    debug: Annotated[
+        bool,
+        typer.Option(
+            "--debug",
+            help="With any command: print the Python traceback of an error (or SRT_JAX_DEBUG=1).",
+        ),
+    ] = False,
 ) -> None:
     """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the way
     then.
+
+    Exit codes: [bold]0[/bold] all solved, [bold]1[/bold] some task cannot be solved, [bold]2[/bold]
+    bad input, [bold]3[/bold] budget spent, [bold]70[/bold] anything else went wrong,
+    [bold]130[/bold] interrupted, [bold]141[/bold] the reader of the output went away,
+    [bold]143[/bold] terminated.
     """
 
 
@@ -114,9 +136,7 @@ def _function(name: str) -> Callable[..., int]:
 
 
 def _listed(name: str) -> Callable[..., int]:
-    """Stands for the command in the list of all: its name and what it says of itself, read from
-    its source.
-    """
+    """Stands for the command in the list of all: its name and its docstring, read from its source."""
     spec = importlib.util.find_spec(f"srt_jax.commands.{name}")
     source = getattr(spec.loader, "get_source", lambda _: None)(spec.name) if spec else None
     found = [
@@ -159,32 +179,104 @@ def __getattr__(name: str) -> object:
 
 
 def run(arguments: list[str] | None = None, *, failed: BaseException | None = None) -> int:
-    """Runs one command and returns its exit code; whatever goes wrong is told in one line on
-    standard error.
+    """Runs one command and returns its exit code; whatever goes wrong ends in one line on standard
+    error.
+
+    0 all solved, 1 some task cannot be solved, 2 bad input, 3 budget spent, 130 interrupted, 143
+    terminated, 141 the reader of standard output went away, 70 anything else that went wrong.
+    `--debug`, or SRT_JAX_DEBUG=1, prints the Python traceback too.
 
     Args:
       arguments: those of the process where None.
-      failed: what ended a command that was run already: it is told, and nothing is run.
+      failed: what ended a command that ran already: its message is printed, and nothing is run.
     """
+    typed, is_debug = _without_debug(sys.argv[1:] if arguments is None else list(arguments))
     try:
         if failed is not None:
             raise failed
-        app = _app_for(sys.argv[1:] if arguments is None else arguments)
-        return app(arguments, prog_name="srt-jax", standalone_mode=False) or 0
-    except typer.Exit as stop:
-        return stop.exit_code
-    except (typer.Abort, KeyboardInterrupt):
-        error_line("stopped; files appear only when whole, so nothing half-written is left")
-        return 130
-    except (ValueError, ImportError) as error:
-        return error_line(str(error))
-    except Exception as error:
-        # what all of the parser's errors have, and only they
-        told = getattr(error, "format_message", None)
-        if told is None:
-            raise
+        code = _app_for(typed)(typed, prog_name="srt-jax", standalone_mode=False) or 0
+        if code == 128 + signal.SIGINT:  # the parser makes this of an interrupt, without a word
+            return interrupts.tell_stopped()
+        flush_output()
+        return code
+    except BaseException as error:
+        code = _told(error)
+        if is_debug and code not in (0, typer.Exit().exit_code):
+            traceback.print_exception(error)
+        silence_output()
+        return code
+
+
+def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
+    """Returns what was typed without --debug, which may stand anywhere before "--", and whether
+    it was given.
+    """
+    end = typed.index("--") if "--" in typed else len(typed)
+    rest = [word for word in typed[:end] if word != "--debug"]
+    is_debug = len(rest) < end or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0")
+    return rest + typed[end:], is_debug
+
+
+def _told(error: BaseException) -> int:
+    """Prints in one line what went wrong, and returns the exit code."""
+    if interrupts.stopped_by() is not None or isinstance(
+        error, KeyboardInterrupt | interrupts.Stopped | typer.Abort
+    ):
+        return interrupts.tell_stopped()  # what an interrupt breaks may end in any error
+    if isinstance(error, typer.Exit):
+        return error.exit_code
+    if isinstance(error, SystemExit):
+        # which the parser makes an exit with code 1
+        is_pipe = isinstance(error.__context__, BrokenPipeError)
+        return PIPE_CLOSED if is_pipe else error.code if isinstance(error.code, int) else CRASHED
+    # what all of the parser's errors have, and only they
+    told = getattr(error, "format_message", None)
+    if told is not None:
         if not told():  # no command at all: the help has been printed
-            return 2
+            return BAD_INPUT
         context = getattr(error, "ctx", None)
         hint = f"; see '{context.command_path} --help'" if context else ""
         return error_line(told().rstrip(".") + hint)
+    if isinstance(error, BrokenPipeError):
+        return PIPE_CLOSED  # as a shell reports it: its reader, such as `head`, has all it wants
+    if isinstance(error, ImportError | ValueError):
+        return error_line(str(error))
+    return error_line(_crash(error), CRASHED)
+
+
+def _crash(error: BaseException) -> str:
+    """Returns what to tell of an error that is no fault of the input."""
+    if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
+        return f"out of memory ({_brief(error)}): give fewer or smaller tasks at once"
+    if isinstance(error, OSError):
+        return f"{error.filename or 'the output'}: {error.strerror or _brief(error)}"
+    if "Unable to initialize backend" in str(error):
+        return f"{_brief(error)}: set JAX_PLATFORMS to a device that is there, such as cpu"
+    if _lacks_device():
+        asked = os.environ.get("JAX_PLATFORMS")
+        return (
+            f"JAX finds no device{f' of JAX_PLATFORMS={asked}' if asked else ''}: set JAX_PLATFORMS"
+            " to one that is there"
+        )
+    name = type(error).__name__
+    return f"internal error: {name}: {_brief(error)}; please report it with what --debug prints"
+
+
+def _lacks_device() -> bool:
+    """Whether JAX cannot start on the device that it is to use; its own error says little where
+    a callback met it first.
+    """
+    try:
+        import jax
+
+        return not jax.devices()
+    except Exception:
+        return True
+
+
+def _brief(error: BaseException, most: int = 300) -> str:
+    """Returns the message of an error on one line; the first of long ones, which compilers end
+    with pages of their state.
+    """
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[0][:most].rstrip(".;: ") if lines else type(error).__name__

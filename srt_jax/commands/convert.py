@@ -1,12 +1,12 @@
 """`srt-jax convert`: a file written anew in another format."""
 
 import dataclasses
-import json
 from typing import Annotated
 
 import typer
 
 from srt_jax.commands import options
+from srt_jax.commands.console import say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.formats.notes import Notes
@@ -46,11 +46,11 @@ def convert(
             "tasks": len(found.tasks),
             "notes": read.records(source) + wrote.records(target),
         }
-        print(json.dumps(told))
+        say_json(told)
     else:
         options.tell(source, read)
         options.tell(target, wrote)
-        print(
+        say(
             f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from"
             f" {source}."
         )

@@ -1,14 +1,13 @@
 """`srt-jax draw`: pictures, contact sheets and animations of tasks and their solutions."""
 
 import dataclasses
-import json
 import pathlib
 from typing import Annotated
 
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import counted, note, waiting
+from srt_jax.commands.console import counted, note, say, say_json, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
@@ -113,14 +112,10 @@ def draw(
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:
-        print(
-            json.dumps(
-                {"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}
-            )
-        )
+        say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
     else:
         told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
-        print(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
+        say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
     return 2 if failed else 0
 
 

@@ -2,12 +2,12 @@
 
 import contextlib
 import pathlib
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from srt_jax.commands import console
 from srt_jax.commands.console import error_line
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.task_files import NamedTask
@@ -68,7 +68,7 @@ def told(path: str, notes: Notes, *, quiet: bool) -> Iterator[None]:
 def tell(path: str, notes: Notes) -> None:
     """Prints what was noted while a file was read, on standard error."""
     for note in notes:
-        print(f"srt-jax: note: {pathlib.PurePath(path).name}: {note}", file=sys.stderr)
+        console.note(f"{pathlib.PurePath(path).name}: {note}")
 
 
 class Gathered(NamedTuple):

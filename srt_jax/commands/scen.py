@@ -1,7 +1,5 @@
 """`srt-jax scen`: the optimal lengths of a MovingAI scenario, computed anew."""
 
-import json
-import sys
 import time
 from typing import Annotated
 
@@ -9,7 +7,7 @@ import numpy as np
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import counted
+from srt_jax.commands.console import aside, counted, say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
@@ -51,17 +49,16 @@ def scen(
     worst, num_matches = float(errors.max()), int((errors <= MATCH).sum())
     if as_json:
         told = worst if np.isfinite(worst) else None
-        print(json.dumps({"rows": len(wanted), "matches": num_matches, "max_relative_error": told}))
+        say_json({"rows": len(wanted), "matches": num_matches, "max_relative_error": told})
     else:
         seconds = time.perf_counter() - begin
-        print(
+        say(
             f"{len(wanted)} rows, {num_matches} match (relative error <= {MATCH:g}), max error"
             f" {worst:.2e}, {seconds:.1f} s"
         )
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
-            where = f"row {numbers[index] + 1}"
-            print(
-                f"  {where}: error {errors[index]:.2e}, the scenario says {wanted[index].length}",
-                file=sys.stderr,
+            aside(
+                f"row {numbers[index] + 1}: error {errors[index]:.2e}, the scenario says"
+                f" {wanted[index].length}"
             )
     return 0 if num_matches == len(wanted) else 1

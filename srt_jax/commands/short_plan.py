@@ -8,15 +8,13 @@ the parser, which knows every form and tells every mistake.
 import contextlib
 import functools
 import gc
-import json
 import pathlib
 import re
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from srt_jax.commands.console import waiting
+from srt_jax.commands.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:
     from sign_model import PlanResult
@@ -43,18 +41,14 @@ def plan_files(
             "actions": list(result.actions),
             "expansions": result.expansions,
         }
-        print(json.dumps(told | {"seconds": result.seconds}))
+        say_json(told | {"seconds": result.seconds})
     else:
-        if result.actions:
-            print(*result.actions, sep="\n")
+        say(*result.actions)
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
         steps = f"{len(result.actions)} steps, " if result.is_solved else ""
-        print(
-            f"; {result.status.name}: {steps}{result.expansions} expansions; {took}",
-            file=sys.stderr,
-        )
+        aside(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}")
         if hint := _hint(result, planner, max_seconds):
-            print(f"; {hint}", file=sys.stderr)
+            aside(f"; {hint}")
     return int(result.status)
 
 

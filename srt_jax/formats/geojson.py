@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.coordinate_systems import from_web_map, unit_of
+from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.json_text import read_json
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.coordinate_systems import from_web_map, unit_of
 from srt_jax.formats.outlines.geometry import (
     POINTLESS,
     UNCLOSED,

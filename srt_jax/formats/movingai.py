@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, read_lines, written
+from srt_jax.formats.gridmap import MOST_DIGITS, require_size
 from srt_jax.formats.notes import Notes
 
 FREE_SIGNS = ".GS"
@@ -157,6 +158,7 @@ def _map_header(path: PathLike, lines: list[str]) -> tuple[int, int, int]:
                 raise ValueError(
                     f"{path}:{index + 1}: the header ends without {', '.join(sorted(missing))}"
                 )
+            require_size(f"{path}:{index + 1}", found["height"], found["width"])
             return found["height"], found["width"], index + 1
         if len(words) != 2 or words[0] not in ("type", "height", "width") or words[0] in found:
             break
@@ -181,9 +183,20 @@ def _header_value(where: str, name: str, value: str) -> int | str:
                 " eight directions"
             )
         return value
-    if not (value.isascii() and value.isdigit()) or int(value) == 0:
-        raise ValueError(f"{where}: the {name} must be a positive whole number, got {value[:20]!r}")
+    if not _is_whole(value) or int(value) == 0:
+        limit = (
+            f", which has more than {MOST_DIGITS} digits"
+            if value.isdigit() and len(value) > MOST_DIGITS
+            else ""
+        )
+        raise ValueError(
+            f"{where}: the {name} must be a positive whole number, got {value[:20]!r}{limit}"
+        )
     return int(value)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS
 
 
 def _scen_row(where: str, line: str) -> ScenRow:
@@ -196,9 +209,10 @@ def _scen_row(where: str, line: str) -> ScenRow:
     numbers = {}
     for name, field in zip(_SCEN_FIELDS, fields):
         if name not in ("map", "optimal length"):
-            if not (field.strip().isascii() and field.strip().isdigit()):
+            if not _is_whole(field.strip()):
                 raise ValueError(
-                    f"{where}: {name} must be a whole number, not negative, got {field[:20]!r}"
+                    f"{where}: {name} must be a whole number, not negative, of at most"
+                    f" {MOST_DIGITS} digits, got {field[:20]!r}"
                 )
             numbers[name] = int(field)
     for name, side in (

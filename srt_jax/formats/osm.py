@@ -5,19 +5,19 @@ An area is a closed way, or a multipolygon relation with its courtyards. Coordin
 and latitude; the bounds are the extract's box, which nodes and whole objects may lie outside of.
 """
 
-import pathlib
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike
+from srt_jax.formats.containers.packed import require_packing
+from srt_jax.formats.files import PathLike, require_regular
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.osm_areas import Area, area_of_relation, area_of_way
-from srt_jax.formats.osm_objects import ENDINGS as ENDINGS
-from srt_jax.formats.osm_objects import Objects, read_objects
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
+from srt_jax.formats.outlines.osm_areas import Area, area_of_relation, area_of_way
+from srt_jax.formats.outlines.osm_objects import ENDINGS as ENDINGS
+from srt_jax.formats.outlines.osm_objects import Objects, read_objects
 from srt_jax.formats.outlines.projection import Projection, joined_box, projection_over
 from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
 from srt_jax.geometry.place import Place
@@ -71,8 +71,8 @@ def read_osm(
     """
     rules = default_rules() if rules is None else tuple(rules)
     notes = Notes() if notes is None else notes
-    if not pathlib.Path(path).is_file():
-        raise ValueError(f"{path}: no such file; an OpenStreetMap extract was to be read from it")
+    require_regular(path, what="OpenStreetMap extract")
+    require_packing(path)
     objects = read_objects(path, {rule.key for rule in rules})
     for remark in objects.remarks:
         notes.tell(

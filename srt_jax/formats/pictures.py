@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
-from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
+from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
 
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")
@@ -48,8 +48,12 @@ def read_shades(
     notes = Notes() if notes is None else notes
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of pictures too large, or damaged
+            warnings.simplefilter("error")  # of damaged pictures
+            # the limit here is `require_size`
+            warnings.simplefilter("ignore", image_module.DecompressionBombWarning)
             with image_module.open(io.BytesIO(content)) as picture:
+                # only its head has been read
+                require_size(str(path), picture.height, picture.width)
                 num_pictures = getattr(picture, "n_frames", 1)
                 orientation = picture.getexif().get(_ORIENTATION, 1)
                 picture.load()
@@ -62,10 +66,16 @@ def read_shades(
                 return (
                     shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
                 )
+    except (TooLargeError, MemoryError):
+        raise
+    # Pillow's own limit, which its user may have lowered
+    except image_module.DecompressionBombError as error:
+        told = f"no whole picture is read of more than {MOST_CELLS} pixels: scale it down"
+        raise TooLargeError(f"{path}: {told} ({plain_reason(error)})") from error
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
-            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind"
-            f" ({error})"
+            f"{path}: no whole picture: it is cut off, damaged, or of another kind"
+            f" ({plain_reason(error)})"
         ) from error
 
 
@@ -130,9 +140,13 @@ def _shades(picture: Any, notes: Notes) -> Shades:
     if picture.mode in ("1", "L") and "transparency" not in picture.info:
         shade = np.asarray(picture.convert("L"), np.float64)
         return Shades(shade, np.zeros(shade.shape, bool))
-    colours = np.asarray(picture.convert("RGBA"), np.float64)
-    opacity = colours[..., 3] / 255.0
-    return Shades(colours[..., :3].mean(axis=2) * opacity + 255.0 * (1.0 - opacity), opacity < 1.0)
+    colours = np.asarray(picture.convert("RGBA"))
+    shade, is_clear = np.empty(colours.shape[:2]), colours[..., 3] < 255
+    # row by row: floats of a whole picture take eight times its memory
+    for row, line in enumerate(colours):
+        opacity = line[:, 3] / 255.0
+        shade[row] = line[:, :3].mean(axis=1) * opacity + 255.0 * (1.0 - opacity)
+    return Shades(shade, is_clear)
 
 
 def _of_deep(picture: Any, notes: Notes) -> Shades:

@@ -11,7 +11,7 @@ import numpy as np
 
 from srt_jax.formats import geojson, osm, pictures
 from srt_jax.formats.batch import read_batch
-from srt_jax.formats.files import read_bytes
+from srt_jax.formats.files import plain_reason, read_bytes, require_regular
 from srt_jax.formats.gridmap import GridMap, free_map
 from srt_jax.formats.movingai import ScenRow, read_map, read_scen, scaled
 from srt_jax.formats.namo_svg import read_namo
@@ -117,12 +117,9 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
     """Returns what a file holds, by the ending of its name; errors as for
     `task_files.read_tasks`.
     """
+    require_file(path)
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
-    if pathlib.Path(path).is_dir():
-        raise ValueError(
-            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
-        )
     if ending is None:
         raise ValueError(
             f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one"
@@ -137,7 +134,23 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         raise ValueError(
             f"{path}: --start and --goal are for maps and places; this file has its own"
         )
-    return reader(path, how, notes)
+    try:
+        return reader(path, how, notes)
+    except RecursionError as error:
+        raise ValueError(f"{path}: nested too deeply to be read: write it flatter") from error
+    except OverflowError as error:
+        raise ValueError(f"{path}: a number in it is too large ({plain_reason(error)})") from error
+
+
+def require_file(path: str) -> None:
+    """Raises ValueError where there is no such file, or it is a folder, a device or a pipe;
+    opens nothing.
+    """
+    if pathlib.Path(path).is_dir():
+        raise ValueError(
+            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
+        )
+    require_regular(path, what="map, place or task")
 
 
 def scenario_maps(

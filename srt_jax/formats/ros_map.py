@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
 from srt_jax.formats.gridmap import GridMap, decided
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
@@ -32,6 +32,9 @@ _MOST_DEPTH = 20
 """Lists within lists; a map has one."""
 _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 """The shades that map_server's own saver writes."""
+_MOST_BYTES = 1 << 14
+"""Of the YAML file, which has a few lines."""
+_MOST_BRACKETS = 100
 _THRESHOLDS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
 
 
@@ -99,12 +102,18 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
 def _document(path: PathLike) -> Any:
     """Returns the values in a YAML file as texts, lists, objects, and None for null."""
     yaml = needed("yaml", extra="ros", what="reading ROS maps")
-    content = read_bytes(path, "ROS map")
+    content = read_bytes(path, "ROS map", most=_MOST_BYTES)
+    # its reader takes time by the square of their number
+    if content.count(b"[") + content.count(b"{") > _MOST_BRACKETS:
+        raise ValueError(
+            f"{path}: no YAML of a ROS map: nested too deeply, more than {_MOST_BRACKETS} brackets"
+            " are in it"
+        )
     try:
         node = yaml.compose(content, Loader=yaml.SafeLoader)
         return _value(yaml, node, 0)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: no YAML: {' '.join(str(error).split())}") from error
+        raise ValueError(f"{path}: no YAML: {plain_reason(error)}") from error
 
 
 def _value(yaml: Any, node: Any, depth: int) -> Any:

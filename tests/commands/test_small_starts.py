@@ -11,6 +11,7 @@ from typer.main import get_command
 
 from srt_jax import __main__, cli
 from srt_jax.commands import plan as command
+from srt_jax.commands import short_plan
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOMAIN = """(define (domain d) (:predicates (p ?x) (q ?x))
@@ -131,11 +132,11 @@ def test_what_is_not_plain_is_left_to_the_parser(line):
 def test_a_public_function_is_never_hidden_by_the_module_of_its_name():
     code = """
 import types
-import srt_jax.contour, srt_jax.reach, srt_jax.check, srt_jax.solver, srt_jax.explain, srt_jax.story
+import srt_jax.paths.contour, srt_jax.check, srt_jax.solver, srt_jax.answers.story
 import srt_jax
 for name in srt_jax.__all__:
     assert not isinstance(getattr(srt_jax, name), types.ModuleType), name
-assert srt_jax.types.Task is srt_jax.Task and srt_jax.answers.results_file.as_record
+assert srt_jax.types.Task is srt_jax.Task and srt_jax.solver.solve is srt_jax.solve
 assert set(srt_jax.__all__) <= set(dir(srt_jax))
 from srt_jax import contour
 assert callable(contour)

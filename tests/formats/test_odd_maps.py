@@ -24,7 +24,7 @@ Image = pytest.importorskip("PIL.Image")
 pytest.importorskip("yaml")
 pytest.importorskip("defusedxml")
 
-MAPS = pathlib.Path(__file__).parent / "odd_inputs" / "maps"
+MAPS = pathlib.Path(__file__).resolve().parents[1] / "odd_inputs" / "maps"
 
 
 @pytest.fixture

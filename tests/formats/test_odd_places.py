@@ -10,16 +10,16 @@ import pytest
 
 from srt_jax.cli import run
 from srt_jax.formats import geojson, osm
-from srt_jax.formats.coordinate_systems import unit_of
 from srt_jax.formats.geojson import read_geojson
 from srt_jax.formats.movingai import read_map
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
+from srt_jax.formats.outlines.coordinate_systems import unit_of
 
 pytest.importorskip("osmium")
 shapely = pytest.importorskip("shapely")
 
-PLACES = pathlib.Path(__file__).parent / "odd_inputs" / "places"
+PLACES = pathlib.Path(__file__).resolve().parents[1] / "odd_inputs" / "places"
 ON_OSM = "--cell-side 4 --start 13,1 --goal 13,26"
 ON_METRES = "--units metres --cell-side 1 --start 5,0 --goal 5,9"
 
@@ -712,7 +712,7 @@ def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, cap
 def test_a_file_that_grows_beyond_measure_is_refused(tmp_path, monkeypatch):
     import gzip
 
-    from srt_jax.formats import osm_objects
+    from srt_jax.formats.outlines import osm_objects
 
     monkeypatch.setattr(osm_objects, "_CHUNK", 1 << 12)
     (tmp_path / "bomb.osm.gz").write_bytes(gzip.compress(b"<osm version='0.6'>" + b" " * (1 << 21)))

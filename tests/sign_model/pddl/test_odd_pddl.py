@@ -29,7 +29,7 @@ from sign_model.signs.from_tasks import world_model_of
 from srt_jax.cli import run
 from tests.helpers.odd import damaged
 
-ODD = pathlib.Path(__file__).resolve().parent / "odd_inputs" / "pddl"
+ODD = pathlib.Path(__file__).resolve().parents[2] / "odd_inputs" / "pddl"
 PLANNERS = ("map", "astar", "wastar", "gbfs")
 
 MOVE = """(define (domain d) (:predicates (p ?x) (q ?x))

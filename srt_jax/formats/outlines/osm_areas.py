@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import needed
-from srt_jax.formats.osm_objects import Location, Objects, Relation, Way
+from srt_jax.formats.outlines.osm_objects import Location, Objects, Relation, Way
 
 
 class Area(NamedTuple):
