@@ -15,11 +15,13 @@ from srt_jax.engine.kernel import batch_kernel, jitted
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.objects import opens_at
+from srt_jax.obstacles import holds
 from srt_jax.removal.branch_and_bound import least_removal
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
 from srt_jax.removal.route import in_order
+from srt_jax.sums import totals
 from srt_jax.symbols.acts import left_behind, placed
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
@@ -157,7 +159,7 @@ def _solve_batch(
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
     reached, bound, way = walk(task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity)
-    is_open, is_solvable = bound == 0, jnp.isfinite(bound)
+    is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, firm = blockages(task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart)
@@ -240,9 +242,8 @@ def _paper(
 
 
 def _total_cost(task: Task, ids: Array) -> Array:
-    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up: float32 [B]."""
-    costs = jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1)
-    return jnp.where(ids >= 0, costs, 0.0).sum(axis=1)
+    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up, rounded down: float32 [B]."""
+    return totals(jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1), ids >= 0)
 
 
 def _as_ids(mask: Array) -> Array:
