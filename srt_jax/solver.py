@@ -185,7 +185,7 @@ def _solve_batch(
         destroyed=jnp.where(has_route[:, None], way.destroyed, -1),
         num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
-        removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
+        removal_cost=jnp.where(has_route, way.removal_cost, jnp.inf),
         removal_bound=bound,
         seed=first.seed,
         contour=unpack(first.contour, task.labels.shape[3]),
@@ -206,6 +206,7 @@ class Way(NamedTuple):
     cells: Array
     num_cells: Array
     cost: Array
+    removal_cost: Array
     destroyed: Array
     destroyed_at: Array
     num_destroyed: Array
@@ -227,7 +228,7 @@ def _least(
     left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
     plan, plan_at = placed(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
-    way = Way(path.cells, path.num_cells, path.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never)
+    way = Way(*path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never)
     return found.reached, found.bound, way
 
 
@@ -238,7 +239,9 @@ def _paper(
     reached, bound = goal_prices(task, among)
     symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
     walk = greedy_walk(task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity)
-    return reached, bound, Way(**{field: getattr(walk, field) for field in Way._fields})
+    cost = _total_cost(task, walk.destroyed)
+    told = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
+    return reached, bound, Way(removal_cost=cost, **told)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

@@ -143,20 +143,22 @@ def total(costs: Costs, which: Array) -> Array:
     return lax.fori_loop(jnp.int32(0), costs.num_words, one_word, (zero(), jnp.uint32(0)))[0]
 
 
-def to_float32(number: Array, costs: Costs) -> Array:
-    """Returns the greatest float32 that is no more than the number; inf for `never`."""
-    rows = jnp.arange(WORDS, dtype=jnp.int32)
-    lengths = jnp.where(number != 0, 32 * rows + 32 - lax.clz(number).astype(jnp.int32), 0)
-    last = jnp.max(lengths) - 1  # the place of the highest bit
+def to_float32(numbers: Array, costs: Costs) -> Array:
+    """Returns the greatest float32 that is no more than each of the numbers, inf for `never`: [WORDS, many] -> [many]."""
+    rows = jnp.arange(WORDS, dtype=jnp.int32)[:, None]
+    lengths = jnp.where(numbers != 0, 32 * rows + 32 - lax.clz(numbers).astype(jnp.int32), 0)
+    last = jnp.max(lengths, axis=0) - 1  # the place of the highest bit
     exponent = jnp.maximum(costs.lowest + last - 23, 0)
     first = exponent - costs.lowest  # the place of the lowest bit kept, below 0 where zeros are appended
-    padded = jnp.pad(number, (1, 2))
-    low, high = _word(padded, (first >> 5) + 1), _word(padded, (first >> 5) + 2)
-    shift = (first & 31).astype(jnp.uint32)
+
+    def word(at: Array) -> Array:
+        return jnp.max(jnp.where(rows == at[None], numbers, jnp.uint32(0)), axis=0)
+
+    low, high, shift = word(first >> 5), word((first >> 5) + 1), (first & 31).astype(jnp.uint32)
     digits = (low >> shift) | jnp.where(shift > 0, high << (jnp.uint32(32) - shift) % 32, jnp.uint32(0))
     bits = jnp.minimum((exponent.astype(jnp.uint32) << 23) + digits, jnp.uint32(_GREATEST))
-    bits = jnp.where(jnp.all(number == 0), jnp.uint32(0), bits)
-    is_never = jnp.all(number == jnp.uint32(_ALL))
+    bits = jnp.where(last < 0, jnp.uint32(0), bits)
+    is_never = jnp.all(numbers == jnp.uint32(_ALL), axis=0)
     return jnp.where(is_never, jnp.inf, lax.bitcast_convert_type(bits, jnp.float32))
 
 
@@ -166,7 +168,7 @@ def totals(cost: Array, which: Array) -> Array:
     def all_maps(cost: Array, which: Array) -> Array:
         def one_map(which: Array, cost: Array) -> Array:
             costs = costs_of(cost, which)
-            return to_float32(total(costs, which), costs)
+            return to_float32(total(costs, which)[:, None], costs)[0]
 
         return each(one_map, which, cost)
 

@@ -21,7 +21,7 @@ LAYERS = (
     ("gradient",),
     ("reach", "distance", "path", "corridor", "seed", "contour"),
     ("objects", "task", "rings", "scanlines", "world", "place", "raster"),
-    ("openings",),
+    ("openings", "sums"),
     ("planner", "route", "prices", "acts", "symbols"),
     ("removal", "greedy", "proof"),
     ("solver",),

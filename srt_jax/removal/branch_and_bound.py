@@ -7,7 +7,7 @@ two on one cell, may be paid once where they are needed twice, or apart where th
 - a node says which obstacles must go and which must stay; its bound is the cost of the first plus the price with these gone;
 - the shortest route over all that is tight there (a member of some cheapest chain) needs some obstacles: an answer, and if it
   costs no more than the bound, the least, and of the least sets the one with the shortest route, for all of these are tight;
-- an answer that costs more is thinned: what it does not need, dearest first, stays, and the route goes round it;
+- an answer that costs more is thinned: what it does not need, dearest first, stays, and the route goes round;
 - else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay. Of least sets found
   only then, the first is taken: a shorter route through another is passed over in 2 or 3 of 100 random tasks that need
   opening (`python -m experiments.campaigns.removal`).
@@ -28,7 +28,6 @@ from jax import Array, lax
 from srt_jax import obstacles, sums
 from srt_jax.engine import packing
 from srt_jax.obstacles import Labels
-from srt_jax.paths.reach import flood_group
 from srt_jax.removal.prices import Prices, Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.sums import Costs
@@ -40,12 +39,14 @@ class Removal(NamedTuple):
 
     reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
     bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf where nothing helps.
+    cost: float32 [B], of the best set found, inf where none was. Both are exact sums, rounded down.
     route: of the best set found; `num_cells` 0 where none was.
     needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER if it need not.
     """
 
     reached: Array
     bound: Array
+    cost: Array
     route: Route
     needed: Array
 
@@ -84,28 +85,33 @@ class _Nodes(NamedTuple):
 
 
 class _State(NamedTuple):
-    """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed. is_too_long: bool []."""
+    """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed. is_too_long: bool [].
+
+    low: the least bound of the open nodes, a number of `sums`. at: int32 [], the node that is next.
+    """
 
     num: Array
     nodes: _Nodes
     best: _Best
     reached: Array
     is_too_long: Array
+    low: Array
+    at: Array
 
 
 class _Walk(NamedTuple):
-    """One answer: over tight obstacles, else over all that can be had; and once more without what it does not need.
+    """One answer: over tight obstacles, else over all that can be had; then without one or another that it may not need.
 
-    opened: bool [M], what the next route may need gone. is_thin: bool [], whether none of that is needless.
-    needed: as in `Removal`. cost: of these, a number of `sums`. num_tried: int32 []. goes_on: bool [].
+    num_tried: int32 []. left: bool [M], what it may not need. is_thinning, goes_on: bool [].
+    needed: as in `Removal`. cost: of these, a number of `sums`.
     """
 
-    opened: Array
-    is_thin: Array
+    num_tried: Array
     route: Route
     needed: Array
     cost: Array
-    num_tried: Array
+    left: Array
+    is_thinning: Array
     goes_on: Array
 
 
@@ -128,44 +134,44 @@ def _search(
     nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 
     def expanded(state: _State) -> _State:
-        nodes, best = state.nodes, state.best
-        _, at = _next(nodes.bound, costs)
+        nodes, best, at = state.nodes, state.best, state.at
         gone, stays = (_as_set(_entry(sets, at), num_obstacles) for sets in (nodes.gone, nodes.stays))
-        paid, known = (_column(numbers, at) for numbers in (nodes.paid, nodes.bound))
+        paid = _column(nodes.paid, at)
         prices = prices_of(labels, Terms(start, goal, costs, may_go & ~stays), gone, paid, best.cost)
-        bound = jnp.where(sums.is_less(known, prices.goal), prices.goal, known)
+        bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
         is_open = sums.is_less(bound, best.cost)
         new = lax.cond(is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices, bound)
         best, branch, is_too_long = new
-        # Closed, unless the search ends here: its bound holds on.
+        # Closed, unless the search ends here: then its bound holds on.
         nodes = nodes._replace(bound=_put_column(nodes.bound, jnp.where(is_too_long, bound, sums.never()), at))
         child_bound = jnp.where(branch >= 0, bound, sums.never())
         nodes = _branched(nodes, state.num, gone, stays, paid, branch, child_bound, costs)
-        return _State(state.num + 1, nodes, best, jnp.where(state.num == 0, prices.reached, state.reached), is_too_long)
+        reached = jnp.where(state.num == 0, prices.reached, state.reached)
+        return _State(state.num + 1, nodes, best, reached, is_too_long, *_next(nodes.bound, costs))
 
     def tried(best: _Best, gone: Array, prices: Prices, bound: Array) -> tuple:
         """The best answer with this node's, the obstacle to branch on (-1 none), whether its route is too long to be told."""
 
         def walk(state: _Walk) -> _Walk:
-            opened = _thinned(labels, start, goal, state.opened, cost, state.is_thin)
-            route, needed = route_through(labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity)
+            spared = _dearest(state.left, cost)
+            without = (state.needed < NEVER) & ~spared
+            tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
+            opened = jnp.where(state.is_thinning, without, tight_or_more)
+            found = route_through(labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity)
+            is_there = found[0].num_cells > 0
+            is_kept = state.is_thinning & ~is_there
+            route, needed = jax.tree.map(lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found)
             own = sums.total(costs, needed < NEVER)
-            is_there, fits = route.num_cells > 0, route.num_cells <= room
+            left = (needed < NEVER) & ~(state.is_thinning & spared)
             # What costs no more than any answer needs all that it destroys, if nothing is to be had for nothing.
-            is_least = ~sums.is_less(bound, own) & ~jnp.any((needed < NEVER) & (costs.digits == 0))
-            is_next = is_there & fits & ~state.is_thin & ~is_least
-            return _Walk(
-                opened=jnp.where(is_next, needed < NEVER, gone | prices.affordable),
-                is_thin=is_next,
-                route=route,
-                needed=needed,
-                cost=own,
-                num_tried=state.num_tried + 1,
-                goes_on=is_next | (~is_there & (state.num_tried == 0)),
-            )
+            is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (costs.digits == 0))
+            is_thinning = (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
+            goes_on = is_thinning | (~is_there & (state.num_tried == 0))
+            return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, goes_on)
 
-        begin = _Walk(gone | prices.tight, jnp.bool_(False), *nowhere, sums.zero(), jnp.int32(0), jnp.bool_(True))
-        # Ends: after the second set of obstacles, or once thinned.
+        none = jnp.zeros(num_obstacles, bool)
+        begin = _Walk(jnp.int32(0), *nowhere, sums.zero(), none, is_thinning=jnp.bool_(False), goes_on=jnp.bool_(True))
+        # Ends: after the second set of obstacles; or thinning, where each time there is one less that may not be needed.
         own = lax.while_loop(lambda state: state.goes_on, walk, begin)
         is_too_long = own.route.num_cells > room
         is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
@@ -179,42 +185,27 @@ def _search(
         return _Best(jnp.where(is_better, own.cost, best.cost), route, best_needed), branch, is_too_long
 
     def goes_on(state: _State) -> Array:
-        low, _ = _next(state.nodes.bound, costs)
-        return (state.num < max_nodes) & sums.is_less(low, state.best.cost) & ~state.is_too_long
+        return (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
 
     size = 2 * max_nodes + 1
     no_set = jnp.zeros((size, -(-num_obstacles // packing.WORD)), jnp.uint32)
     closed = jnp.broadcast_to(sums.never()[:, None], (sums.WORDS, size))
-    bounds = _put_column(closed, jnp.where(is_asked, sums.zero(), sums.never()), jnp.int32(0))
-    nodes = _Nodes(no_set, no_set, jnp.zeros_like(closed), bounds)
+    low = jnp.where(is_asked, sums.zero(), sums.never())
+    nodes = _Nodes(no_set, no_set, jnp.zeros_like(closed), _put_column(closed, low, jnp.int32(0)))
+    best = _Best(sums.never(), *nowhere)
     reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
-    begin = _State(jnp.int32(0), nodes, _Best(sums.never(), *nowhere), reached, jnp.bool_(False))
+    begin = _State(jnp.int32(0), nodes, best, reached, jnp.bool_(False), low, jnp.int32(0))
     end = lax.while_loop(goes_on, expanded, begin)
-    low, _ = _next(end.nodes.bound, costs)
-    bound = jnp.where(sums.is_less(low, end.best.cost), low, end.best.cost)
-    return end.reached, sums.to_float32(bound, costs), end.best.route, end.best.needed
+    bound = jnp.where(sums.is_less(end.low, end.best.cost), end.low, end.best.cost)
+    bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), costs)
+    return end.reached, bound, cost, end.best.route, end.best.needed
 
 
-def _thinned(labels: Labels, start: Array, goal: Array, opened: Array, cost: Array, is_asked: Array) -> Array:
-    """Returns `opened` (bool [M]) without what need not go for the goal to be reached, if `is_asked`; the dearest stay first.
-
-    What is needed once is needed later, with less gone: each obstacle is tried once.
-    """
-    height, width = labels.all.shape[2:]
-    at_start = obstacles.only(start, height, packing.num_words(width))
-    # Costs are not negative, and as whole numbers the bits of such floats have the same order.
+def _dearest(among: Array, cost: Array) -> Array:
+    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several: bool [M]."""
+    # As whole numbers the bits of floats that are not negative have the same order.
     dearness = lax.bitcast_convert_type(cost, jnp.uint32) // 2 + 1
-
-    def without_one(state: tuple) -> tuple:
-        opened, left = state
-        dearest = jnp.argmax(jnp.where(left, dearness, jnp.uint32(0))).astype(jnp.int32)
-        one = jnp.arange(len(opened), dtype=jnp.int32) == dearest
-        passable = obstacles.open_cells(labels, opened & ~one)
-        reached = flood_group(passable, at_start & passable, group=1, through_corners=False)
-        return opened & ~(one & obstacles.holds(reached, goal)), left & ~one
-
-    # Ends: one less is left each time.
-    return lax.while_loop(lambda state: jnp.any(state[1]), without_one, (opened, opened & is_asked))[0]
+    return (jnp.arange(len(cost), dtype=jnp.int32) == jnp.argmax(jnp.where(among, dearness, jnp.uint32(0)))) & among
 
 
 def _branched(

@@ -63,7 +63,7 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         nothing = jnp.zeros(cost.shape, bool)
         most = jnp.where(is_asked, sums.never(), sums.zero())
         found = _levels(labels, start, goal, nothing, terms, nothing, sums.zero(), most)
-        price = sums.to_float32(found.price, terms.costs)
+        (price,) = sums.to_float32(found.price[:, None], terms.costs)
         return jnp.where(is_asked, found.first, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
     return obstacles.of_all(one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among)
