@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 from collections.abc import Callable
+from types import ModuleType
 from typing import NamedTuple
 
 import jax
@@ -42,15 +43,24 @@ def solve(
     """Returns the route to the goal and what must be destroyed for it; what went wrong is told by `status`, never raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
-    then takes the shortest route for them. Modes "paper" and "literal" are the paper's greedy loop, read kindly or literally
-    (`srt_jax.removal.paper_loop`); read literally it may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans
-    what is carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
+    then takes the shortest route for them; it destroys none that is not needed, even where `max_branches` ends the search.
+    Modes "paper" and "literal" are the paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before it
+    knows the rest of the way, hence perhaps what turns out not to be needed; read literally it may stop short of a goal that
+    can be reached: STOPPED_SHORT. In every mode MAP plans what is carried out (PY16 §3.1), within the same jitted call; `plan`
+    is that plan.
+
+    Removal costs are added and compared exactly, whatever their ratios; only `removal_cost` and `removal_bound` are rounded,
+    down to float32, a sum beyond the greatest float32 to that. So the bound is below the true cost of every way, and where
+    both agree, no set of obstacles is cheaper by as much as one float32 is apart from the next; where the search was not
+    ended by `max_branches`, none is cheaper at all.
     One task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the batch around a task.
 
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
       mode: "least", "paper" or "literal".
-      max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
+      max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen: where the least needs more,
+        the status is BUDGET_SPENT and `num_destroyed` says how many, though a dearer set of fewer may open a way as well. More
+        than the task has obstacles costs nothing but the room in the answer.
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
         of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
       max_branches: mode "least" only: choices of obstacles looked into before the best answer so far is returned. Where every
@@ -73,7 +83,9 @@ def solve(
     height, width = flat.labels.shape[-2:]
     room = max_cells or _default_room(height, width, mode)
     if is_traced(task):
-        solution = _solver(mode, max_destroyed, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
+        slots = min(max_destroyed, flat.destroyable.shape[1])
+        solution = _solver(mode, slots, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
+        solution = with_slots(solution, max_destroyed, jnp)
     else:
         solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
     return jax.tree.map(lambda array: unfold(array, batch), solution)
@@ -94,8 +106,9 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
 
+    slots = min(max_destroyed, bucket[4])
     size = cores.part_size(bucket[0], H * W * L, cores.SOLVE) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
-    solve_in_bucket = _solver(mode, max_destroyed, capacity, max_branches, size < B)
+    solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
 
     def run(part: Task) -> Solution:
         shape = (size, *bucket[1:])
@@ -103,7 +116,19 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
         solution = solve_in_bucket(whole, np.full(size, room, np.int32))
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
-    return jax.tree.map(jnp.asarray, run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room)))
+    solution = run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room))
+    return jax.tree.map(jnp.asarray, with_slots(solution, max_destroyed, np))
+
+
+def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
+    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has less."""
+    more = max_destroyed - solution.destroyed.shape[1]
+    if not more:
+        return solution
+    room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
+    rank = {name: getattr(solution, name).ndim for name in room}
+    pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
+    return solution.replace(**{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room})
 
 
 def _cut(solution: Solution, task: Task, room: int) -> Solution:
@@ -177,13 +202,14 @@ def _solve_batch(
         Status.SOLVED,
     ).astype(jnp.int32)
     is_too_long = way.num_cells > room
+    are_too_many = way.is_there & (way.num_destroyed > max_destroyed) & ~is_too_long
     return Solution(
         status=status,
         cost=jnp.where(has_route, way.cost, jnp.inf),
         cells=jnp.where(has_route[:, None, None], way.cells, -1),
         num_cells=jnp.where(has_route | is_too_long, way.num_cells, 0),
         destroyed=jnp.where(has_route[:, None], way.destroyed, -1),
-        num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
+        num_destroyed=jnp.where(has_route | are_too_many, way.num_destroyed, 0),
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
         removal_cost=jnp.where(has_route, way.removal_cost, jnp.inf),
         removal_bound=bound,

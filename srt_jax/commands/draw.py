@@ -66,8 +66,9 @@ def draw(
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
     if out.suffix.lower() == ".gif" and len(tasks) > 1:
         raise ValueError(f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or --only NAME")
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))  # a task has no more to destroy
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress)
+        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress)
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:

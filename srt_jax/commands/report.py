@@ -11,7 +11,7 @@ from srt_jax.check import check
 from srt_jax.commands.console import counted, fitted, printer
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.task_files import NamedTask
-from srt_jax.types import Solution, Status
+from srt_jax.types import Solution, Status, Task
 
 _COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
 """Of the table; the greater the number the sooner a column goes where the terminal is narrow."""
@@ -27,11 +27,12 @@ def report(
     as_json: bool,
     html: pathlib.Path | None = None,
     notes: Sequence[dict[str, Any]] = (),
+    mode: str | None = None,
 ) -> list[dict[str, Any]]:
     """Replays every solution, then prints and writes them; returns the records. `notes` on the files go into the JSON."""
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
-            problems = check(task, solution)
+            problems = check(task, solution, mode=mode)
             if problems:
                 raise AssertionError(f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}")
             progress(1)
@@ -43,7 +44,7 @@ def report(
     if as_json:
         print(json.dumps({"tasks": records} | ({"notes": list(notes)} if notes else {})))
     else:
-        _print_table(records, seconds)
+        _print_table(tasks, records, seconds)
     return records
 
 
@@ -80,9 +81,9 @@ def _write_page(html: pathlib.Path, tasks, solutions, records, seconds: float, *
         printer().print(f"Wrote {html}: open it in a browser; it needs no network.", highlight=False)
 
 
-def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
+def _print_table(tasks: list[NamedTask], records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
     console = printer()
-    rows = [_row(record) for record in records[:most]]
+    rows = [_row(task, record) for (_, task), record in zip(tasks, records[:most])]
     console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
         console.print(f"... and {len(records) - most} more tasks (all of them in --json or --out)", highlight=False)
@@ -93,12 +94,13 @@ def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) 
         console.print(records[0]["explanation"], highlight=False)
 
 
-def _row(record: dict[str, Any]) -> list[str]:
+def _row(task: Task, record: dict[str, Any]) -> list[str]:
     is_solved = Status[record["status"]].is_solved
+    blocking = sorted(record["blocking"], key=lambda i: not task.destroyable[i])  # what can be destroyed first
     return [
         record["name"],
         record["status"],
-        _shortened(record["blocking"]),
+        _shortened(blocking),
         str(len(record["contour"]) or ""),
         _shortened(record["destroyed"]),
         f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",

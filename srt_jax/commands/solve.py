@@ -63,10 +63,11 @@ def solve(
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))  # a task has no more to destroy
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress)
+        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress)
     seconds = time.perf_counter() - begin
-    records = report(tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, notes=told)
+    records = report(tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, notes=told, mode=mode)
     if results:
         write_results(results, records)
     return 0 if all(Status[record["status"]].is_solved for record in records) else 1

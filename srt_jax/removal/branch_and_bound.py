@@ -74,8 +74,8 @@ class _Best(NamedTuple):
 class _Nodes(NamedTuple):
     """Open nodes in the order they were made.
 
-    gone, stays: uint32 [n, words], sets of obstacles. paid, bound: uint32 [WORDS, n], what is gone costs, and the bound, numbers
-    of `sums`; the bound is `never` where a node is closed.
+    gone, stays: uint32 [n, words], sets of obstacles. paid, bound: uint32 [WORDS, n], numbers of `sums`: what is gone costs and
+    the bound, `never` where a node is closed.
     """
 
     gone: Array

@@ -95,7 +95,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
     nowhere = _Found(nothing, sums.never(), jnp.bool_(False), numbers, none, none)
     _, forth, back = lax.while_loop(goes_on, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
     affordable = forth.is_open & forth.is_there
-    # What it costs to meet an obstacle from either side, and the obstacle itself once: each side's sum holds `paid` and its cost.
+    # An obstacle's number from either side holds `paid` and its own cost, which count once.
     is_short = sums.are_within(forth.open_at, back.open_at, terms.costs, forth.price, paid)
     return Prices(forth.first, forth.price, affordable, affordable & back.is_met & is_short)
 
