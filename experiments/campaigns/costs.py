@@ -43,8 +43,12 @@ LIMITS = (
 
 
 def made(first: int, count: int, seed: int) -> Task:
-    """Returns the tasks from number `first` on, padded to one shape: few programs are compiled."""
-    tasks = [random_task(np.random.default_rng([seed, number])) for number in range(first, first + count)]
+    """Returns the tasks from number `first` on, as one batch."""
+    return batch_of([random_task(np.random.default_rng([seed, number])) for number in range(first, first + count)])
+
+
+def batch_of(tasks: list[Task]) -> Task:
+    """Returns the tasks padded to one shape: few programs are compiled."""
     largest = make_task(np.full((3, 32, 32), -1), (0, 0), (0, 0), removal_cost=np.ones(MOST_OBSTACLES, np.float32))
     padded = stack([*tasks, largest])
     return jax.tree.map(lambda array: array[:-1], padded)
@@ -83,13 +87,17 @@ def problems_of(batch: Task, solutions: Solution, truth: Truth, limits: Limits) 
     return [(int(place), what) for what, mask in wrong.items() for place in np.flatnonzero(mask)]
 
 
-def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[str, int]]:
-    """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were like."""
-    batch = made(first, count, seed)
+def answered(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
+    """Returns the batch, the answers to it, and the truth on both."""
     options: dict[str, Any] = limits._asdict()
     solutions = jax.tree.map(np.asarray, solve(batch, **options))
     chosen = (solutions.destroyed[:, :, None] == np.arange(batch.destroyable.shape[1])).any(axis=1)
-    truth = judged(batch, chosen)
+    return batch, solutions, judged(batch, chosen)
+
+
+def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[str, int]]:
+    """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were like."""
+    batch, solutions, truth = answered(made(first, count, seed), limits)
     problems = problems_of(batch, solutions, truth, limits)
     for place in range(0, count, REPLAYED):
         one = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))

@@ -54,8 +54,8 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
     Args:
       task: one task or a batch.
       solution: the answers, with the same batch dimensions.
-      mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may destroy nothing needless; the
-        loop of the other modes destroys what it meets before it knows the rest of the way.
+      mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may destroy nothing needless, and
+        say which limit they met; the loop of the other modes destroys what it meets before it knows the rest of the way.
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
@@ -112,7 +112,7 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
         return [f"status {solution.status} is none of {', '.join(f'{s.name} ({s.value})' for s in Status)}"]
     status = Status(int(solution.status))
     truth = _true_status(task, labels, free, reached, start, goal)
-    problems = _status_problems(status, solution, truth)
+    problems = _status_problems(status, solution, truth, mode)
     problems += _blockage_problems(solution, labels, free, reached, goal)
     problems += _proof_problems(status, task, solution, labels, start, goal)
     if truth is Status.SOLVED and solution.removal_bound > 0:
@@ -150,12 +150,14 @@ def _true_status(task, labels, free, reached, start, goal) -> Status:
     return Status.SOLVED if holds_at(piece_of(open_at_most, start), goal) else Status.UNSOLVABLE
 
 
-def _status_problems(status: Status, solution: SimpleNamespace, truth: Status) -> list[str]:
+def _status_problems(status: Status, solution: SimpleNamespace, truth: Status, mode: str | None) -> list[str]:
     is_too_long = solution.num_cells > len(solution.cells)
     limit_met = truth in (Status.SOLVED, Status.UNSOLVABLE) or (truth is Status.PATH_EXISTS and is_too_long)
+    if mode == "least":  # says which limit was met
+        limit_met &= is_too_long or solution.num_destroyed > len(solution.destroyed)
     if status is truth or (status is Status.BUDGET_SPENT and limit_met):
         return []
-    if status is Status.STOPPED_SHORT and truth is Status.SOLVED:
+    if status is Status.STOPPED_SHORT and truth is Status.SOLVED and mode in (None, "literal"):
         return []
     return [f"status is {status.name}, but the truth is {truth.name}: {truth.meaning}"]
 
