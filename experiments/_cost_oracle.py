@@ -57,9 +57,10 @@ def judged(batch: Task, chosen: np.ndarray) -> Truth:
             (words, np.uint64),
         )
     ]
-    out = [np.zeros(B, dtype) for dtype in (np.int32, np.float32, np.uint32, np.int32, np.float32)]
+    status, sizes, facts = np.zeros(B, np.int32), np.zeros(B, np.uint32), np.zeros(B, np.int32)
+    least, cost = np.zeros(B, np.float32), np.zeros(B, np.float32)
+    out = (status, least, sizes, facts, cost)
     _library().judge(B, layers, height, width, known, *(ctypes.c_void_p(array.ctypes.data) for array in (*arrays, *out)))
-    status, least, sizes, facts, cost = out
     return Truth(status, least, sizes, facts & 1 != 0, facts & 2 != 0, facts & 4 != 0, cost)
 
 

@@ -56,7 +56,7 @@ def _noise(rng: np.random.Generator, height: int, width: int, number: int) -> np
 def _nearest(rng: np.random.Generator, height: int, width: int, number: int) -> np.ndarray:
     """Every cell belongs to the nearest of some centres, unless it lies beyond a distance: pieces that touch."""
     centres = rng.uniform(0, (height, width), (number, 2))
-    cells = np.stack(np.indices((height, width)), axis=-1)
+    cells = np.moveaxis(np.indices((height, width)), 0, -1)
     apart = np.abs(cells[:, :, None] - centres).sum(axis=-1)
     return np.where(apart.min(axis=-1) < rng.uniform(1, 8), apart.argmin(axis=-1), -1)[None]
 

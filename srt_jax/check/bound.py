@@ -9,6 +9,7 @@ import numpy as np
 
 from srt_jax.check.floods import free_cells, holds_at, piece_of
 
+_BEYOND = 2**400
 _MOST_FLOODS = 64
 _CELLS_AT_MOST = 2**20
 """Of all floods that test one bound; a large map gets at least four."""
@@ -16,9 +17,9 @@ _CELLS_AT_MOST = 2**20
 Cell = tuple[int, ...]
 
 
-def exact(cost: float | np.floating) -> int | float:
-    """Returns a float32 in units of 2^-149, a whole number; inf as it is."""
-    return int(float(cost) * 2.0**149) if np.isfinite(cost) else float(cost)
+def exact(cost: float | np.floating) -> int:
+    """Returns a float32 in units of 2^-149; what is not finite is more than any sum."""
+    return int(float(cost) * 2.0**149) if np.isfinite(cost) else _BEYOND
 
 
 def rounded_down(total: int) -> np.float32:
@@ -38,7 +39,7 @@ def bound_problems(task: SimpleNamespace, solution: SimpleNamespace, labels: np.
     bound, costs = exact(solution.removal_bound), [exact(cost) for cost in task.removal_cost]
     floods_left = max(4, min(_MOST_FLOODS, _CELLS_AT_MOST // labels[0].size))
     everything = np.flatnonzero(task.destroyable).tolist()
-    if bound == np.inf or sum(costs[i] for i in everything) < bound:  # then all of it is a set that costs less
+    if sum(costs[i] for i in everything) < bound:  # then all of it is a set that costs less
         opened = piece_of(free_cells(labels, task.destroyable), start)
         if holds_at(opened, goal):
             return [_too_high(solution, everything, costs)]
