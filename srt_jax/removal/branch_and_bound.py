@@ -162,7 +162,7 @@ def _search(
             is_kept = state.is_thinning & ~is_there
             route, needed = jax.tree.map(lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found)
             own = sums.total(costs, needed < NEVER)
-            left = (needed < NEVER) & ~(state.is_thinning & spared)
+            left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
             # What costs no more than any answer needs all that it destroys, if nothing is to be had for nothing.
             is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (costs.digits == 0))
             is_thinning = (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
