@@ -11,10 +11,18 @@ _WITH_ROUTE = (Status.PATH_EXISTS, Status.SOLVED)
 _FLOATS = ("cost", "removal_cost", "removal_bound")
 
 
-def spoilt(rng: np.random.Generator, task: Task, solution: Solution) -> Iterator[tuple[str, Solution]]:
-    """Returns wrong answers to a task, each made from the right one, with what was changed; all by mode "least"."""
-    for what, changes in _changes(rng, task, solution):
-        yield what, solution.replace(**changes)
+def spoilt(
+    rng: np.random.Generator, task: Task, solution: Solution, most: int
+) -> Iterator[tuple[str, tuple[str, ...], Solution]]:
+    """Returns `most` wrong answers to a task, drawn from all that are made from the right one by mode "least".
+
+    Each with what was changed, in words and as names of fields.
+    """
+    with np.errstate(invalid="ignore"):  # inf as an integer
+        found = list(_changes(rng, task, solution))
+    for place in rng.permutation(len(found))[:most]:
+        what, changes = found[place]
+        yield what, tuple(changes), solution.replace(**changes)
 
 
 def _changes(rng: np.random.Generator, task: Task, solution: Solution) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -20,6 +20,8 @@ from experiments.campaigns.tally import progress
 from srt_jax import check, solve
 
 AT_ONCE = 64
+PER_TASK = 20
+"""Wrong answers made of one right one, of some 80."""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -38,10 +40,10 @@ def main(argv: list[str] | None = None) -> int:
             for problem in check(task, solution, mode=limits.mode):
                 wrong += 1
                 print(f"task {first + place}: the right answer: {problem}", file=sys.stderr, flush=True)
-            for what, changed in spoilt(rng, task, solution):
+            for what, fields, changed in spoilt(rng, task, solution, PER_TASK):
                 if seen.total() == options.count:
                     break
-                seen[what.split()[0].split("[")[0]] += 1
+                seen[" + ".join(fields)] += 1
                 if not check(task, changed, mode=limits.mode):
                     wrong += 1
                     print(f"task {first + place}: passes with {what}", file=sys.stderr, flush=True)
