@@ -1,4 +1,6 @@
-"""python benchmarks/kernels.py [--quick] [--json]: the kernels beside their native peers, as `srt-jax bench kernels`."""
+"""python benchmarks/kernels.py [--quick] [--json]: the kernels beside their native peers, as
+`srt-jax bench kernels`.
+"""
 
 from srt_jax.bench.kernels import main
 

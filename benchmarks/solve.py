@@ -1,4 +1,6 @@
-"""python benchmarks/solve.py [--quick]: whole answers beside their native peers, as `srt-jax bench solve`."""
+"""python benchmarks/solve.py [--quick]: whole answers beside their native peers, as `srt-jax
+bench solve`.
+"""
 
 import sys
 

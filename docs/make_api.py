@@ -1,4 +1,5 @@
-"""Writes docs/api/*.md from the docstrings: `python docs/make_api.py`. Reads the source, imports nothing of it.
+"""Writes docs/api/*.md from the docstrings: `python docs/make_api.py`. Reads the source, imports
+nothing of it.
 
 A test (tests/test_api_docs.py) says when the pages have fallen behind.
 """
@@ -15,13 +16,21 @@ SECTIONS = ("Args", "Returns", "Raises", "Yields")
 def pages() -> dict[str, str]:
     """Returns the pages by file name."""
     written = {
-        "srt_jax.md": package_page("srt_jax", "What users call. A leading ... stands for any batch dimensions."),
+        "srt_jax.md": package_page(
+            "srt_jax", "What users call. A leading ... stands for any batch dimensions."
+        ),
         "sign_model.md": package_page("sign_model", "The symbolic level."),
-        "draw.md": package_page("srt_jax.draw", "`from srt_jax.draw import draw`; needs `pip install '.[draw]'`."),
+        "draw.md": package_page(
+            "srt_jax.draw", "`from srt_jax.draw import draw`; needs `pip install '.[draw]'`."
+        ),
         "files.md": modules_page(
             "Reading and writing files",
             [name_of(path) for path in sorted((ROOT / "srt_jax" / "formats").glob("[a-z]*.py"))]
-            + ["srt_jax.formats.task_files", "srt_jax.answers.results_file", "srt_jax.draw.webpage"],
+            + [
+                "srt_jax.formats.task_files",
+                "srt_jax.answers.results_file",
+                "srt_jax.draw.webpage",
+            ],
         ),
         "worlds.md": modules_page(
             "Making worlds, maps and tasks",
@@ -35,8 +44,15 @@ def pages() -> dict[str, str]:
             ],
         ),
     }
-    listed = "\n".join(f"- [{text.splitlines()[0].lstrip('# ')}]({name})" for name, text in written.items())
-    return {"README.md": f"# API reference\n\nMade from the docstrings by `python docs/make_api.py`.\n\n{listed}\n"} | written
+    listed = "\n".join(
+        f"- [{text.splitlines()[0].lstrip('# ')}]({name})" for name, text in written.items()
+    )
+    return {
+        "README.md": (
+            "# API reference\n\nMade from the docstrings by `python"
+            f" docs/make_api.py`.\n\n{listed}\n"
+        )
+    } | written
 
 
 def name_of(path: pathlib.Path) -> str:
@@ -63,13 +79,17 @@ def package_page(package: str, note: str) -> str:
     names = next(
         ast.literal_eval(node.value)
         for node in tree.body
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == "__all__"
+        if isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Name)
+        and node.targets[0].id == "__all__"
     )
     parts = [f"# `{package}`", ast.get_docstring(tree) or "", note]
     for name in sorted(names, key=str.lower):
         module, original = homes[name]
         found = definition(tree_of(module), original)
-        parts.append(entry(found, module) if found is not None else f"## `{name}`\n\nOf `{module}`.")
+        parts.append(
+            entry(found, module) if found is not None else f"## `{name}`\n\nOf `{module}`."
+        )
     return "\n\n".join(parts) + "\n"
 
 
@@ -90,7 +110,11 @@ def is_public(node: ast.stmt) -> bool:
 
 def definition(tree: ast.Module, name: str) -> ast.FunctionDef | ast.ClassDef | None:
     """Returns where a name is defined in a module."""
-    found = (node for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name)
+    found = (
+        node
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name
+    )
     return next(found, None)
 
 
@@ -100,9 +124,13 @@ def entry(node: ast.FunctionDef | ast.ClassDef, module: str) -> str:
     if isinstance(node, ast.FunctionDef):
         return f"## `{node.name}`\n\n```text\n{signature(node)}\n```\n\n*`{module}`*\n\n{told}"
     fields = [ast.unparse(part) for part in node.body if isinstance(part, ast.AnnAssign)]
-    fields += [ast.unparse(part) for part in node.body if isinstance(part, ast.Assign) and part.lineno]
+    fields += [
+        ast.unparse(part) for part in node.body if isinstance(part, ast.Assign) and part.lineno
+    ]
     methods = [part for part in node.body if is_public(part) and isinstance(part, ast.FunctionDef)]
-    bases = ", ".join(ast.unparse(base) for base in node.bases if not ast.unparse(base).startswith("_"))
+    bases = ", ".join(
+        ast.unparse(base) for base in node.bases if not ast.unparse(base).startswith("_")
+    )
     head = f"class {node.name}({bases}):" if bases else f"class {node.name}:"
     body = "\n".join(f"    {line}" for line in fields) or "    ..."
     parts = [f"## `{node.name}`", f"```text\n{head}\n{body}\n```", f"*`{module}`*", told]
@@ -136,7 +164,11 @@ def docstring(text: str) -> str:
             name, _, told = line.strip().partition(": ")
             out.append(f"- `{name}`: {told}")
         elif in_section and line.startswith("  "):
-            starts = line.startswith("  ") and not line.startswith("    ") and not (out and out[-1].startswith("- "))
+            starts = (
+                line.startswith("  ")
+                and not line.startswith("    ")
+                and not (out and out[-1].startswith("- "))
+            )
             out.append(f"- {line.strip()}" if starts else f"  {line.strip()}")
         else:
             in_section = in_section and not line.strip()

@@ -1,4 +1,6 @@
-"""Small tasks that are hard to add up: costs of any ratio, near ties and exact ones, overlaps, pieces, several layers."""
+"""Small tasks that are hard to add up: costs of any ratio, near ties and exact ones, overlaps,
+pieces, several layers.
+"""
 
 from collections.abc import Callable
 
@@ -12,13 +14,18 @@ _SIDE = 32
 
 
 def random_task(rng: np.random.Generator) -> Task:
-    """Returns a task of at most 32 x 32 cells and MOST_OBSTACLES obstacles; in most the goal is cut off."""
+    """Returns a task of at most 32 x 32 cells and MOST_OBSTACLES obstacles; in most the goal is
+    cut off.
+    """
     height, width = rng.integers(3, _SIDE + 1, 2)
     number = int(rng.integers(1, MOST_OBSTACLES + 1))
     make = _MAPS[int(rng.integers(len(_MAPS)))]
     labels = make(rng, height, width, number)
     free = np.argwhere((labels < 0).all(axis=0))
-    ends = [free[rng.integers(len(free))] if len(free) else rng.integers(0, (height, width)) for _ in range(2)]
+    ends = [
+        free[rng.integers(len(free))] if len(free) else rng.integers(0, (height, width))
+        for _ in range(2)
+    ]
     if make in (_columns, _cut_up) and rng.random() < 0.9:  # from one side to the other
         ends = [free[free[:, 1].argmin()], free[free[:, 1].argmax()]] if len(free) else ends
     if rng.random() < 0.05:
@@ -54,7 +61,9 @@ def _noise(rng: np.random.Generator, height: int, width: int, number: int) -> np
 
 
 def _nearest(rng: np.random.Generator, height: int, width: int, number: int) -> np.ndarray:
-    """Every cell belongs to the nearest of some centres, unless it lies beyond a distance: pieces that touch."""
+    """Every cell belongs to the nearest of some centres, unless it lies beyond a distance:
+    pieces that touch.
+    """
     centres = rng.uniform(0, (height, width), (number, 2))
     cells = np.moveaxis(np.indices((height, width)), 0, -1)
     apart = np.abs(cells[:, :, None] - centres).sum(axis=-1)
@@ -62,7 +71,9 @@ def _nearest(rng: np.random.Generator, height: int, width: int, number: int) -> 
 
 
 def _columns(rng: np.random.Generator, height: int, width: int, number: int) -> np.ndarray:
-    """Walls from edge to edge one after the other, some obstacles in several: sums of many costs."""
+    """Walls from edge to edge one after the other, some obstacles in several: sums of many
+    costs.
+    """
     labels = np.full((1, height, width), -1)
     columns = np.arange(1, width - 1, 2)
     for place, column in enumerate(rng.permutation(columns)[: number + 2]):
@@ -86,4 +97,11 @@ def _across(rng: np.random.Generator, height: int, width: int, number: int) -> n
     return walled(rng, height, width, number, num_walls=int(rng.integers(1, 5)))
 
 
-_MAPS: tuple[Callable[..., np.ndarray], ...] = (_noise, _nearest, _columns, _cut_up, _across, scattered)
+_MAPS: tuple[Callable[..., np.ndarray], ...] = (
+    _noise,
+    _nearest,
+    _columns,
+    _cut_up,
+    _across,
+    scattered,
+)

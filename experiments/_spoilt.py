@@ -14,7 +14,8 @@ _FLOATS = ("cost", "removal_cost", "removal_bound")
 def spoilt(
     rng: np.random.Generator, task: Task, solution: Solution, most: int
 ) -> Iterator[tuple[str, tuple[str, ...], Solution]]:
-    """Returns `most` wrong answers to a task, drawn from all that are made from the right one by mode "least".
+    """Returns `most` wrong answers to a task, drawn from all that are made from the right one by
+    mode "least".
 
     Each with what was changed, in words and as names of fields.
     """
@@ -25,13 +26,18 @@ def spoilt(
         yield what, tuple(changes), solution.replace(**changes)
 
 
-def _changes(rng: np.random.Generator, task: Task, solution: Solution) -> Iterator[tuple[str, dict[str, Any]]]:
+def _changes(
+    rng: np.random.Generator, task: Task, solution: Solution
+) -> Iterator[tuple[str, dict[str, Any]]]:
     status = Status(int(solution.status))
     for other in set(Status) - {status}:
         yield f"status {other.name}", {"status": np.int32(other)}
     yield "status 99", {"status": np.int32(99)}
     for name, array in solution.items():
-        yield f"{name} of another type", {name: np.asarray(array).astype(np.int64 if array.dtype != np.int64 else np.int32)}
+        yield (
+            f"{name} of another type",
+            {name: np.asarray(array).astype(np.int64 if array.dtype != np.int64 else np.int32)},
+        )
         yield f"{name} with one dimension more", {name: np.asarray(array)[..., None]}
     yield from _floats(solution, status)
     yield from _entries(rng, solution)
@@ -64,10 +70,20 @@ def _entries(rng: np.random.Generator, solution: Solution) -> Iterator[tuple[str
     for name in ("num_cells", "num_destroyed"):
         old = int(getattr(solution, name))
         for value in {-1, old + 1, old - 1, 2**31 - 1} - {old}:
-            is_told = Status(int(solution.status)) is Status.BUDGET_SPENT and value > 0  # how much is needed, nobody knows
+            # how much is needed, nobody knows
+            is_told = Status(int(solution.status)) is Status.BUDGET_SPENT and value > 0
             if not is_told:
                 yield f"{name} {value}", {name: np.int32(value)}
-    for name in ("cells", "destroyed", "destroyed_at", "plan", "plan_at", "seed", "blocking", "separating"):
+    for name in (
+        "cells",
+        "destroyed",
+        "destroyed_at",
+        "plan",
+        "plan_at",
+        "seed",
+        "blocking",
+        "separating",
+    ):
         for value in (-3, 2**30):
             changed = np.array(getattr(solution, name))
             place = tuple(int(rng.integers(side)) for side in changed.shape)
@@ -79,7 +95,9 @@ def _entries(rng: np.random.Generator, solution: Solution) -> Iterator[tuple[str
     yield f"contour{list(place)}", {"contour": contour}
 
 
-def _routes(rng: np.random.Generator, task: Task, solution: Solution) -> Iterator[tuple[str, dict[str, Any]]]:
+def _routes(
+    rng: np.random.Generator, task: Task, solution: Solution
+) -> Iterator[tuple[str, dict[str, Any]]]:
     number = int(solution.num_cells)
     if number > 1:
         cells = np.array(solution.cells)
@@ -115,17 +133,27 @@ def _removals(task: Task, solution: Solution) -> Iterator[tuple[str, dict[str, A
             more, at = np.array(solution.destroyed), np.array(solution.destroyed_at)
             more[number], at[number] = other, at[number - 1]
             cost = np.float32(solution.removal_cost + task.removal_cost[other])
-            changes = {"destroyed": more, "destroyed_at": at, "num_destroyed": np.int32(number + 1), "removal_cost": cost}
+            changes = {
+                "destroyed": more,
+                "destroyed_at": at,
+                "num_destroyed": np.int32(number + 1),
+                "removal_cost": cost,
+            }
             yield f"{other} is destroyed as well", changes
     less, at = np.array(solution.destroyed), np.array(solution.destroyed_at)
     less[number - 1] = at[number - 1] = -1
-    yield "the last obstacle is not destroyed", {"destroyed": less, "destroyed_at": at, "num_destroyed": np.int32(number - 1)}
+    yield (
+        "the last obstacle is not destroyed",
+        {"destroyed": less, "destroyed_at": at, "num_destroyed": np.int32(number - 1)},
+    )
     late = np.array(solution.destroyed_at)
     late[0] += 1
     yield "the first obstacle is destroyed too late", {"destroyed_at": late}
 
 
-def _reports(rng, task: Task, solution: Solution, status: Status) -> Iterator[tuple[str, dict[str, Any]]]:
+def _reports(
+    rng, task: Task, solution: Solution, status: Status
+) -> Iterator[tuple[str, dict[str, Any]]]:
     seed = np.array(solution.seed)
     yield "the seed lies elsewhere", {"seed": seed + 1}
     if solution.contour.any():

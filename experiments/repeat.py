@@ -1,7 +1,8 @@
-"""Runs experiments twice with the same seed and holds together what they found: plan lengths, counts, answers; not times.
+"""Runs experiments twice with the same seed and holds together what they found: plan lengths,
+counts, answers; not times.
 
-Each run is a process of its own with another hash seed, so that no order of a set or dictionary can decide anything unseen.
---quick runs are compared unless --full is given.
+Each run is a process of its own with another hash seed, so that no order of a set or dictionary can
+decide anything unseen. --quick runs are compared unless --full is given.
 
 examples:
   python -m experiments.repeat
@@ -23,15 +24,21 @@ from experiments.figures.outcome import run
 NAMES = ("path_planning", "blocks_world", "smart_relocation")
 
 TIMES = frozenset(("seconds", "parts", "kernels", "reference", "C++"))
-"""Members of an experiment's data that hold times; as checks, which are no numbers, "kernels" and "C++" are compared."""
+"""Members of an experiment's data that hold times; as checks, which are no numbers, "kernels"
+and "C++" are compared.
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs what is asked for twice; exit code 1 where two runs differ."""
     parser = argparse.ArgumentParser(
-        prog="python -m experiments.repeat", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m experiments.repeat",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)} (default: all)")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)} (default: all)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of both runs (default: 0)")
     parser.add_argument("--full", action="store_true", help="the full runs instead of --quick")
     given = parser.parse_args(arguments)
@@ -43,7 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         found = list(differences(first, second))
         num_different += bool(found)
         print(
-            f"{name}: " + ("the same, times apart" if not found else f"{len(found)} differences, first {found[0]}"), flush=True
+            f"{name}: "
+            + (
+                "the same, times apart"
+                if not found
+                else f"{len(found)} differences, first {found[0]}"
+            ),
+            flush=True,
         )
     return int(num_different > 0)
 
@@ -64,12 +77,23 @@ def differences(one: Any, other: Any, place: str = "data") -> Iterator[str]:
 def _data(name: str, given: argparse.Namespace, hash_seed: int) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         quick = [] if given.full else ["--quick"]
-        command = [sys.executable, "-m", f"experiments.{name}", *quick, "--seed", str(given.seed), "--out", folder]
+        command = [
+            sys.executable,
+            "-m",
+            f"experiments.{name}",
+            *quick,
+            "--seed",
+            str(given.seed),
+            "--out",
+            folder,
+        ]
         settings = os.environ | {"PYTHONHASHSEED": str(hash_seed)}
         done = subprocess.run(command, env=settings, stdout=subprocess.DEVNULL)
         if done.returncode:
             raise ValueError(f"{name} ended with code {done.returncode}: see above")
-        return json.loads((pathlib.Path(folder) / f"{name}.json").read_text(encoding="utf-8"))["data"]
+        return json.loads((pathlib.Path(folder) / f"{name}.json").read_text(encoding="utf-8"))[
+            "data"
+        ]
 
 
 if __name__ == "__main__":

@@ -1,13 +1,16 @@
-"""Writes docs/results.md: runs the experiments and measurements one after the other, and puts what they found on one page.
+"""Writes docs/results.md: runs the experiments and measurements one after the other, and puts what
+they found on one page.
 
-Every number on the page stands under the command that made it, with the machine and the versions. The full runs take about 20
-minutes on 2 idle cores, --quick five; each run and the whole tell how long they took. A run that fails leaves the section of an
-older one, and the page says so. Longer campaigns are commands of their own (experiments.campaigns.solver).
+Every number on the page stands under the command that made it, with the machine and the versions.
+The full runs take about 20 minutes on 2 idle cores, --quick five; each run and the whole tell how
+long they took. A run that fails leaves the section of an older one, and the page says so. Longer
+campaigns are commands of their own (experiments.campaigns.solver).
 
 examples:
   python -m experiments.report
   python -m experiments.report --only path_planning blocks_world
-  python -m experiments.report --no-run                          the page alone, from what lies in results/
+  python -m experiments.report --no-run                          the page alone, from what lies in
+  results/
 """
 
 import argparse
@@ -51,24 +54,48 @@ TITLES = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs what is asked for and writes the page; exit code 1 where a run failed, whose older result then stays."""
+    """Runs what is asked for and writes the page; exit code 1 where a run failed, whose older
+    result then stays.
+    """
     parser = argparse.ArgumentParser(
-        prog="python -m experiments.report", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--page", type=pathlib.Path, default=pathlib.Path("docs/results.md"), help="default: %(default)s")
-    parser.add_argument(
-        "--results", type=pathlib.Path, default=pathlib.Path("results"), metavar="DIR", help="what the runs leave"
+        prog="python -m experiments.report",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--only", nargs="+", choices=list(MINUTES), default=list(MINUTES), metavar="NAME", help="run these only"
+        "--page",
+        type=pathlib.Path,
+        default=pathlib.Path("docs/results.md"),
+        help="default: %(default)s",
+    )
+    parser.add_argument(
+        "--results",
+        type=pathlib.Path,
+        default=pathlib.Path("results"),
+        metavar="DIR",
+        help="what the runs leave",
+    )
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=list(MINUTES),
+        default=list(MINUTES),
+        metavar="NAME",
+        help="run these only",
     )
     parser.add_argument("--seed", type=int, default=0, help="of the experiments (default: 0)")
-    parser.add_argument("--quick", action="store_true", help="small cases: to try the command, not to be published")
-    parser.add_argument("--no-run", action="store_true", help="write the page from the results there are")
+    parser.add_argument(
+        "--quick", action="store_true", help="small cases: to try the command, not to be published"
+    )
+    parser.add_argument(
+        "--no-run", action="store_true", help="write the page from the results there are"
+    )
     given = parser.parse_args(arguments)
     began = time.perf_counter()
     failed = [] if given.no_run else [name for name in given.only if not _ran(name, given)]
-    records = {name: record for name in MINUTES if (record := _record(name, given.results)) is not None}
+    records = {
+        name: record for name in MINUTES if (record := _record(name, given.results)) is not None
+    }
     if not given.no_run:
         _tell(f"all runs took {time.perf_counter() - began:.0f} s")
     if not records:
@@ -76,14 +103,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     make_folder(given.page.parent / given.page.stem)
     with written(given.page) as file:
         file.write(page(records, given.results, given.page, failed))
-    print(f"Wrote {given.page}: {', '.join(records)}" + (f"; failed: {', '.join(failed)}" if failed else ""))
+    print(
+        f"Wrote {given.page}: {', '.join(records)}"
+        + (f"; failed: {', '.join(failed)}" if failed else "")
+    )
     return int(bool(failed))
 
 
 def _ran(name: str, given: argparse.Namespace) -> bool:
     quick = ["--quick"] if given.quick else []
     if name in EXPERIMENTS:
-        command = ["-m", f"experiments.{name}", *quick, "--seed", str(given.seed), "--out", str(given.results / name)]
+        command = [
+            "-m",
+            f"experiments.{name}",
+            *quick,
+            "--seed",
+            str(given.seed),
+            "--out",
+            str(given.results / name),
+        ]
     else:
         command = ["-m", "srt_jax", "bench", name, *quick, "--out", str(given.results / "bench")]
     minutes = "under a minute" if given.quick else f"about {MINUTES[name]:g} minutes"
@@ -100,12 +138,22 @@ def _tell(told: str) -> None:
 
 
 def _record(name: str, results: pathlib.Path) -> dict[str, Any] | None:
-    path = results / name / f"{name}.json" if name in EXPERIMENTS else results / "bench" / f"{name}.json"
+    path = (
+        results / name / f"{name}.json"
+        if name in EXPERIMENTS
+        else results / "bench" / f"{name}.json"
+    )
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
 
 
-def page(records: dict[str, dict[str, Any]], results: pathlib.Path, target: pathlib.Path, failed: Sequence[str] = ()) -> str:
-    """Returns the page as Markdown; figures are copied into the folder beside it that bears its name.
+def page(
+    records: dict[str, dict[str, Any]],
+    results: pathlib.Path,
+    target: pathlib.Path,
+    failed: Sequence[str] = (),
+) -> str:
+    """Returns the page as Markdown; figures are copied into the folder beside it that bears its
+    name.
 
     failed: runs that ended with an error; they, and those without a record, are named on the page.
     """
@@ -113,18 +161,30 @@ def page(records: dict[str, dict[str, Any]], results: pathlib.Path, target: path
     for name, title in TITLES.items():
         parts.append(f"## {title}")
         if name in failed:
-            parts.append("*The latest run failed; what stands here is of an older one, if anything.*")
-        parts += _section(name, records[name], results, target) if name in records else ["*Not run yet.*"]
+            parts.append(
+                "*The latest run failed; what stands here is of an older one, if anything.*"
+            )
+        parts += (
+            _section(name, records[name], results, target)
+            if name in records
+            else ["*Not run yet.*"]
+        )
     return "\n\n".join(parts) + "\n"
 
 
-def _section(name: str, record: dict[str, Any], results: pathlib.Path, target: pathlib.Path) -> list[str]:
+def _section(
+    name: str, record: dict[str, Any], results: pathlib.Path, target: pathlib.Path
+) -> list[str]:
     """Returns the paragraphs of one run: command, date, machine, figures, tables."""
     date = f"{record['date']}, " if "date" in record else ""
     parts = [f"`{_command(record)}`", f"*{date}{told(record.get('made_on') or record['machine'])}*"]
     for figure in record.get("figures", []):
-        shutil.copyfile(results / name / figure["file"], target.parent / target.stem / figure["file"])
-        parts.append(f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*")
+        shutil.copyfile(
+            results / name / figure["file"], target.parent / target.stem / figure["file"]
+        )
+        parts.append(
+            f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*"
+        )
     parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
     if "told" in record:
         parts.append(f"```\n{record['told']}\n```")
@@ -132,7 +192,9 @@ def _section(name: str, record: dict[str, Any], results: pathlib.Path, target: p
 
 
 def _command(record: dict[str, Any]) -> str:
-    """The command without the folder it was told to write to, which does not change what it finds."""
+    """The command without the folder it was told to write to, which does not change what it
+    finds.
+    """
     words = record["command"].split()
     place = words.index("--out") if "--out" in words else len(words)
     return " ".join(words[:place] + words[place + 2 :])

@@ -1,6 +1,8 @@
-"""The symbolic level: a world model of signs, planning over it, and experience (Panov & Yakovlev 2016, here PY16).
+"""The symbolic level: a world model of signs, planning over it, and experience (Panov & Yakovlev
+2016, here PY16).
 
-Names are loaded when first used, so that planning one task from the command line does not wait for JAX.
+Names are loaded when first used, so that planning one task from the command line does not wait for
+JAX.
 """
 
 import importlib

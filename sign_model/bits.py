@@ -1,4 +1,6 @@
-"""Sets of features as words of bits on the host: packing, and unions or intersections of rows named by lists."""
+"""Sets of features as words of bits on the host: packing, and unions or intersections of rows
+named by lists.
+"""
 
 import numpy as np
 
@@ -7,7 +9,9 @@ _COUNTS = np.array([bin(i).count("1") for i in range(1 << 16)], np.uint8)
 
 
 def pack(rows: np.ndarray) -> np.ndarray:
-    """Returns bool [..., F] as uint64 [..., ceil(F / 64)] (at least one word), feature f in bit f % 64 of word f // 64."""
+    """Returns bool [..., F] as uint64 [..., ceil(F / 64)] (at least one word), feature f in bit
+    f % 64 of word f // 64.
+    """
     size = rows.shape[-1]
     num_words = max(1, -(-size // WORD))
     padded = np.zeros((*rows.shape[:-1], num_words * WORD), np.uint8)
@@ -17,7 +21,9 @@ def pack(rows: np.ndarray) -> np.ndarray:
 
 def unpack(words: np.ndarray, size: int) -> np.ndarray:
     """Returns the inverse of `pack`: uint64 [..., W] as bool [..., size]."""
-    return np.unpackbits(np.ascontiguousarray(words).view(np.uint8), axis=-1, count=size, bitorder="little").astype(bool)
+    return np.unpackbits(
+        np.ascontiguousarray(words).view(np.uint8), axis=-1, count=size, bitorder="little"
+    ).astype(bool)
 
 
 def popcount(words: np.ndarray) -> np.ndarray:
@@ -26,7 +32,8 @@ def popcount(words: np.ndarray) -> np.ndarray:
 
 
 def any_row(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int) -> np.ndarray:
-    """Returns uint64 [num_owners, W]: the OR of `rows[member]` per owner, 0 for an owner without members.
+    """Returns uint64 [num_owners, W]: the OR of `rows[member]` per owner, 0 for an owner without
+    members.
 
     Args:
       rows: uint64 [N, W].
@@ -35,13 +42,22 @@ def any_row(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners:
     return _reduced(np.bitwise_or, rows, owner, member, num_owners, np.uint64(0))
 
 
-def all_rows(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int) -> np.ndarray:
-    """Returns uint64 [num_owners, W]: the AND of `rows[member]` per owner, all ones for an owner without members."""
+def all_rows(
+    rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int
+) -> np.ndarray:
+    """Returns uint64 [num_owners, W]: the AND of `rows[member]` per owner, all ones for an owner
+    without members.
+    """
     return _reduced(np.bitwise_and, rows, owner, member, num_owners, ~np.uint64(0))
 
 
 def _reduced(
-    operation: np.ufunc, rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int, empty: np.uint64
+    operation: np.ufunc,
+    rows: np.ndarray,
+    owner: np.ndarray,
+    member: np.ndarray,
+    num_owners: int,
+    empty: np.uint64,
 ) -> np.ndarray:
     out = np.full((num_owners, rows.shape[1]), empty, np.uint64)
     if len(owner):

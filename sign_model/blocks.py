@@ -1,7 +1,9 @@
-"""Random blocks tasks and their optimal plan lengths: training ground for learning, and ground truth for benchmarks.
+"""Random blocks tasks and their optimal plan lengths: training ground for learning, and ground
+truth for benchmarks.
 
-A state is an array below [n]: the block under each block, -1 for the table. Every state is equally likely; how towers are
-counted for that is told in Slaney & Thiébaux, "Blocks World revisited" (2001).
+A state is an array below [n]: the block under each block, -1 for the table. Every state is equally
+likely; how towers are counted for that is told in Slaney & Thiébaux, "Blocks World revisited"
+(2001).
 """
 
 import dataclasses
@@ -37,7 +39,8 @@ DOMAIN = """
 
 
 def random_blocks_tasks(num_blocks: int, count: int, *, seed: int = 0) -> list[PlanningTask]:
-    """Returns `count` random tasks that share one set of matrices; the goals name `on` facts only, at least one.
+    """Returns `count` random tasks that share one set of matrices; the goals name `on` facts only,
+    at least one.
 
     ValueError for fewer than 2 blocks (a goal could name nothing).
     """
@@ -49,20 +52,28 @@ def random_blocks_tasks(num_blocks: int, count: int, *, seed: int = 0) -> list[P
         start, goal = random_state(num_blocks, rng), random_state(num_blocks, rng)
         while (goal == TABLE).all():
             goal = random_state(num_blocks, rng)
-        problem = Problem("random", _objects(num_blocks), frozenset(_atoms(start)), tuple(_on_atoms(goal)))
+        problem = Problem(
+            "random", _objects(num_blocks), frozenset(_atoms(start)), tuple(_on_atoms(goal))
+        )
         if base is None:
             base = ground(parse(DOMAIN, problem_text(problem))[0], problem)
             index = {atom: i for i, atom in enumerate(base.features)}
         tasks.append(
             dataclasses.replace(
-                base, start=_bits(problem.start, index), goal=_bits(problem.goal, index), problem=problem, seconds={}
+                base,
+                start=_bits(problem.start, index),
+                goal=_bits(problem.goal, index),
+                problem=problem,
+                seconds={},
             )
         )
     return tasks
 
 
 def random_state(num_blocks: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns int [n], a state drawn uniformly: floating towers are set down or on another tower, one after the other."""
+    """Returns int [n], a state drawn uniformly: floating towers are set down or on another
+    tower, one after the other.
+    """
     ways, below = _ways(num_blocks), np.full(num_blocks, TABLE)
     floating = [(block, block) for block in rng.permutation(num_blocks).tolist()]  # (bottom, top)
     standing: list[int] = []  # tops
@@ -86,15 +97,18 @@ def _ways(num_blocks: int) -> list[list[float]]:
     ways = [[1.0] * (2 * num_blocks + 2)]
     for floating in range(1, num_blocks + 1):
         before = ways[-1]
-        ways.append([before[k] * (floating - 1 + k) + before[k + 1] for k in range(len(before) - 1)])
+        ways.append(
+            [before[k] * (floating - 1 + k) + before[k + 1] for k in range(len(before) - 1)]
+        )
     return ways
 
 
 def optimal_length(start: np.ndarray, goal: np.ndarray) -> int:
-    """Returns the length of a shortest plan (4 operators); -1 in the goal leaves a block's place open.
+    """Returns the length of a shortest plan (4 operators); -1 in the goal leaves a block's place
+    open.
 
-    A* over moves of whole blocks, 2 steps each. A block whose place is ready goes there (never a mistake); else some block that
-    must move goes to the table, and that choice is what is searched.
+    A* over moves of whole blocks, 2 steps each. A block whose place is ready goes there (never a
+    mistake); else some block that must move goes to the table, and that choice is what is searched.
     """
     places = [int(place) for place in goal]
     first = tuple(int(y) for y in start)
@@ -110,7 +124,9 @@ def optimal_length(start: np.ndarray, goal: np.ndarray) -> int:
         for after in _moves(state, places, wrong):
             if moves + 1 < moves_to.get(after, 1 << 30):
                 moves_to[after] = moves + 1
-                heapq.heappush(queue, (moves + 1 + len(_misplaced(after, places)), -(moves + 1), after))
+                heapq.heappush(
+                    queue, (moves + 1 + len(_misplaced(after, places)), -(moves + 1), after)
+                )
     raise AssertionError("every blocks task has a plan")
 
 
@@ -127,14 +143,18 @@ def _moves(state: tuple[int, ...], goal: list[int], wrong: set[int]) -> list[tup
 
 
 def _misplaced(state: tuple[int, ...], goal: list[int]) -> set[int]:
-    """The blocks that must move: not where the goal wants them, on one that another must stand on, or above such a one."""
+    """The blocks that must move: not where the goal wants them, on one that another must stand
+    on, or above such a one.
+    """
     wanted_above = {place: block for block, place in enumerate(goal) if place != TABLE}
     fine: dict[int, bool] = {TABLE: True}
 
     def is_fine(block: int) -> bool:
         if block not in fine:
             place = state[block]
-            right = goal[block] in (TABLE, place) and (place == TABLE or wanted_above.get(place, block) == block)
+            right = goal[block] in (TABLE, place) and (
+                place == TABLE or wanted_above.get(place, block) == block
+            )
             fine[block] = right and is_fine(place)
         return fine[block]
 
@@ -155,12 +175,18 @@ def _objects(num_blocks: int) -> dict[str, tuple[str, ...]]:
 
 
 def _on_atoms(below: np.ndarray) -> list[Atom]:
-    return [("on", f"b{block}", f"b{place}") for block, place in enumerate(below.tolist()) if place != TABLE]
+    return [
+        ("on", f"b{block}", f"b{place}")
+        for block, place in enumerate(below.tolist())
+        if place != TABLE
+    ]
 
 
 def _atoms(below: np.ndarray) -> list[Atom]:
     under = set(below.tolist())
-    standing = [("ontable", f"b{block}") for block, place in enumerate(below.tolist()) if place == TABLE]
+    standing = [
+        ("ontable", f"b{block}") for block, place in enumerate(below.tolist()) if place == TABLE
+    ]
     clear = [("clear", f"b{block}") for block in range(len(below)) if block not in under]
     return [*_on_atoms(below), *standing, *clear, ("handempty",)]
 
@@ -173,6 +199,12 @@ def _bits(atoms, index: dict[Atom, int]) -> np.ndarray:
 
 def problem_text(problem: Problem) -> str:
     """Returns a random task's problem as PDDL."""
-    start, goal = (" ".join(f"({' '.join(atom)})" for atom in atoms) for atoms in (sorted(problem.start), problem.goal))
+    start, goal = (
+        " ".join(f"({' '.join(atom)})" for atom in atoms)
+        for atoms in (sorted(problem.start), problem.goal)
+    )
     objects = " ".join(problem.objects)
-    return f"(define (problem random) (:domain blocks) (:objects {objects}) (:init {start}) (:goal (and {goal})))"
+    return (
+        f"(define (problem random) (:domain blocks) (:objects {objects}) (:init {start}) (:goal"
+        f" (and {goal})))"
+    )

@@ -11,31 +11,51 @@ from sign_model.signs.sign import PredictionMatrix, Sign
 from sign_model.signs.world_model import WorldModel
 
 NETWORK_NAMES = {Component.IMAGE: "W_p", Component.SIGNIFICANCE: "W_m", Component.MEANING: "W_a"}
-COMPONENT_NAMES = {Component.IMAGE: "image", Component.SIGNIFICANCE: "significance", Component.MEANING: "personal meaning"}
+COMPONENT_NAMES = {
+    Component.IMAGE: "image",
+    Component.SIGNIFICANCE: "significance",
+    Component.MEANING: "personal meaning",
+}
 _COLOURS = {Component.IMAGE: "black", Component.SIGNIFICANCE: "blue", Component.MEANING: "red"}
 
 
 def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
-    """Returns the signs, their matrices and the three networks as text; for a model without signs, the heading alone.
+    """Returns the signs, their matrices and the three networks as text; for a model without signs,
+    the heading alone.
 
-    A matrix reads from its first moment to its last: `nose -> mouth`; effects follow `=>`, `+` what is added, `-` what is
-    deleted. `[strict order]` marks the component of a procedural sign, whose columns keep one order in all its matrices. Links
-    are listed once, under the sign from which they go.
+    A matrix reads from its first moment to its last: `nose -> mouth`; effects follow `=>`, `+` what
+    is added, `-` what is deleted. `[strict order]` marks the component of a procedural sign, whose
+    columns keep one order in all its matrices. Links are listed once, under the sign from which
+    they go.
 
     Args:
       model: the world model.
       names: the signs to tell of, in this order; by default all.
     """
     links = np.asarray(networks(model.matrices))
-    counts = ", ".join(f"{int(links[component].sum())} in {NETWORK_NAMES[component]}" for component in Component)
+    counts = ", ".join(
+        f"{int(links[component].sum())} in {NETWORK_NAMES[component]}" for component in Component
+    )
     total = int(num_matrices(model.matrices))
-    heading = f"World model of {len(model.names)} signs with {total} prediction matrices; links: {counts}."
+    heading = (
+        f"World model of {len(model.names)} signs with {total} prediction matrices; links:"
+        f" {counts}."
+    )
     signs = model.signs() if names is None else tuple(model.sign(name) for name in names)
-    return "\n".join([heading, *(line for sign in signs for line in _told_sign(model, sign, links))]) + "\n"
+    return (
+        "\n".join([heading, *(line for sign in signs for line in _told_sign(model, sign, links))])
+        + "\n"
+    )
 
 
-def to_dot(model: WorldModel, *, components: Iterable[Component] = tuple(Component), name: str = "world_model") -> str:
-    """Returns the networks as a Graphviz digraph: an edge for each link, black in W_p, blue in W_m, red in W_a.
+def to_dot(
+    model: WorldModel,
+    *,
+    components: Iterable[Component] = tuple(Component),
+    name: str = "world_model",
+) -> str:
+    """Returns the networks as a Graphviz digraph: an edge for each link, black in W_p, blue in W_m,
+    red in W_a.
 
     Args:
       model: the world model.
@@ -54,17 +74,29 @@ def to_dot(model: WorldModel, *, components: Iterable[Component] = tuple(Compone
 
 
 def describe_steps(steps: Iterable[Step]) -> str:
-    """Returns a specified plan as an indented list, each act with its sub-plan below it; "" for a plan of no act."""
+    """Returns a specified plan as an indented list, each act with its sub-plan below it; "" for
+    a plan of no act.
+    """
     return "".join(_told_steps(steps, indent=0))
 
 
 def told_matrix(matrix: PredictionMatrix) -> str:
     """Returns one matrix in one line; `(nothing)` where it has no column."""
-    conditions = " -> ".join(_told_set(column.features) for column in matrix.columns if column.kind == ColumnKind.CONDITION)
+    conditions = " -> ".join(
+        _told_set(column.features)
+        for column in matrix.columns
+        if column.kind == ColumnKind.CONDITION
+    )
     if not matrix.is_causal:
         return conditions or "(nothing)"
-    effects = [f"+{_told_set(matrix.named(ColumnKind.ADDS))}"] if matrix.named(ColumnKind.ADDS) else []
-    effects += [f"-{_told_set(matrix.named(ColumnKind.DELETES))}"] if matrix.named(ColumnKind.DELETES) else []
+    effects = (
+        [f"+{_told_set(matrix.named(ColumnKind.ADDS))}"] if matrix.named(ColumnKind.ADDS) else []
+    )
+    effects += (
+        [f"-{_told_set(matrix.named(ColumnKind.DELETES))}"]
+        if matrix.named(ColumnKind.DELETES)
+        else []
+    )
     return " ".join([conditions or "(nothing)", "=>", *effects])
 
 
@@ -80,8 +112,13 @@ def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str
         if matrices:
             mark = " [strict order]" if is_procedural(model.matrices, number, component) else ""
             yield f"  {COMPONENT_NAMES[component]}{mark}"
-            yield from (f"    {count}. {told_matrix(matrix)}" for count, matrix in enumerate(matrices, 1))
-            yield f"    {NETWORK_NAMES[component]}: {', '.join(model.named(links[component, number])) or '-'}"
+            yield from (
+                f"    {count}. {told_matrix(matrix)}" for count, matrix in enumerate(matrices, 1)
+            )
+            yield (
+                f"    {NETWORK_NAMES[component]}:"
+                f" {', '.join(model.named(links[component, number])) or '-'}"
+            )
 
 
 def _told_steps(steps: Iterable[Step], *, indent: int) -> Iterator[str]:

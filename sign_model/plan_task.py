@@ -1,11 +1,19 @@
-"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and the independent replay."""
+"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and
+the independent replay.
+"""
 
 import time
 from collections.abc import Sequence
 from typing import Protocol
 
 from sign_model.forward_search.search import best_first
-from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
+from sign_model.map_algorithm.heuristics import (
+    DEFAULTS,
+    LANDMARKS,
+    OVERLAP,
+    RELAXED_PLAN,
+    HeuristicSign,
+)
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
@@ -18,7 +26,9 @@ _SIGNS = {sign.name: sign for sign in (OVERLAP, LANDMARKS, RELAXED_PLAN)}
 
 
 class Memory(Protocol):
-    """Experience: solved tasks as precedents. What it answers is replayed first and never trusted."""
+    """Experience: solved tasks as precedents. What it answers is replayed first and never
+    trusted.
+    """
 
     def recall(self, task: PlanningTask) -> Sequence[str] | None:
         """The plan of this very task, or None."""
@@ -39,13 +49,16 @@ def plan(
     max_seconds: float | None = None,
     weight: float = 2.0,
 ) -> PlanResult:
-    """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or a spent budget.
+    """Returns a plan that was replayed forward (empty where nothing is to do), a proof of none, or
+    a spent budget.
 
     Args:
       task: from `load` or `task_from_arrays`.
-      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the actions' costs).
-      heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS` where None. For the others
-        blind, goals, hmax, hadd or ff; hmax for astar and ff for the rest where None.
+      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the
+        actions' costs).
+      heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
+        where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
+        rest where None.
       memory: precedents, tried first; where none serves, planning goes on without it.
       max_expansions: the most situations expanded.
       max_seconds: the most time for the search; unbounded where None.
@@ -65,12 +78,19 @@ def plan(
         return max_seconds is not None and time.perf_counter() - began > max_seconds
 
     if planner == "map":
-        found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, out_of_time=out_of_time)
+        found = plan_map(
+            task, _signs(heuristic), max_expansions=max_expansions, out_of_time=out_of_time
+        )
         actions = None if found.plan is None else shorten(task, found.plan)
     elif heuristic is not None and not isinstance(heuristic, str):
-        raise ValueError(f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not a sign")
+        raise ValueError(
+            f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not"
+            " a sign"
+        )
     else:
-        found = best_first(task, planner, max_expansions, out_of_time, heuristic=heuristic, weight=weight)
+        found = best_first(
+            task, planner, max_expansions, out_of_time, heuristic=heuristic, weight=weight
+        )
         actions = found.plan
     if not found.is_proof and (planner == "map" or actions is None):
         actions = _shorter(actions, _suggested(task, memory))
@@ -79,7 +99,9 @@ def plan(
         status = PlanStatus.UNSOLVABLE if found.is_proof else PlanStatus.BUDGET_SPENT
         return _finished(task, status, (), found.expansions, began, searched)
     names = task.action_names
-    return _finished(task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched)
+    return _finished(
+        task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched
+    )
 
 
 def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None:
@@ -87,7 +109,9 @@ def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None
 
 
 def _suggested(task: PlanningTask, memory: Memory | None) -> list[int] | None:
-    """The plan of a precedent that fits the task, as action numbers; None where there is none, or it does not unfold."""
+    """The plan of a precedent that fits the task, as action numbers; None where there is none,
+    or it does not unfold.
+    """
     suggestion = memory.suggest(task) if memory is not None else None
     if suggestion is None or validate(task, suggestion):
         return None
@@ -102,7 +126,10 @@ def _signs(heuristic: Heuristic) -> Sequence[HeuristicSign]:
         return (heuristic,)
     if isinstance(heuristic, str):
         if heuristic not in _SIGNS:
-            raise ValueError(f"heuristic sign '{heuristic}' is not known to MAP: choose one of {', '.join(_SIGNS)}")
+            raise ValueError(
+                f"heuristic sign '{heuristic}' is not known to MAP: choose one of"
+                f" {', '.join(_SIGNS)}"
+            )
         return (_SIGNS[heuristic],)
     if not heuristic:
         raise ValueError("MAP needs at least one heuristic sign: give None for the unlearned ones")
@@ -110,9 +137,16 @@ def _signs(heuristic: Heuristic) -> Sequence[HeuristicSign]:
 
 
 def _finished(
-    task: PlanningTask, status: PlanStatus, actions: tuple[str, ...], expansions: int, began: float, searched: float
+    task: PlanningTask,
+    status: PlanStatus,
+    actions: tuple[str, ...],
+    expansions: int,
+    began: float,
+    searched: float,
 ) -> PlanResult:
-    """Replays the plan and gathers the times. A plan that fails its replay is our own slip, never an answer."""
+    """Replays the plan and gathers the times. A plan that fails its replay is our own slip,
+    never an answer.
+    """
     if status == PlanStatus.SOLVED and (wrong := validate(task, actions)):
         raise AssertionError(f"the planner made an invalid plan: {wrong[0]}")
     spent = {

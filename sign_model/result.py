@@ -5,11 +5,16 @@ from dataclasses import dataclass, field
 
 
 class PlanStatus(enum.IntEnum):
-    """How planning ended. The numbers are the exit codes of `srt-jax plan`; the text says what it means."""
+    """How planning ended. The numbers are the exit codes of `srt-jax plan`; the text says what
+    it means.
+    """
 
     SOLVED = 0, "the plan leads from the start to the goal; it was replayed"
     UNSOLVABLE = 1, "proven: no plan exists"
-    BUDGET_SPENT = 3, "the budget was spent before a plan or a proof: raise max_expansions or max_seconds"
+    BUDGET_SPENT = (
+        3,
+        "the budget was spent before a plan or a proof: raise max_expansions or max_seconds",
+    )
 
     meaning: str
 
@@ -24,7 +29,8 @@ class PlanStatus(enum.IntEnum):
 class PlanResult:
     """The answer to a planning task.
 
-    actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where the goal holds from the start.
+    actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where the
+      goal holds from the start.
     expansions: situations (or states) expanded; 1 where a precedent served.
     seconds: wall-clock time by stage: parse, build, search, validate.
     """

@@ -1,7 +1,10 @@
-"""Smart relocation tasks in batch, on JAX: find the way, or what blocks it, what to remove, and the way then.
+"""Smart relocation tasks in batch, on JAX: find the way, or what blocks it, what to remove, and the
+way then.
 
-PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation task", Procedia Computer
-Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths are in cell sides.
+PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation
+  task", Procedia Computer
+Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths
+are in cell sides.
 """
 
 from srt_jax.answers.facts import explanation

@@ -1,4 +1,6 @@
-"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, and exit code 2."""
+"""`python -m srt_jax` and the command `srt-jax`: every error is one line on standard error, and
+exit code 2.
+"""
 
 import os
 import pathlib
@@ -15,13 +17,18 @@ def main(arguments: list[str] | None = None) -> None:
     except ImportError as error:
         if error.name not in ("typer", "rich"):
             raise
-        print(f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'", file=sys.stderr)
+        print(
+            f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'",
+            file=sys.stderr,
+        )
         sys.exit(2)
     sys.exit(run(arguments))
 
 
 def _keep_compiled_code() -> None:
-    """What one run compiles, the next need not. For this process alone: the library itself changes no setting of its user's."""
+    """What one run compiles, the next need not. For this process alone: the library itself
+    changes no setting of its user's.
+    """
     if getattr(jax.config, "jax_compilation_cache_dir", None) is None:
         cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
         jax.config.update("jax_compilation_cache_dir", str(pathlib.Path(cache) / "srt-jax"))

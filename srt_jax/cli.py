@@ -1,4 +1,6 @@
-"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line and an exit code."""
+"""The command `srt-jax`: which commands there are, and how whatever goes wrong becomes one line
+and an exit code.
+"""
 
 from typing import Annotated
 
@@ -20,7 +22,8 @@ from srt_jax.commands.solve import solve
 def examples(*lines: str) -> str:
     """Returns the end of a command's help: one example a line."""
     title = "Examples" if len(lines) > 1 else "Example"
-    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])  # \b: keep the lines apart
+    # \b: keep the lines apart
+    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
 
 
 app = typer.Typer(
@@ -48,13 +51,20 @@ def _print_version(is_asked: bool) -> None:
 @app.callback()
 def _whole(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True)
+        bool,
+        typer.Option(
+            "--version", help="Print the version and stop.", callback=_print_version, is_eager=True
+        ),
     ] = False,
 ) -> None:
-    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the way then."""
+    """Solves smart relocation tasks: finds the way, or what blocks it, what to destroy, and the
+    way then.
+    """
 
 
-app.command(epilog=examples("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html"))(demo)
+app.command(
+    epilog=examples("srt-jax demo", "srt-jax demo --pairs 1 --out demo --report demo.html")
+)(demo)
 app.command(
     epilog=examples(
         "srt-jax solve city.map --start 3,5 --goal 200,310",
@@ -82,12 +92,14 @@ app.command(
 )(draw)
 app.command(
     epilog=examples(
-        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map", "srt-jax scen arena.map.scen --limit 100 --json"
+        "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
+        "srt-jax scen arena.map.scen --limit 100 --json",
     )
 )(scen)
 app.command(
     epilog=examples(
-        "srt-jax plan domain.pddl problem.pddl > problem.plan", "srt-jax plan domain.pddl problem.pddl --planner astar --json"
+        "srt-jax plan domain.pddl problem.pddl > problem.plan",
+        "srt-jax plan domain.pddl problem.pddl --planner astar --json",
     )
 )(plan)
 app.command(
@@ -102,11 +114,15 @@ app.command(
         "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
     )
 )(dataset)
-app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(bench)
+app.command(epilog=examples("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"))(
+    bench
+)
 
 
 def run(arguments: list[str] | None = None) -> int:
-    """Runs one command and returns its exit code; whatever goes wrong is told in one line on standard error."""
+    """Runs one command and returns its exit code; whatever goes wrong is told in one line on
+    standard error.
+    """
     try:
         return app(arguments, prog_name="srt-jax", standalone_mode=False) or 0
     except typer.Exit as stop:
@@ -117,7 +133,8 @@ def run(arguments: list[str] | None = None) -> int:
     except (ValueError, ImportError) as error:
         return error_line(str(error))
     except Exception as error:
-        told = getattr(error, "format_message", None)  # what all of the parser's errors have, and only they
+        # what all of the parser's errors have, and only they
+        told = getattr(error, "format_message", None)
         if told is None:
             raise
         if not told():  # no command at all: the help has been printed

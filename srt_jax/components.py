@@ -1,13 +1,17 @@
-"""The 8-connected pieces of a mask, numbered, on the host: how obstacles are told apart where only `free` is given."""
+"""The 8-connected pieces of a mask, numbered, on the host: how obstacles are told apart where
+only `free` is given.
+"""
 
 import numpy as np
 
 
 def label(blocked: np.ndarray) -> np.ndarray:
-    """Returns the number of the 8-connected component of each blocked cell; -1 where the cell is not blocked.
+    """Returns the number of the 8-connected component of each blocked cell; -1 where the cell is
+    not blocked.
 
-    Components are numbered from 0 in row-major order of their first cell. They are joined run by run: runs of blocked cells in
-    a row are the nodes, and runs of neighbouring rows that touch by side or corner are the edges.
+    Components are numbered from 0 in row-major order of their first cell. They are joined run by
+    run: runs of blocked cells in a row are the nodes, and runs of neighbouring rows that touch by
+    side or corner are the edges.
 
     Args:
       blocked: bool [H, W], NumPy.
@@ -27,7 +31,9 @@ def label(blocked: np.ndarray) -> np.ndarray:
 
 
 def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and last cell of every run, as row * (W + 1) + col: one free column is added, so that no run passes a row's end."""
+    """First and last cell of every run, as row * (W + 1) + col: one free column is added, so
+    that no run passes a row's end.
+    """
     height, width = blocked.shape
     wide = np.zeros((height, width + 1), np.int8)
     wide[:, :width] = blocked
@@ -36,9 +42,13 @@ def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of runs (upper, lower) in neighbouring rows that touch: the lower one's columns, one more at each end, meet."""
-    low = np.searchsorted(last, first - stride - 1)  # first run that ends no earlier than one column left of the run above
-    high = np.searchsorted(first, last - stride + 1, side="right")  # first run that begins more than one column right of it
+    """Pairs of runs (upper, lower) in neighbouring rows that touch: the lower one's columns, one
+    more at each end, meet.
+    """
+    # first run that ends no earlier than one column left of the run above
+    low = np.searchsorted(last, first - stride - 1)
+    # first run that begins more than one column right of it
+    high = np.searchsorted(first, last - stride + 1, side="right")
     count = np.maximum(high - low, 0)
     lower = np.repeat(np.arange(len(first)), count)
     offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
@@ -46,9 +56,11 @@ def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndar
 
 
 def _joined(num: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The least member of every node's component, given edges a-b: hooking roots onto smaller ones, then jumping to the root.
+    """The least member of every node's component, given edges a-b: hooking roots onto smaller ones,
+    then jumping to the root.
 
-    It ends, because every round in which an edge still joins two roots takes at least one root away; all but few in practice.
+    It ends, because every round in which an edge still joins two roots takes at least one root
+    away; all but few in practice.
     """
     root = np.arange(num)
     while True:

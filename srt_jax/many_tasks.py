@@ -1,4 +1,6 @@
-"""Many tasks of unequal size: grouped by size, solved in batches of one shape, each answer cut to its own map."""
+"""Many tasks of unequal size: grouped by size, solved in batches of one shape, each answer cut
+to its own map.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -14,7 +16,9 @@ from srt_jax.types import Solution, Status, Task
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
 _COMMON_NUMBER = 64
-"""Obstacles that hardly any task needs destroyed: the time to compile grows with the room for more."""
+"""Obstacles that hardly any task needs destroyed: the time to compile grows with the room for
+more.
+"""
 _WORTH_COMPILING = 2**26  # cells of labels: some seconds of solving
 
 
@@ -27,21 +31,32 @@ def solve_many(
     max_branches: int = MAX_BRANCHES,
     progress: Callable[[int], None] | None = None,
 ) -> list[Solution]:
-    """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty list for no task.
+    """Returns the solution of each of many single tasks, in their order, as NumPy arrays; an empty
+    list for no task.
 
-    Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per group. `progress` is called
-    with the number of tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells` the
-    routes are given as much room as they need, so unlike there `cells` is no longer than that.
+    Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per
+    group. `progress` is called with the number of tasks finished after each batch. Other arguments
+    and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
+    so unlike there `cells` is no longer than that.
     """
     solutions: dict[int, Solution] = {}
     for (L, height, width), members in _groups(tasks).items():
         M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
-        at_once = max(1, min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))))
+        at_once = max(
+            1,
+            min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))),
+        )
         for first in range(0, len(members), at_once):
             chunk = members[first : first + at_once]
-            batch = pad_batch(stack([tasks[index] for index in chunk]), (at_once, L, height, width, M))
-            answer = _with_room(batch, max_cells, max_destroyed, mode=mode, max_branches=max_branches)
-            solutions |= {index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)}
+            batch = pad_batch(
+                stack([tasks[index] for index in chunk]), (at_once, L, height, width, M)
+            )
+            answer = _with_room(
+                batch, max_cells, max_destroyed, mode=mode, max_branches=max_branches
+            )
+            solutions |= {
+                index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)
+            }
             if progress:
                 progress(len(chunk))
     return [solutions[index] for index in range(len(tasks))]
@@ -50,8 +65,8 @@ def solve_many(
 def _groups(tasks: Sequence[Task]) -> dict[tuple[int, int, int], list[int]]:
     """Returns the tasks' indices by the shape (L, H, W) to which they are padded.
 
-    Padding costs work and another shape costs compiling: a shape gets its own group where its maps are worth that, else they
-    join the others of the next powers of two.
+    Padding costs work and another shape costs compiling: a shape gets its own group where its maps
+    are worth that, else they join the others of the next powers of two.
     """
     fine: dict[tuple[int, int, int], list[int]] = {}
     for index, task in enumerate(tasks):
@@ -72,21 +87,28 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
 
 
 def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options: Any) -> Solution:
-    """Returns the solutions, with room for common routes and numbers of obstacles, and again with more for greater ones.
+    """Returns the solutions, with room for common routes and numbers of obstacles, and again with
+    more for greater ones.
 
     With `max_cells` there is no more room for the route than that.
     """
     room, slots = max_cells or 16 * batch.labels.shape[-1], min(max_destroyed, _COMMON_NUMBER)
     while True:
-        answer = jax.tree.map(np.asarray, solve(batch, max_cells=room, max_destroyed=slots, **options))
+        answer = jax.tree.map(
+            np.asarray, solve(batch, max_cells=room, max_destroyed=slots, **options)
+        )
         longest = int(answer.num_cells.max())
         is_too_long = answer.num_cells > room
         # In mode "paper" what stopped for want of room may need more yet.
-        is_short_of_slots = (slots < max_destroyed) & (answer.status == Status.BUDGET_SPENT) & ~is_too_long
+        is_short_of_slots = (
+            (slots < max_destroyed) & (answer.status == Status.BUDGET_SPENT) & ~is_too_long
+        )
         if max_cells is None and longest > room:
             room = batch_bucket(2 * longest)
         elif is_short_of_slots.any():
-            slots = min(max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max()))))
+            slots = min(
+                max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max())))
+            )
         else:
             return with_slots(answer, max_destroyed, np)
 

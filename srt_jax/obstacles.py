@@ -1,7 +1,8 @@
-"""One map of a batch in machine words: which cells are open once obstacles are gone, which obstacles border a region.
+"""One map of a batch in machine words: which cells are open once obstacles are gone, which
+obstacles border a region.
 
-For use inside a marked call (`kernel`), map by map: rows of labels are read from the whole batch, since a map cut out of it
-would be a copy. A mask is uint32 [H, words], packed as in `packing`.
+For use inside a marked call (`kernel`), map by map: rows of labels are read from the whole batch,
+since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
@@ -12,7 +13,15 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import apart, compiled_whole, each, read, read_apart, runs_in_place, write
+from srt_jax.engine.kernel import (
+    apart,
+    compiled_whole,
+    each,
+    read,
+    read_apart,
+    runs_in_place,
+    write,
+)
 from srt_jax.moves import octile_order
 from srt_jax.types import FREE
 
@@ -20,7 +29,9 @@ FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
 
 _MOST_SELECTED = 16
-"""Words of obstacles up to which picking one by comparing is faster than a table look-up per cell."""
+"""Words of obstacles up to which picking one by comparing is faster than a table look-up per
+cell.
+"""
 
 
 class Labels(NamedTuple):
@@ -32,11 +43,15 @@ class Labels(NamedTuple):
     def row(self, layer: int, row: Array) -> Array:
         """Returns int32 [W]."""
         width = self.all.shape[3]
-        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, jnp.int32(0)), (1, 1, 1, width)).reshape(width)
+        return lax.dynamic_slice(
+            self.all, (self.which, jnp.int32(layer), row, jnp.int32(0)), (1, 1, 1, width)
+        ).reshape(width)
 
     def at(self, layer: int, row: Array, col: Array) -> Array:
         """Returns int32 [], the nearest cell's label where the cell lies outside."""
-        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, col), (1, 1, 1, 1))[0, 0, 0, 0]
+        return lax.dynamic_slice(self.all, (self.which, jnp.int32(layer), row, col), (1, 1, 1, 1))[
+            0, 0, 0, 0
+        ]
 
 
 def as_words(which: Array) -> Array:
@@ -45,7 +60,9 @@ def as_words(which: Array) -> Array:
 
 
 def open_cells(labels: Labels, gone: Array) -> Array:
-    """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a cell has to go."""
+    """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a
+    cell has to go.
+    """
     words = as_words(gone)
     return _row_by_row(labels, lambda ids: (ids == FREE) | _is_one_of(ids, words), jnp.logical_and)
 
@@ -56,7 +73,9 @@ def cells_of(labels: Labels, which: Array) -> Array:
     return _row_by_row(labels, lambda ids: _is_one_of(ids, words), jnp.logical_or)
 
 
-def _row_by_row(labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]) -> Array:
+def _row_by_row(
+    labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]
+) -> Array:
     """Returns the cells whose labels pass the test, of all layers joined, as a mask."""
     _, num_layers, height, _ = labels.all.shape
 
@@ -78,17 +97,23 @@ def _is_one_of(ids: Array, which: Array) -> Array:
 
 
 def all_open_cells(labels: Array, gone: Array) -> Array:
-    """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B, H, words]."""
+    """Returns `open_cells` of a batch: labels int32 [B, L, H, W], gone bool [B, M] -> uint32 [B,
+    H, words].
+    """
     return of_all(open_cells, labels, gone)
 
 
 def all_cells_of(labels: Array, which: Array) -> Array:
-    """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B, H, words]."""
+    """Returns `cells_of` of a batch: labels int32 [B, L, H, W], which bool [B, M] -> uint32 [B,
+    H, words].
+    """
     return of_all(cells_of, labels, which)
 
 
 def all_met_by(labels: Array, cells: Array, num_obstacles: int) -> Array:
-    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool [B, M]."""
+    """Returns `met_by` of a batch: labels int32 [B, L, H, W], cells uint32 [B, H, words] -> bool
+    [B, M].
+    """
     return of_all(functools.partial(met_by, num_obstacles=num_obstacles), labels, cells)
 
 
@@ -101,7 +126,11 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
     """Returns fun(labels of one map, ...) of each map of a batch, in a marked call."""
 
     def all_maps(labels: Array, *args: Array) -> Any:
-        return each(lambda which, *args: fun(Labels(labels, which), *args), jnp.arange(len(labels), dtype=jnp.int32), *args)
+        return each(
+            lambda which, *args: fun(Labels(labels, which), *args),
+            jnp.arange(len(labels), dtype=jnp.int32),
+            *args,
+        )
 
     return compiled_whole(all_maps)(labels, *args)
 
@@ -110,16 +139,23 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if not runs_in_place():
         ids, is_asked = _owners(labels, cells)
-        return jnp.zeros(num_obstacles, bool).at[jnp.where(is_asked, ids, num_obstacles)].set(True, mode="drop")
+        return (
+            jnp.zeros(num_obstacles, bool)
+            .at[jnp.where(is_asked, ids, num_obstacles)]
+            .set(True, mode="drop")
+        )
 
     def note(met: Array, owner: Array, row: Array, col: Array) -> Array:
         return write(met, jnp.uint32(1), owner)
 
-    return _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+    return (
+        _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+    )
 
 
 def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) -> Array:
-    """Returns how near `goal` (int32 [2]) each obstacle comes with those of `cells` that it covers: int32 [M].
+    """Returns how near `goal` (int32 [2]) each obstacle comes with those of `cells` that it covers:
+    int32 [M].
 
     In the order of `octile_order`; FAR for an obstacle that covers none.
     """
@@ -127,24 +163,35 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     if not runs_in_place():
         ids, is_asked = _owners(labels, cells)
         rows, cols = (place.astype(jnp.int32) for place in jnp.indices(labels.all.shape[2:]))
-        h = jnp.broadcast_to(octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]).reshape(-1)
+        h = jnp.broadcast_to(
+            octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]
+        ).reshape(-1)
         return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
 
     def note(near: Array, owner: Array, row: Array, col: Array) -> Array:
-        return write(near, jnp.minimum(octile_order(row - goal[0], col - goal[1]), read_apart(near, owner)), owner)
+        return write(
+            near,
+            jnp.minimum(octile_order(row - goal[0], col - goal[1]), read_apart(near, owner)),
+            owner,
+        )
 
     return _noted(labels, cells, note, far)[:num_obstacles]
 
 
 def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
-    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for: [L * H * W] each."""
+    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked
+    for: [L * H * W] each.
+    """
     own = labels.all[labels.which]
     asked = packing.unpack(cells[None], own.shape[2])
     return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
 
 
-def _noted(labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array) -> Array:
-    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the last owner is nobody.
+def _noted(
+    labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array
+) -> Array:
+    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the
+    last owner is nobody.
 
     Takes the lowest bit of the word in hand; when that was the last, the next word.
     """
@@ -155,14 +202,29 @@ def _noted(labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Ar
     def step(state: tuple) -> tuple:
         ahead, word, out = state
         which = ahead - one
-        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)  # of an empty word: a cell that is not noted
-        row, col = ((which // per_row).astype(jnp.int32), (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32))
+        # of an empty word: a cell that is not noted
+        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)
+        row, col = (
+            (which // per_row).astype(jnp.int32),
+            (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32),
+        )
         for layer in range(labels.all.shape[1]):
-            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(labels, row, col)
-            out = note(out, jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32), row, col)
+            owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
+                labels, row, col
+            )
+            out = note(
+                out,
+                jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32),
+                row,
+                col,
+            )
         word = word & (word - one)
         is_spent = word == 0
-        return ahead + is_spent.astype(jnp.uint32), jnp.where(is_spent, read(words, ahead), word), out
+        return (
+            ahead + is_spent.astype(jnp.uint32),
+            jnp.where(is_spent, read(words, ahead), word),
+            out,
+        )
 
     state = (one, words[0], out)
     return lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
@@ -189,7 +251,9 @@ def holds(mask: Array, cell: Array) -> Array:
 
 
 def beside(mask: Array) -> Array:
-    """Returns the cells that share a side with one of the mask's, those inside it too; past the map's last column perhaps."""
+    """Returns the cells that share a side with one of the mask's, those inside it too; past the
+    map's last column perhaps.
+    """
     one, top = jnp.uint32(1), jnp.uint32(31)
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))
     along = (mask << one) | (mask >> one) | (wide[:, :-2] >> top) | (wide[:, 2:] << top)
@@ -197,10 +261,18 @@ def beside(mask: Array) -> Array:
 
 
 def around(masks: Array) -> Array:
-    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or corner."""
+    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or
+    corner.
+    """
     one, top = jnp.uint32(1), jnp.uint32(31)
     sides = [(0, 0)] * (masks.ndim - 2)
     guarded = jnp.pad(masks, (*sides, (0, 0), (1, 1)))
-    wide = masks | (masks << one) | (masks >> one) | (guarded[..., :-2] >> top) | (guarded[..., 2:] << top)
+    wide = (
+        masks
+        | (masks << one)
+        | (masks >> one)
+        | (guarded[..., :-2] >> top)
+        | (guarded[..., 2:] << top)
+    )
     wide = jnp.pad(wide, (*sides, (1, 1), (0, 0)))
     return wide[..., :-2, :] | wide[..., 1:-1, :] | wide[..., 2:, :]

@@ -1,4 +1,6 @@
-"""The whole task: the path where there is one; else what blocks, what to destroy, and the route that does it."""
+"""The whole task: the path where there is one; else what blocks, what to destroy, and the route
+that does it.
+"""
 
 import dataclasses
 import functools
@@ -29,7 +31,9 @@ from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
 MODES = ("least", "paper", "literal")
 MAX_BRANCHES = 256
-"""Enough for all but a few tasks with many overlaps: see `python -m experiments.campaigns.branches`."""
+"""Enough for all but a few tasks with many overlaps: see `python -m
+experiments.campaigns.branches`.
+"""
 
 
 def solve(
@@ -40,35 +44,41 @@ def solve(
     max_cells: int | None = None,
     max_branches: int = MAX_BRANCHES,
 ) -> Solution:
-    """Returns the route to the goal and what must be destroyed for it; what went wrong is told by `status`, never raised.
+    """Returns the route to the goal and what must be destroyed for it; what went wrong is told by
+    `status`, never raised.
 
-    PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound` proves it where the two agree),
-    then takes the shortest route for them; it destroys none that is not needed, even where `max_branches` ends the search.
-    Modes "paper" and "literal" are the paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before it
-    knows the rest of the way, hence perhaps what turns out not to be needed; read literally it may stop short of a goal that
-    can be reached: STOPPED_SHORT. In every mode MAP plans what is carried out (PY16 §3.1), within the same jitted call; `plan`
-    is that plan.
+    PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound`
+    proves it where the two agree), then takes the shortest route for them; it destroys none that is
+    not needed, even where `max_branches` ends the search. Modes "paper" and "literal" are the
+    paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before
+    it knows the rest of the way, hence perhaps what turns out not to be needed; read literally it
+    may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans what is
+    carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
 
-    Removal costs are added and compared exactly, whatever their ratios; only `removal_cost` and `removal_bound` are rounded,
-    down to float32, a sum beyond the greatest float32 to that. So the bound is below the true cost of every way, and where
-    both agree, no set of obstacles is cheaper by as much as one float32 is apart from the next; where the search was not
-    ended by `max_branches`, none is cheaper at all.
-    One task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the batch around a task.
+    Removal costs are added and compared exactly, whatever their ratios; only `removal_cost` and
+    `removal_bound` are rounded, down to float32, a sum beyond the greatest float32 to that. So the
+    bound is below the true cost of every way, and where both agree, no set of obstacles is cheaper
+    by as much as one float32 is apart from the next; where the search was not ended by
+    `max_branches`, none is cheaper at all. One task or any batch of them; may be called inside jit,
+    vmap and scan; the same bits whatever the batch around a task.
 
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
       mode: "least", "paper" or "literal".
-      max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen: where the least needs more,
-        the status is BUDGET_SPENT and `num_destroyed` says how many, though a dearer set of fewer may open a way as well. More
-        than the task has obstacles costs nothing but the room in the answer.
-      max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much as any shortest path on a map
-        of this shape can need (three quarters of its cells); give less to save memory on large batches of large maps.
-      max_branches: mode "least" only: choices of obstacles looked into before the best answer so far is returned. Where every
-        obstacle is connected by sides and no two overlap, one more than must be destroyed is enough; else more close more gaps
-        between cost and bound.
+      max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
+        where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
+        though a dearer set of fewer may open a way as well. More than the task has obstacles costs
+        nothing but the room in the answer.
+      max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much
+        as any shortest path on a map of this shape can need (three quarters of its cells); give
+        less to save memory on large batches of large maps.
+      max_branches: mode "least" only: choices of obstacles looked into before the best answer so
+        far is returned. Where every obstacle is connected by sides and no two overlap, one more
+        than must be destroyed is enough; else more close more gaps between cost and bound.
 
     Raises:
-      TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of range.
+      TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of
+        range.
     """
     batch = task_batch(task)
     if mode not in MODES:
@@ -79,12 +89,16 @@ def solve(
         raise ValueError(f"max_cells must be at least 1, got {max_cells}")
     if max_branches < 1:
         raise ValueError(f"max_branches must be at least 1, got {max_branches}")
-    flat = jax.tree.map(fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1))
+    flat = jax.tree.map(
+        fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
+    )
     height, width = flat.labels.shape[-2:]
     room = max_cells or _default_room(height, width, mode)
     if is_traced(task):
         slots = min(max_destroyed, flat.destroyable.shape[1])
-        solution = _solver(mode, slots, room, max_branches)(flat, jnp.full(len(flat.start), room, jnp.int32))
+        solution = _solver(mode, slots, room, max_branches)(
+            flat, jnp.full(len(flat.start), room, jnp.int32)
+        )
         solution = with_slots(solution, max_destroyed, jnp)
     else:
         solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
@@ -92,12 +106,17 @@ def solve(
 
 
 def _default_room(height: int, width: int, mode: str) -> int:
-    """Returns room for any route of mode "least", a shortest path; the legs of the paper's loop may add up to more."""
+    """Returns room for any route of mode "least", a shortest path; the legs of the paper's loop
+    may add up to more.
+    """
     return max_path_cells(height, width) * (1 if mode == "least" else 2)
 
 
-def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroyed: int, max_branches: int) -> Solution:
-    """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are ever compiled.
+def _in_buckets(
+    task: Task, room: int, is_default: bool, mode: str, max_destroyed: int, max_branches: int
+) -> Solution:
+    """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are
+    ever compiled.
 
     On the host a large batch goes in parts, side by side on all cores (`cores`).
     """
@@ -107,12 +126,20 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
     capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
 
     slots = min(max_destroyed, bucket[4])
-    size = cores.part_size(bucket[0], H * W * L, cores.SOLVE) if cores.is_on_host(*jax.tree.leaves(task)) else bucket[0]
+    size = (
+        cores.part_size(bucket[0], H * W * L, cores.SOLVE)
+        if cores.is_on_host(*jax.tree.leaves(task))
+        else bucket[0]
+    )
     solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
 
     def run(part: Task) -> Solution:
         shape = (size, *bucket[1:])
-        whole = part if part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape[4] else pad_batch(part, shape)
+        whole = (
+            part
+            if part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape[4]
+            else pad_batch(part, shape)
+        )
         solution = solve_in_bucket(whole, np.full(size, room, np.int32))
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
@@ -121,14 +148,18 @@ def _in_buckets(task: Task, room: int, is_default: bool, mode: str, max_destroye
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
-    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has less."""
+    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has
+    less.
+    """
     more = max_destroyed - solution.destroyed.shape[1]
     if not more:
         return solution
     room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
     rank = {name: getattr(solution, name).ndim for name in room}
     pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
-    return solution.replace(**{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room})
+    return solution.replace(
+        **{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room}
+    )
 
 
 def _cut(solution: Solution, task: Task, room: int) -> Solution:
@@ -136,12 +167,18 @@ def _cut(solution: Solution, task: Task, room: int) -> Solution:
     B, _, H, W = task.labels.shape
     M = task.destroyable.shape[1]
     some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
-    of_map = {"contour": some.contour[:, :H, :W], "blocking": some.blocking[:, :M], "separating": some.separating[:, :M]}
+    of_map = {
+        "contour": some.contour[:, :H, :W],
+        "blocking": some.blocking[:, :M],
+        "separating": some.separating[:, :M],
+    }
     return some.replace(cells=some.cells[:, :room], **of_map)
 
 
 def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
-    """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end at once, START_BLOCKED."""
+    """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added
+    end at once, START_BLOCKED.
+    """
     B, L, H, W = task.labels.shape
     b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
     host = jax.tree.map(np.asarray, task)
@@ -174,20 +211,34 @@ def _solver(
         task = Task(**dict(zip(names, arrays)))
         return _solve_batch(task, room, walk, max_destroyed=max_destroyed, capacity=capacity)
 
-    return jitted(lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)), is_part=is_part)
+    return jitted(
+        lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
+        is_part=is_part,
+    )
 
 
 def _solve_batch(
-    task: Task, room: Array, walk: Callable[..., tuple[Array, Array, "Way"]], *, max_destroyed: int, capacity: int
+    task: Task,
+    room: Array,
+    walk: Callable[..., tuple[Array, Array, "Way"]],
+    *,
+    max_destroyed: int,
+    capacity: int,
 ) -> Solution:
-    """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells a route may use `room`."""
+    """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for
+    cells a route may use `room`.
+    """
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
-    reached, bound, way = walk(task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity)
+    reached, bound, way = walk(
+        task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity
+    )
     is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
-    first, firm = blockages(task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart)
+    first, firm = blockages(
+        task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
+    )
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.select(
         [~starts, is_inside, is_apart, way.is_stuck, ~has_route, is_open],
@@ -225,8 +276,8 @@ def _solve_batch(
 class Way(NamedTuple):
     """A route, what is destroyed on it and the plan, as in `Solution`; meaningful where `is_there`.
 
-    `num_destroyed` and `num_cells` are the true numbers, which may exceed the room for them. `is_stuck`: the symbolic level
-    found no plan, though there is one.
+    `num_destroyed` and `num_cells` are the true numbers, which may exceed the room for them.
+    `is_stuck`: the symbolic level found no plan, though there is one.
     """
 
     cells: Array
@@ -245,7 +296,9 @@ class Way(NamedTuple):
 def _least(
     task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, max_branches: int
 ) -> tuple[Array, Array, Way]:
-    """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's plan over what must go."""
+    """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's
+    plan over what must go.
+    """
     found = least_removal(task, room, among, capacity=capacity, max_nodes=max_branches)
     path = found.route
     destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
@@ -254,7 +307,9 @@ def _least(
     left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
     plan, plan_at = placed(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
-    way = Way(*path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never)
+    way = Way(
+        *path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never
+    )
     return found.reached, found.bound, way
 
 
@@ -264,14 +319,18 @@ def _paper(
     """The greedy loop, asked only where some way can be opened."""
     reached, bound = goal_prices(task, among)
     symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
-    walk = greedy_walk(task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity)
+    walk = greedy_walk(
+        task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
+    )
     cost = _total_cost(task, walk.destroyed)
     told = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
     return reached, bound, Way(removal_cost=cost, **told)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:
-    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up, rounded down: float32 [B]."""
+    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up, rounded down: float32
+    [B].
+    """
     return totals(jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1), ids >= 0)
 
 
@@ -283,16 +342,37 @@ def _as_ids(mask: Array) -> Array:
 
 
 def task_batch(task: Task) -> tuple[int, ...]:
-    """Returns the batch dimensions of a task; TypeError or ValueError that names the array that does not fit the others."""
-    wanted = {"labels": (np.int32, 3), "destroyable": (np.bool_, 1), "removal_cost": (np.float32, 1)}
+    """Returns the batch dimensions of a task; TypeError or ValueError that names the array that
+    does not fit the others.
+    """
+    wanted = {
+        "labels": (np.int32, 3),
+        "destroyable": (np.bool_, 1),
+        "removal_cost": (np.float32, 1),
+    }
     wanted |= dict.fromkeys(("start", "goal", "size"), (np.int32, 1))
     for name, (dtype, core_rank) in wanted.items():
         array = getattr(task, name)
         if getattr(array, "dtype", None) != dtype:
-            raise TypeError(f"task.{name} must be an array of {np.dtype(dtype)}, got {getattr(array, 'dtype', type(array))}")
+            raise TypeError(
+                f"task.{name} must be an array of {np.dtype(dtype)}, got"
+                f" {getattr(array, 'dtype', type(array))}"
+            )
         if array.ndim < core_rank or 0 in array.shape[array.ndim - core_rank :]:
-            raise ValueError(f"task.{name} must have at least {core_rank} dimensions, none empty, got {list(array.shape)}")
-    for name, length in (("start", 2), ("goal", 2), ("size", 2), ("removal_cost", task.destroyable.shape[-1])):
+            raise ValueError(
+                f"task.{name} must have at least {core_rank} dimensions, none empty, got"
+                f" {list(array.shape)}"
+            )
+    for name, length in (
+        ("start", 2),
+        ("goal", 2),
+        ("size", 2),
+        ("removal_cost", task.destroyable.shape[-1]),
+    ):
         if getattr(task, name).shape[-1] != length:
-            raise ValueError(f"task.{name} must have {length} entries, got {list(getattr(task, name).shape)}")
-    return common_batch(**{name: (getattr(task, name), core_rank) for name, (_, core_rank) in wanted.items()})
+            raise ValueError(
+                f"task.{name} must have {length} entries, got {list(getattr(task, name).shape)}"
+            )
+    return common_batch(
+        **{name: (getattr(task, name), core_rank) for name, (_, core_rank) in wanted.items()}
+    )

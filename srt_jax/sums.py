@@ -1,12 +1,15 @@
-"""Sums of removal costs without rounding: whole numbers, in as many machine words as the costs of one map need.
+"""Sums of removal costs without rounding: whole numbers, in as many machine words as the costs of
+one map need.
 
-A float32 is a whole number of 24 bits times a power of two, so a sum of costs is a whole number of the least such power. As
-numbers of several words, sums can be added and compared exactly, in any order, on any machine. With floats they cannot: a small
-cost added to a large one may change nothing, and two orders of the same costs may differ.
+A float32 is a whole number of 24 bits times a power of two, so a sum of costs is a whole number of
+the least such power. As numbers of several words, sums can be added and compared exactly, in any
+order, on any machine. With floats they cannot: a small cost added to a large one may change
+nothing, and two orders of the same costs may differ.
 
-A number is uint32 [WORDS], least word first; of many the words are rows, uint32 [WORDS, many]. Only the lowest `num_words` of a
-map's numbers can differ from 0: one for most maps, and loops go no further. Only the last step, `to_float32`, rounds: down.
-For use inside a marked call (`kernel`), map by map.
+A number is uint32 [WORDS], least word first; of many the words are rows, uint32 [WORDS, many]. Only
+the lowest `num_words` of a map's numbers can differ from 0: one for most maps, and loops go no
+further. Only the last step, `to_float32`, rounds: down. For use inside a marked call (`kernel`),
+map by map.
 """
 
 from typing import NamedTuple
@@ -17,7 +20,9 @@ from jax import Array, lax
 from srt_jax.engine.kernel import compiled_whole, each
 
 WORDS = 10
-"""Enough for the sum of 2^24 costs from the least positive float32 to the greatest: 277 + 24 + 3 bits."""
+"""Enough for the sum of 2^24 costs from the least positive float32 to the greatest: 277 + 24 + 3
+bits.
+"""
 
 _ALL = 2**32 - 1
 _MANTISSA = 2**23
@@ -28,8 +33,10 @@ _GREATEST = 0x7F7FFFFF
 class Costs(NamedTuple):
     """The costs of one map as whole numbers digits * 2^place of the unit 2^(lowest - 149).
 
-    digits: uint32 [M], below 2^24. place: int32 [M], below 0 where digits ends in zeros. lowest: int32 [].
-    num_words: int32 [], the words that any sum of these costs has, two more of them, and `never` as the one greater number.
+    digits: uint32 [M], below 2^24. place: int32 [M], below 0 where digits ends in zeros. lowest:
+      int32 [].
+    num_words: int32 [], the words that any sum of these costs has, two more of them, and `never` as
+      the one greater number.
     """
 
     digits: Array
@@ -39,10 +46,11 @@ class Costs(NamedTuple):
 
 
 def costs_of(cost: Array, which: Array) -> Costs:
-    """Returns the costs of the obstacles `which` (bool [M]) from float32 [M]; the others' may not be added.
+    """Returns the costs of the obstacles `which` (bool [M]) from float32 [M]; the others' may not
+    be added.
 
-    `make_task` lets only positive, finite costs pass. Where others arrive all the same, inside jit, those below 0 count as 0,
-    and those that are not finite as the greatest float32.
+    `make_task` lets only positive, finite costs pass. Where others arrive all the same, inside jit,
+    those below 0 count as 0, and those that are not finite as the greatest float32.
     """
     bits = lax.bitcast_convert_type(cost, jnp.uint32)
     bits = jnp.where(bits >> 31 != 0, jnp.uint32(0), jnp.minimum(bits, jnp.uint32(_GREATEST)))
@@ -75,7 +83,9 @@ def is_less(one: Array, other: Array) -> Array:
 
 
 def least(numbers: Array, among: Array, num_words: Array) -> tuple[Array, Array]:
-    """Returns the least of the numbers `among` (bool [many]), `never` where there is none, and which are it, bool [many]."""
+    """Returns the least of the numbers `among` (bool [many]), `never` where there is none, and
+    which are it, bool [many].
+    """
 
     def narrowed(i: Array, state: tuple) -> tuple:
         low, among = state
@@ -90,7 +100,9 @@ def least(numbers: Array, among: Array, num_words: Array) -> tuple[Array, Array]
 
 
 def with_costs(numbers: Array, which: Array, number: Array, costs: Costs) -> Array:
-    """Returns `numbers`, uint32 [WORDS, M], with `number` + cost of the obstacle in the columns `which` (bool [M])."""
+    """Returns `numbers`, uint32 [WORDS, M], with `number` + cost of the obstacle in the columns
+    `which` (bool [M]).
+    """
 
     def one_row(at: Array, state: tuple) -> tuple:
         numbers, carry = state
@@ -109,7 +121,9 @@ def with_cost(number: Array, costs: Costs, obstacle: Array) -> Array:
 
 
 def are_within(forth: Array, back: Array, costs: Costs, limit: Array, paid: Array) -> Array:
-    """Returns where forth + back <= limit + paid + cost, bool [M]; forth and back uint32 [WORDS, M], numbers of obstacles."""
+    """Returns where forth + back <= limit + paid + cost, bool [M]; forth and back uint32 [WORDS,
+    M], numbers of obstacles.
+    """
 
     def one_row(at: Array, state: tuple) -> tuple:
         is_within, carry, carry_here, carry_there = state
@@ -144,18 +158,23 @@ def total(costs: Costs, which: Array) -> Array:
 
 
 def to_float32(numbers: Array, costs: Costs) -> Array:
-    """Returns the greatest float32 that is no more than each of the numbers, inf for `never`: [WORDS, many] -> [many]."""
+    """Returns the greatest float32 that is no more than each of the numbers, inf for `never`:
+    [WORDS, many] -> [many].
+    """
     rows = jnp.arange(WORDS, dtype=jnp.int32)[:, None]
     lengths = jnp.where(numbers != 0, 32 * rows + 32 - lax.clz(numbers).astype(jnp.int32), 0)
     last = jnp.max(lengths, axis=0) - 1  # the place of the highest bit
     exponent = jnp.maximum(costs.lowest + last - 23, 0)
-    first = exponent - costs.lowest  # the place of the lowest bit kept, below 0 where zeros are appended
+    # the place of the lowest bit kept, below 0 where zeros are appended
+    first = exponent - costs.lowest
 
     def word(at: Array) -> Array:
         return jnp.max(jnp.where(rows == at[None], numbers, jnp.uint32(0)), axis=0)
 
     low, high, shift = word(first >> 5), word((first >> 5) + 1), (first & 31).astype(jnp.uint32)
-    digits = (low >> shift) | jnp.where(shift > 0, high << (jnp.uint32(32) - shift) % 32, jnp.uint32(0))
+    digits = (low >> shift) | jnp.where(
+        shift > 0, high << (jnp.uint32(32) - shift) % 32, jnp.uint32(0)
+    )
     bits = jnp.minimum((exponent.astype(jnp.uint32) << 23) + digits, jnp.uint32(_GREATEST))
     bits = jnp.where(last < 0, jnp.uint32(0), bits)
     is_never = jnp.all(numbers == jnp.uint32(_ALL), axis=0)
@@ -163,7 +182,9 @@ def to_float32(numbers: Array, costs: Costs) -> Array:
 
 
 def totals(cost: Array, which: Array) -> Array:
-    """Returns of each map the sum of the costs `which`, rounded down: float32 [B, K], bool [B, K] -> float32 [B]."""
+    """Returns of each map the sum of the costs `which`, rounded down: float32 [B, K], bool [B,
+    K] -> float32 [B].
+    """
 
     def all_maps(cost: Array, which: Array) -> Array:
         def one_map(which: Array, cost: Array) -> Array:
@@ -180,7 +201,11 @@ def _row(costs: Costs, at: Array) -> Array:
     shift = costs.place - 32 * at
     left = costs.digits << shift.clip(0, 31).astype(jnp.uint32)
     right = costs.digits >> (-shift).clip(0, 31).astype(jnp.uint32)
-    return jnp.where((shift >= 0) & (shift < 32), left, jnp.where((shift < 0) & (shift > -32), right, jnp.uint32(0)))
+    return jnp.where(
+        (shift >= 0) & (shift < 32),
+        left,
+        jnp.where((shift < 0) & (shift > -32), right, jnp.uint32(0)),
+    )
 
 
 def _added(one: Array, other: Array, carry: Array) -> tuple[Array, Array]:

@@ -9,7 +9,9 @@ from srt_jax.engine.arguments import as_cells
 from srt_jax.types import FREE, OUTSIDE, Array, Task
 
 _MAX_OBSTACLES = 1 << 24
-"""Beyond this an id is no number of an obstacle but something else (a colour, an OpenStreetMap id)."""
+"""Beyond this an id is no number of an obstacle but something else (a colour, an OpenStreetMap
+id).
+"""
 
 
 def make_task(
@@ -20,17 +22,20 @@ def make_task(
     destroyable: bool | Array | Collection[int] = True,
     removal_cost: float | Array | Sequence[float] = 1.0,
 ) -> Task:
-    """Returns the task on one map; M is 1, an indestructible obstacle that covers nothing, where the map has no obstacle.
+    """Returns the task on one map; M is 1, an indestructible obstacle that covers nothing, where
+    the map has no obstacle.
 
     PY16 §2. Start or goal on an obstacle is no error here: `solve` answers with a status.
 
     Args:
-      free_or_labels: bool [H, W], True where the agent fits: obstacles are the 8-connected pieces of the rest, ids in row order
-        of their first cells. Or integer [H, W] or [L, H, W]: the id 0..M-1 of the obstacle on each cell, -1 where none is;
-        obstacles that overlap lie in different layers. M is the greatest id + 1, or more where a list below says so (the rest
+      free_or_labels: bool [H, W], True where the agent fits: obstacles are the 8-connected pieces
+        of the rest, ids in row order of their first cells. Or integer [H, W] or [L, H, W]: the id
+        0..M-1 of the obstacle on each cell, -1 where none is; obstacles that overlap lie in
+        different layers. M is the greatest id + 1, or more where a list below says so (the rest
         covers no cell).
       start, goal: integer [2], (row, col) inside the map.
-      destroyable: True or False for all; bool [M], one flag each; or a collection of integer ids, those that can be destroyed.
+      destroyable: True or False for all; bool [M], one flag each; or a collection of integer ids,
+        those that can be destroyed.
       removal_cost: a number for all, or float [M]; positive and finite.
 
     Returns:
@@ -56,9 +61,11 @@ def make_task(
 
 
 def stack(tasks: Sequence[Task]) -> Task:
-    """Returns one batch of all `tasks`, in order, padded to the largest map and the most layers and obstacles.
+    """Returns one batch of all `tasks`, in order, padded to the largest map and the most layers and
+    obstacles.
 
-    Padding cells are OUTSIDE in layer 0 and FREE in the others; padding obstacles are indestructible, cost 1 and cover nothing.
+    Padding cells are OUTSIDE in layer 0 and FREE in the others; padding obstacles are
+    indestructible, cost 1 and cover nothing.
 
     Raises:
       ValueError: no task at all, or one that already is a batch.
@@ -69,8 +76,8 @@ def stack(tasks: Sequence[Task]) -> Task:
     for index, task in enumerate(tasks):
         if np.ndim(task.labels) != 3:
             raise ValueError(
-                f"task {index} has labels of shape {list(np.shape(task.labels))}, not [L, H, W]: stack takes single tasks, "
-                "call unstack on a batch first"
+                f"task {index} has labels of shape {list(np.shape(task.labels))}, not [L, H, W]:"
+                " stack takes single tasks, call unstack on a batch first"
             )
     shape = tuple(np.max([np.shape(task.labels) for task in tasks], axis=0).tolist())
     num_obstacles = max(np.shape(task.destroyable)[0] for task in tasks)
@@ -96,8 +103,8 @@ def stack(tasks: Sequence[Task]) -> Task:
 def unstack(batch: Task) -> list[Task]:
     """Returns the single tasks of a batch without their padding: the inverse of `stack`.
 
-    Layers at the end that are free everywhere look like padding and go (one always stays); so do obstacles at the end that
-    cover no cell, are indestructible and cost 1.
+    Layers at the end that are free everywhere look like padding and go (one always stays); so do
+    obstacles at the end that cover no cell, are indestructible and cost 1.
 
     Raises:
       ValueError: `batch` has not exactly one batch dimension.
@@ -105,15 +112,24 @@ def unstack(batch: Task) -> list[Task]:
     labels = np.asarray(batch.labels)
     if labels.ndim != 4:
         raise ValueError(
-            f"labels have shape {list(labels.shape)}, not [B, L, H, W]: unstack takes a batch with one batch dimension"
+            f"labels have shape {list(labels.shape)}, not [B, L, H, W]: unstack takes a batch with"
+            " one batch dimension"
         )
-    fields = [np.asarray(leaf) for leaf in (batch.destroyable, batch.removal_cost, batch.start, batch.goal, batch.size)]
-    return [_without_padding(labels[index], *(field[index] for field in fields)) for index in range(len(labels))]
+    fields = [
+        np.asarray(leaf)
+        for leaf in (batch.destroyable, batch.removal_cost, batch.start, batch.goal, batch.size)
+    ]
+    return [
+        _without_padding(labels[index], *(field[index] for field in fields))
+        for index in range(len(labels))
+    ]
 
 
 def _without_padding(labels, destroyable, removal_cost, start, goal, size) -> Task:
     own = labels[:, : size[0], : size[1]]
-    num_layers = 1 + max((layer for layer in range(1, len(own)) if (own[layer] != FREE).any()), default=0)
+    num_layers = 1 + max(
+        (layer for layer in range(1, len(own)) if (own[layer] != FREE).any()), default=0
+    )
     is_real = destroyable | (removal_cost != 1)
     num_obstacles = max(1, int(own.max()) + 1, *(np.flatnonzero(is_real)[-1:] + 1).tolist())
     return Task(
@@ -131,12 +147,19 @@ def _as_labels(array: np.ndarray) -> tuple[np.ndarray, bool]:
     is_mask = array.dtype == bool
     if not is_mask and not np.issubdtype(array.dtype, np.signedinteger):
         raise TypeError(
-            f"the map must be bool (True where the agent fits) or signed integers (obstacle ids, -1 free), got {array.dtype}: "
-            "write .astype(bool) for a mask, .astype('int32') for ids"
+            "the map must be bool (True where the agent fits) or signed integers (obstacle ids, -1"
+            f" free), got {array.dtype}: write .astype(bool) for a mask, .astype('int32') for ids"
         )
     if array.ndim not in ((2,) if is_mask else (2, 3)) or 0 in array.shape:
-        rule = "a bool map must have shape [H, W]" if is_mask else "labels must have shape [H, W] or [L, H, W]"
-        raise ValueError(f"{rule} with no empty side, got {list(array.shape)}: one task holds one map, stack makes a batch")
+        rule = (
+            "a bool map must have shape [H, W]"
+            if is_mask
+            else "labels must have shape [H, W] or [L, H, W]"
+        )
+        raise ValueError(
+            f"{rule} with no empty side, got {list(array.shape)}: one task holds one map, stack"
+            " makes a batch"
+        )
     if is_mask:
         labels = np.asarray(label(~array), np.int32)
     else:
@@ -149,31 +172,38 @@ def _checked_ids(labels: np.ndarray) -> np.ndarray:
     if len(wrong):
         where = wrong[0].tolist()
         raise ValueError(
-            f"label {labels[tuple(where)]} at {where} is no obstacle id: number the obstacles 0, 1, 2, ..., and free cells -1"
+            f"label {labels[tuple(where)]} at {where} is no obstacle id: number the obstacles 0, 1,"
+            " 2, ..., and free cells -1"
         )
     return labels.astype(np.int32)
 
 
 def _as_flags_or_ids(destroyable: object) -> np.ndarray:
     """Returns bool flags, or int64 ids where a collection of ids was given."""
-    array = np.asarray(sorted(destroyable) if isinstance(destroyable, set | frozenset) else destroyable)
+    array = np.asarray(
+        sorted(destroyable) if isinstance(destroyable, set | frozenset) else destroyable
+    )
     if array.dtype == bool:
         return array
     if (array.size and not np.issubdtype(array.dtype, np.integer)) or array.ndim != 1:
         raise TypeError(
-            f"destroyable must be True, False, bool [M] or a collection of ids, got {array.dtype} {list(array.shape)}"
+            f"destroyable must be True, False, bool [M] or a collection of ids, got {array.dtype}"
+            f" {list(array.shape)}"
         )
     return array.astype(np.int64)
 
 
 def _num_obstacles(num_on_map: int, lists: dict[str, np.ndarray], *, is_exact: bool) -> int:
-    """Returns M, 0 where there is no obstacle; the lists have to agree on it, and may exceed the map's unless `is_exact`."""
+    """Returns M, 0 where there is no obstacle; the lists have to agree on it, and may exceed the
+    map's unless `is_exact`.
+    """
     sizes = [array.size for array in lists.values() if array.ndim]
     num_obstacles = num_on_map if is_exact else max([num_on_map, *sizes])
     for name, array in lists.items():
         if array.ndim and array.shape != (num_obstacles,):
             raise ValueError(
-                f"{name} has shape {list(array.shape)}, but there are {num_obstacles} obstacles: give one for all, or one each"
+                f"{name} has shape {list(array.shape)}, but there are {num_obstacles} obstacles:"
+                " give one for all, or one each"
             )
     return num_obstacles
 
@@ -183,7 +213,10 @@ def _as_destroyable(flags: np.ndarray, num_obstacles: int) -> np.ndarray:
         return np.broadcast_to(flags, num_obstacles)
     wrong = flags[(flags < 0) | (flags >= num_obstacles)]
     if wrong.size:
-        raise ValueError(f"destroyable names obstacle {wrong[0]}, but there are {num_obstacles} obstacles, with ids from 0")
+        raise ValueError(
+            f"destroyable names obstacle {wrong[0]}, but there are {num_obstacles} obstacles, with"
+            " ids from 0"
+        )
     return np.isin(np.arange(num_obstacles), flags)
 
 
@@ -195,19 +228,26 @@ def _as_costs(costs: np.ndarray, num_obstacles: int) -> np.ndarray:
     wrong = np.flatnonzero(~(np.isfinite(result) & (result > 0)))
     if wrong.size:
         raise ValueError(
-            f"removal_cost of obstacle {wrong[0]} is {result[wrong[0]]} in float32: it must be positive and finite"
+            f"removal_cost of obstacle {wrong[0]} is {result[wrong[0]]} in float32: it must be"
+            " positive and finite"
         )
     return result
 
 
 def _as_cell(name: str, cell: object, size: tuple[int, ...]) -> np.ndarray:
-    """Returns the cell as int32 [2]; its range is checked before it is narrowed, so that nothing wraps round."""
+    """Returns the cell as int32 [2]; its range is checked before it is narrowed, so that nothing
+    wraps round.
+    """
     given = np.asarray(cell)
     narrowed = np.asarray(as_cells(name, given))
     if given.shape != (2,):
-        raise ValueError(f"{name} must be one cell (row, col), got shape {list(given.shape)}: one task has one {name}")
+        raise ValueError(
+            f"{name} must be one cell (row, col), got shape {list(given.shape)}: one task has one"
+            f" {name}"
+        )
     if (given < 0).any() or (given >= np.array(size)).any():
         raise ValueError(
-            f"{name} {tuple(given.tolist())} lies outside the map of {size[0]} x {size[1]} cells: rows and columns count from 0"
+            f"{name} {tuple(given.tolist())} lies outside the map of {size[0]} x {size[1]} cells:"
+            " rows and columns count from 0"
         )
     return narrowed

@@ -1,8 +1,8 @@
 """The records that travel between the stages, each array with its shape and dtype.
 
-`...` stands for any number of batch dimensions, the same ones in every array of a record. H x W are the cells of a map, L the
-layers of labels, M the obstacles, K the obstacles that may be destroyed, N the cells a route may have, P the steps of a plan. A
-cell is (row, col), row 0 on top.
+`...` stands for any number of batch dimensions, the same ones in every array of a record. H x W are
+the cells of a map, L the layers of labels, M the obstacles, K the obstacles that may be destroyed,
+N the cells a route may have, P the steps of a plan. A cell is (row, col), row 0 on top.
 """
 
 import enum
@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # chex.dataclass is opaque to type checkers
     class _Record:
         def replace(self, **changes: Any) -> Self: ...
         def items(self) -> ItemsView[str, Any]: ...
+
 else:
     from chex import dataclass
 
@@ -28,7 +29,9 @@ OUTSIDE = -2
 """Label of padding: a blocked cell that belongs to no obstacle, hence can never be opened."""
 
 Array = Any
-"""A jax.Array or np.ndarray: what they share, and all that is used of them here, no type checker can tell."""
+"""A jax.Array or np.ndarray: what they share, and all that is used of them here, no type checker
+can tell.
+"""
 
 
 class Status(enum.IntEnum):
@@ -40,7 +43,13 @@ class Status(enum.IntEnum):
     START_BLOCKED = 3, "the start lies outside the map or inside an obstacle"
     GOAL_BLOCKED = 4, "the goal lies outside the map or inside an obstacle that cannot be destroyed"
     BUDGET_SPENT = 5, "a limit was met before an answer: raise max_destroyed or max_cells"
-    STOPPED_SHORT = 6, "the paper's loop, read literally, met something firm in its way; modes paper and least find a way"
+    STOPPED_SHORT = (
+        6,
+        (
+            "the paper's loop, read literally, met something firm in its way; modes paper and least"
+            " find a way"
+        ),
+    )
 
     meaning: str
 
@@ -57,7 +66,9 @@ class Status(enum.IntEnum):
 
 
 class Act(enum.IntEnum):
-    """What the agent does in one step of a symbolic plan; the names are those of the planning domain's actions."""
+    """What the agent does in one step of a symbolic plan; the names are those of the planning
+    domain's actions.
+    """
 
     RELOCATE = 0
     PASS = 1
@@ -69,8 +80,9 @@ class Act(enum.IntEnum):
 class Task(_Record):
     """One smart relocation task, or a batch of them padded to one shape (PY16 §2).
 
-    labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none does, OUTSIDE (-2) on padding.
-      Obstacles that overlap lie in different layers; a cell is free when every layer says FREE.
+    labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none
+      does, OUTSIDE (-2) on padding. Obstacles that overlap lie in different layers; a cell is free
+      when every layer says FREE.
     destroyable: bool [..., M], whether the agent can destroy obstacle i; False on padding.
     removal_cost: float32 [..., M], positive; what destroying obstacle i costs.
     start, goal: int32 [..., 2], cells.
@@ -89,8 +101,10 @@ class Task(_Record):
 class Path(_Record):
     """A shortest path, start first.
 
-    cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more than N cells.
-    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask again with a larger N.
+    cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more
+      than N cells.
+    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask
+      again with a larger N.
     cost: float32 [...], length in cell sides, inf where there is no path.
     """
 
@@ -106,21 +120,29 @@ class Solution(_Record):
     status: int32 [...], a `Status`.
     cost: float32 [...], length of the route in cell sides; inf without a route.
     cells: int32 [..., N, 2], the whole route, start first, -1 after its end.
-    num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT): the route did not fit.
+    num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT):
+      the route did not fit.
     destroyed: int32 [..., K], ids of the obstacles destroyed, in order, -1 after the last.
-    num_destroyed: int32 [...], 0 without a route; more than K (status BUDGET_SPENT): the least removal needs so many.
-    destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an 8-neighbour of it; -1 padded.
-    removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf without a route.
-    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the exact one rounded down; inf
-      where none exists. Equal to `removal_cost`: no set is cheaper by a step of float32.
+    num_destroyed: int32 [...], 0 without a route; more than K (status BUDGET_SPENT): the least
+      removal needs so many.
+    destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an
+      8-neighbour of it; -1 padded.
+    removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf
+      without a route.
+    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the
+      exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is cheaper by a
+      step of float32.
     seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
-    contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False where nothing blocks.
+    contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
+      where nothing blocks.
     blocking: int32 [..., M], ascending ids of the obstacles on the contour, -1 after the last.
-    plan: int32 [..., P, 2], the steps of the plan that the route carries out, in order: (`Act`, obstacle or -1); P is 3 K + 1,
-      and (-1, -1) stands after the last. No step where start and goal are one cell, or without a route.
+    plan: int32 [..., P, 2], the steps of the plan that the route carries out, in order: (`Act`,
+      obstacle or -1); P is 3 K + 1, and (-1, -1) stands after the last. No step where start and
+      goal are one cell, or without a route.
     plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
-    separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids of firm obstacles that keep
-      start and goal apart whatever else is gone, -1 after the last. Empty elsewhere, and where the goal lies outside the map.
+    separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
+      of firm obstacles that keep start and goal apart whatever else is gone, -1 after the last.
+      Empty elsewhere, and where the goal lies outside the map.
     """
 
     status: Array

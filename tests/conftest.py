@@ -10,7 +10,10 @@ jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 # What one test file compiles, another need not: the suite's time is mostly compiling.
-jax.config.update("jax_compilation_cache_dir", str(pathlib.Path(__file__).resolve().parents[1] / ".pytest_cache" / "xla"))
+jax.config.update(
+    "jax_compilation_cache_dir",
+    str(pathlib.Path(__file__).resolve().parents[1] / ".pytest_cache" / "xla"),
+)
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 1.0)
 
 SHARED_DATA = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data"

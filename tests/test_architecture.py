@@ -1,4 +1,6 @@
-"""Imports run one way; judges share nothing with what they judge; the core loads nothing but jax, numpy and chex."""
+"""Imports run one way; judges share nothing with what they judge; the core loads nothing but
+jax, numpy and chex.
+"""
 
 import ast
 import pathlib
@@ -27,7 +29,19 @@ LAYERS = (
     ("solver",),
     ("many", "whatif", "least", "soft"),
     ("explanation",),
-    ("explain", "story", "maps", "blockage", "doors", "barriers", "generate", "data", "formats", "draw", "ends"),
+    (
+        "explain",
+        "story",
+        "maps",
+        "blockage",
+        "doors",
+        "barriers",
+        "generate",
+        "data",
+        "formats",
+        "draw",
+        "ends",
+    ),
     ("envs", "dataset_labels", "dataset_shards", "dataset"),
     ("sources", "targets", "inputs", "results", "console"),
     ("webpage",),
@@ -82,20 +96,36 @@ def test_judges_import_nothing_of_ours_but_types():
     for path in modules("srt_jax"):
         if part_of(path) in JUDGES:
             allowed = ("srt_jax.types", f"srt_jax.{part_of(path)}")
-            ours = [(name, line) for name, line in imports_of(path) if name.split(".")[0] in ("srt_jax", "sign_model")]
-            wrong += [f"{path.name}:{line} imports {name}" for name, line in ours if not name.startswith(allowed)]
+            ours = [
+                (name, line)
+                for name, line in imports_of(path)
+                if name.split(".")[0] in ("srt_jax", "sign_model")
+            ]
+            wrong += [
+                f"{path.name}:{line} imports {name}"
+                for name, line in ours
+                if not name.startswith(allowed)
+            ]
     assert not wrong
 
 
 def test_the_symbolic_level_never_imports_the_grid_level():
     wrong = [
-        f"{path.name}:{line}" for path in modules("sign_model") for name, line in imports_of(path) if name.startswith("srt_jax")
+        f"{path.name}:{line}"
+        for path in modules("sign_model")
+        for name, line in imports_of(path)
+        if name.startswith("srt_jax")
     ]
     assert not wrong
 
 
 def test_one_gate_joins_both_levels():
-    users = {part_of(path) for path in modules("srt_jax") for name, _ in imports_of(path) if name.startswith("sign_model")}
+    users = {
+        part_of(path)
+        for path in modules("srt_jax")
+        for name, _ in imports_of(path)
+        if name.startswith("sign_model")
+    }
     assert users <= {"symbols", "commands", "bench", "draw"}
 
 
@@ -105,7 +135,11 @@ def test_importing_loads_no_more_than_jax_numpy_and_chex_do(package):
 
     def loaded(imports):
         done = subprocess.run(
-            [sys.executable, "-c", code.format(imports)], capture_output=True, text=True, check=True, cwd=ROOT
+            [sys.executable, "-c", code.format(imports)],
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=ROOT,
         )
         return set(done.stdout.split())
 

@@ -11,7 +11,8 @@ from tests.helpers.pictures import drawn
 
 
 def _twin(blocked):
-    labels, _ = ndimage.label(blocked, np.ones((3, 3)))  # numbered in row-major order of the first cell as well
+    # numbered in row-major order of the first cell as well
+    labels, _ = ndimage.label(blocked, np.ones((3, 3)))
     return labels - 1
 
 

@@ -1,4 +1,6 @@
-"""Removal costs of any ratio: no wrong status, no bound above the optimum, nothing needless; and what the limits mean."""
+"""Removal costs of any ratio: no wrong status, no bound above the optimum, nothing needless; and
+what the limits mean.
+"""
 
 import json
 import pathlib
@@ -18,16 +20,30 @@ FULL, ONE, PAPER = LIMITS[0], LIMITS[3], LIMITS[4]
 COUNT = 64
 """As in `check_campaign`: the same programs."""
 
-CHAINS = ([1e8, 1], [1, 1e8], [16777216, 1], [1e4, 1e-4], [1, 1e-8], [3e38, 3e38], [1.5e-45, 3e38], [0.1, 0.2], [1e-5, 1e9])
+CHAINS = (
+    [1e8, 1],
+    [1, 1e8],
+    [16777216, 1],
+    [1e4, 1e-4],
+    [1, 1e-8],
+    [3e38, 3e38],
+    [1.5e-45, 3e38],
+    [0.1, 0.2],
+    [1e-5, 1e9],
+)
 
 
 def chain(costs):
     """Obstacles one after the other: all must go."""
-    return make_task(np.array([[-1, 0, -1, 1, -1]]), (0, 0), (0, 4), removal_cost=np.array(costs, np.float32))
+    return make_task(
+        np.array([[-1, 0, -1, 1, -1]]), (0, 0), (0, 4), removal_cost=np.array(costs, np.float32)
+    )
 
 
 def dear_and_cheap():
-    """Two ways, through 2 for 5e8 or through 0 and 1 for 1e8 + 1; what leads to the second is met first."""
+    """Two ways, through 2 for 5e8 or through 0 and 1 for 1e8 + 1; what leads to the second is
+    met first.
+    """
     labels = np.array([[-1, 0, -1, 1, -1], [-1, 3, 3, 3, -1], [-1, -1, 2, -1, -1]])
     return make_task(labels, (0, 0), (0, 4), destroyable=[0, 1, 2], removal_cost=[1e8, 1, 5e8, 1])
 
@@ -73,7 +89,11 @@ def test_every_status_bound_and_cost_is_right_in_every_way_of_solving(batch):
 
 def test_a_small_cost_beside_a_large_one_is_no_end(full):
     for place, costs in enumerate(CHAINS):
-        assert full.status[place] == Status.SOLVED and full.destroyed[place, :3].tolist() == [0, 1, -1]
+        assert full.status[place] == Status.SOLVED and full.destroyed[place, :3].tolist() == [
+            0,
+            1,
+            -1,
+        ]
         assert full.removal_cost[place] == full.removal_bound[place]
         assert full.removal_bound[place] <= sum(map(float, np.array(costs, np.float32)))
     assert full.removal_cost[CHAINS.index([3e38, 3e38])] == np.finfo(np.float32).max
@@ -129,10 +149,16 @@ def test_costs_that_make_task_refuses_are_no_wrong_answer(batch):
 
 def test_room_for_more_than_there_is_changes_nothing(batch, full):
     more = jax.tree.map(np.asarray, solve(batch, max_destroyed=1000))
-    assert more.destroyed.shape[1] == more.destroyed_at.shape[1] == 1000 and more.plan.shape[1] == more.plan_at.shape[1] == 3001
+    assert (
+        more.destroyed.shape[1] == more.destroyed_at.shape[1] == 1000
+        and more.plan.shape[1] == more.plan_at.shape[1] == 3001
+    )
     cut = more.replace(destroyed=more.destroyed[:, :10], destroyed_at=more.destroyed_at[:, :10])
     cut = cut.replace(plan=more.plan[:, :31], plan_at=more.plan_at[:, :31])
-    assert all(a.tobytes() == b.tobytes() for a, b in zip(jax.tree.leaves(cut), jax.tree.leaves(full), strict=True))
+    assert all(
+        a.tobytes() == b.tobytes()
+        for a, b in zip(jax.tree.leaves(cut), jax.tree.leaves(full), strict=True)
+    )
     assert (more.destroyed[:, 10:] == -1).all() and (more.plan[:, 31:] == -1).all()
 
 
@@ -140,7 +166,9 @@ def test_many_more_than_commonly_needed_are_found(monkeypatch):
     monkeypatch.setattr("srt_jax.many_tasks._COMMON_NUMBER", 1)
     (solution,) = solve_many([chain([1, 2])], max_destroyed=1000)
     assert (
-        solution.status == Status.SOLVED and solution.destroyed[:3].tolist() == [0, 1, -1] and len(solution.destroyed) == 1000
+        solution.status == Status.SOLVED
+        and solution.destroyed[:3].tolist() == [0, 1, -1]
+        and len(solution.destroyed) == 1000
     )
 
 
@@ -154,7 +182,10 @@ def test_what_can_be_destroyed_is_named_first():
 
 
 def test_the_command_line_solves_them(capsys):
-    for name, options in (("break_dear_then_cheap.npz", ()), ("break_bound_too_high.npz", ("--mode", "paper"))):
+    for name, options in (
+        ("break_dear_then_cheap.npz", ()),
+        ("break_bound_too_high.npz", ("--mode", "paper")),
+    ):
         assert run(["solve", str(ODD / name), *options, "--json"]) == 0
         (told,) = json.loads(capsys.readouterr().out)["tasks"]
         assert told["status"] == "SOLVED" and told["removal_bound"] <= 100000001
@@ -174,7 +205,10 @@ def test_the_oracle_notices_a_set_that_is_not_the_least():
         chosen[:] = False
         chosen[0, ids] = True
         truth = judged(batch, chosen)
-        assert truth.least == 2 and (truth.opens[0], truth.is_least[0], truth.is_thin[0])[: len(facts)] == facts
+        assert (
+            truth.least == 2
+            and (truth.opens[0], truth.is_least[0], truth.is_thin[0])[: len(facts)] == facts
+        )
 
 
 def test_the_campaigns_pass_in_small_and_tell_what_is_wrong(monkeypatch, capsys):
@@ -186,7 +220,9 @@ def test_the_campaigns_pass_in_small_and_tell_what_is_wrong(monkeypatch, capsys)
     monkeypatch.setattr(
         cost_campaign,
         "solve",
-        lambda task, **options: solve(task, **options).replace(removal_bound=np.zeros(64, np.float32) + 1),
+        lambda task, **options: solve(task, **options).replace(
+            removal_bound=np.zeros(64, np.float32) + 1
+        ),
     )
     assert costs.main(["--count", "64", "--at-once", "64"]) == 1
     assert "--seed 0 --only" in capsys.readouterr().err

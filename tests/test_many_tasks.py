@@ -1,4 +1,6 @@
-"""Generated tasks of every kind, in batches: replayed, compared with a slow shortest path, and with their proven optimum."""
+"""Generated tasks of every kind, in batches: replayed, compared with a slow shortest path, and
+with their proven optimum.
+"""
 
 import numpy as np
 import pytest
@@ -19,12 +21,21 @@ def test_generated_tasks_of_every_kind_are_answered_rightly(mode):
     instances = generate("mixed", count=56, size=(16, 32), seed=5)
     solutions = solve_many([task for _, task, _ in instances], mode=mode, max_destroyed=16)
     for (name, task, optimum), solution in zip(instances, solutions):
-        status, ends = Status(int(solution.status)), (tuple(task.start.tolist()), tuple(task.goal.tolist()))
+        status, ends = (
+            Status(int(solution.status)),
+            (tuple(task.start.tolist()), tuple(task.goal.tolist())),
+        )
         assert not check(task, solution), name
-        assert (status is Status.PATH_EXISTS) == np.isfinite(length_on(task.labels, [], *ends)), name
+        assert (status is Status.PATH_EXISTS) == np.isfinite(length_on(task.labels, [], *ends)), (
+            name
+        )
         if status.is_solved:
             shortest = length_on(task.labels, solution.destroyed[solution.destroyed >= 0], *ends)
-            assert solution.cost == pytest.approx(shortest, rel=1e-5) if mode == "least" else solution.cost >= shortest - 1e-3
+            assert (
+                solution.cost == pytest.approx(shortest, rel=1e-5)
+                if mode == "least"
+                else solution.cost >= shortest - 1e-3
+            )
         if np.isfinite(optimum):
             assert solution.removal_bound <= optimum <= solution.removal_cost, name
         assert np.isinf(optimum) <= (not status.is_solved), name
@@ -36,4 +47,6 @@ def test_few_maps_of_many_sizes_share_a_shape_and_many_of_one_size_have_their_ow
     shapes = set(_groups(tasks))
     assert len(shapes) <= 4 and all(H in (32, 64, 128, 256, 512) for _, H, _ in shapes)
     (open_map,) = (task for _, task, _ in generate("half", count=1, size=300, seed=0))
-    assert (1, 384, 384) in {(L, H, W) if L == 1 else (1, H, W) for L, H, W in _groups([open_map] * 500)}
+    assert (1, 384, 384) in {
+        (L, H, W) if L == 1 else (1, H, W) for L, H, W in _groups([open_map] * 500)
+    }

@@ -31,7 +31,10 @@ def test_the_order_of_cells_is_that_of_octile_distance():
     rng = np.random.default_rng(0)
     down, across = rng.integers(-5740, 5741, (2, 20_000)).astype(np.int32)
     order = np.asarray(moves.octile_order(down, across)).tolist()
-    exact = [abs(abs(d) - abs(a)) + min(abs(d), abs(a)) * math.sqrt(2) for d, a in zip(down.tolist(), across.tolist())]
+    exact = [
+        abs(abs(d) - abs(a)) + min(abs(d), abs(a)) * math.sqrt(2)
+        for d, a in zip(down.tolist(), across.tolist())
+    ]
     ranked = sorted(zip(order, exact))
     assert all(one[1] <= two[1] + 1e-9 for one, two in itertools.pairwise(ranked))
     assert max(order) < 2**26
@@ -44,4 +47,6 @@ def test_no_shortest_path_has_more_cells_than_the_bound():
         free = noise(rng, height, width, 0.35)
         free[0, 0] = True
         length = lengths_by_heap(free, (0, 0))
-        assert length[np.isfinite(length)].max() <= moves.max_path_cells(height, width) * math.sqrt(2)
+        assert length[np.isfinite(length)].max() <= moves.max_path_cells(height, width) * math.sqrt(
+            2
+        )

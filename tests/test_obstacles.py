@@ -1,4 +1,6 @@
-"""Cells that open, obstacles that border: masks in machine words, equal to NumPy on arrays of cells."""
+"""Cells that open, obstacles that border: masks in machine words, equal to NumPy on arrays of
+cells.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +12,13 @@ from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.engine.kernel import batch_kernel
 
-SHAPES = [(1, 1, 1, 1, 1), (2, 2, 5, 31, 7), (3, 1, 9, 32, 40), (2, 3, 6, 33, 600), (1, 2, 12, 97, 32)]
+SHAPES = [
+    (1, 1, 1, 1, 1),
+    (2, 2, 5, 31, 7),
+    (3, 1, 9, 32, 40),
+    (2, 3, 6, 33, 600),
+    (1, 2, 12, 97, 32),
+]
 """B, L, H, W, M: beside the ends of words, and more obstacles than are picked by comparing."""
 
 
@@ -37,9 +45,12 @@ def covered_by_any(labels, which):
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(
-    ("cells", "expected"), [(obstacles.all_open_cells, open_without), (obstacles.all_cells_of, covered_by_any)]
+    ("cells", "expected"),
+    [(obstacles.all_open_cells, open_without), (obstacles.all_cells_of, covered_by_any)],
 )
-def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_covers_it(shape, cells, expected):
+def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_covers_it(
+    shape, cells, expected
+):
     labels, rng = random_labels(shape)
     sets = rng.random((shape[0], shape[4])) < 0.5
     got = jax.jit(batch_kernel(cells))(labels, sets)
@@ -55,13 +66,19 @@ def test_how_near_an_obstacle_comes_is_told_by_its_nearest_cell(shape, share):
     cells = rng.random((B, H, W)) < share
     goals = np.stack([rng.integers(0, H, B), rng.integers(0, W, B)], axis=1).astype(np.int32)
     words = packing.pack(jnp.asarray(cells))
-    fast = jax.jit(batch_kernel(lambda *args: obstacles.all_nearest_of(*args, M)))(labels, words, goals)
+    fast = jax.jit(batch_kernel(lambda *args: obstacles.all_nearest_of(*args, M)))(
+        labels, words, goals
+    )
     for which, (one, asked, (row, col)) in enumerate(zip(labels, cells, goals)):
         down, across = (abs(place) for place in np.mgrid[-row : H - row, -col : W - col])
         order = np.maximum(down, across) * 5741 + np.minimum(down, across) * 2378
-        expected = [min(order[((one == i).any(axis=0)) & asked], default=obstacles.FAR) for i in range(M)]
+        expected = [
+            min(order[((one == i).any(axis=0)) & asked], default=obstacles.FAR) for i in range(M)
+        ]
         assert fast[which].tolist() == expected
-        plain = obstacles.nearest_of(obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], goals[which], M)
+        plain = obstacles.nearest_of(
+            obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], goals[which], M
+        )
         assert plain.tolist() == expected  # outside a marked call, as on a GPU, by another way
 
 
@@ -71,12 +88,16 @@ def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
     labels, rng = random_labels(shape, seed=1)
     cells = rng.random(labels[:, 0].shape) < share
     words = packing.pack(jnp.asarray(cells))
-    fast = jax.jit(batch_kernel(lambda labels, cells: obstacles.all_met_by(labels, cells, shape[4])))(labels, words)
+    fast = jax.jit(
+        batch_kernel(lambda labels, cells: obstacles.all_met_by(labels, cells, shape[4]))
+    )(labels, words)
     for which, (one, asked) in enumerate(zip(labels, cells)):
         owners = set(one[:, asked].ravel().tolist()) - {-1, -2}
         assert set(np.flatnonzero(fast[which]).tolist()) == owners
         # Outside a marked call, as on a GPU, by another way.
-        plain = obstacles.met_by(obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], shape[4])
+        plain = obstacles.met_by(
+            obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], shape[4]
+        )
         assert set(np.flatnonzero(plain).tolist()) == owners
 
 
@@ -91,19 +112,27 @@ def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
         expected |= padded[down : down + height, across : across + width]
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
-    assert np.array_equal(unpacked(obstacles.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3))))
+    assert np.array_equal(
+        unpacked(obstacles.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
+    )
 
 
 def test_one_cell_is_in_its_own_mask_and_no_other():
     for row, col in ((0, 0), (0, 31), (2, 32), (4, 69)):
         mask = obstacles.only(jnp.array([row, col], jnp.int32), 5, 3)
         assert np.argwhere(unpacked(mask[None], 70)[0]).tolist() == [[row, col]]
-        held = [[bool(obstacles.holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)] for r in (0, 2, 4)]
+        held = [
+            [bool(obstacles.holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)]
+            for r in (0, 2, 4)
+        ]
         assert sum(map(sum, held)) == 1
 
 
 def test_the_owners_of_a_cell_are_told():
     labels = np.array([[[[-1, 0, 3]], [[-1, 2, -1]]]], np.int32)
     one = obstacles.Labels(jnp.asarray(labels), jnp.int32(0))
-    owners = [np.flatnonzero(obstacles.owners_of(one, jnp.array([0, col], jnp.int32), 4)).tolist() for col in range(3)]
+    owners = [
+        np.flatnonzero(obstacles.owners_of(one, jnp.array([0, col], jnp.int32), 4)).tolist()
+        for col in range(3)
+    ]
     assert owners == [[], [0, 2], [3]]

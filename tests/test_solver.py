@@ -9,11 +9,15 @@ from tests.helpers.pictures import drawn
 
 
 def task_from(picture, **options):
-    """A task from a picture: S, G, '.' free, '@' one firm obstacle each cell's piece, letters destroyable obstacles by name."""
+    """A task from a picture: S, G, '.' free, '@' one firm obstacle each cell's piece, letters
+    destroyable obstacles by name.
+    """
     free, places = drawn(picture)
     rows = [line.strip() for line in picture.strip().splitlines()]
     names = sorted({sign for row in rows for sign in row} - set(".@SG"))
-    labels = np.array([[names.index(sign) if sign in names else -1 for sign in row] for row in rows], np.int32)
+    labels = np.array(
+        [[names.index(sign) if sign in names else -1 for sign in row] for row in rows], np.int32
+    )
     labels[~free] = len(names)
     destroyable = np.arange(len(names) + 1) < len(names)
     return make_task(labels, places["S"], places["G"], destroyable=destroyable, **options), names
@@ -21,7 +25,11 @@ def task_from(picture, **options):
 
 def brute_force(task):
     return least_removal(
-        task.labels, task.destroyable, task.removal_cost, tuple(task.start.tolist()), tuple(task.goal.tolist())
+        task.labels,
+        task.destroyable,
+        task.removal_cost,
+        tuple(task.start.tolist()),
+        tuple(task.goal.tolist()),
     )
 
 
@@ -102,7 +110,10 @@ def test_a_goal_inside_a_destroyable_obstacle_is_reached_by_destroying_it():
     task = make_task(labels, (1, 0), (1, 4))
     solution = solve(task)
     assert Status(int(solution.status)) is Status.SOLVED and not check(task, solution)
-    assert Status(int(solve(make_task(labels, (1, 0), (1, 4), destroyable=False)).status)) is Status.GOAL_BLOCKED
+    assert (
+        Status(int(solve(make_task(labels, (1, 0), (1, 4), destroyable=False)).status))
+        is Status.GOAL_BLOCKED
+    )
 
 
 def test_a_start_inside_an_obstacle_is_told():
@@ -160,7 +171,11 @@ def test_the_route_is_the_shortest_for_what_is_destroyed():
         if Status(int(solution.status)).is_solved:
             gone = np.asarray(solution.destroyed)[: int(solution.num_destroyed)]
             free = ((task.labels == -1) | np.isin(task.labels, gone)).all(axis=0)
-            np.testing.assert_allclose(solution.cost, dijkstra(free, tuple(task.start.tolist()))[tuple(task.goal)], rtol=1e-5)
+            np.testing.assert_allclose(
+                solution.cost,
+                dijkstra(free, tuple(task.start.tolist()))[tuple(task.goal)],
+                rtol=1e-5,
+            )
 
 
 @pytest.mark.parametrize(
@@ -181,7 +196,9 @@ def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, told):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("options", [{"mode": "best"}, {"max_destroyed": 0}, {"max_cells": 0}, {"max_branches": 0}])
+@pytest.mark.parametrize(
+    "options", [{"mode": "best"}, {"max_destroyed": 0}, {"max_cells": 0}, {"max_branches": 0}]
+)
 def test_an_option_out_of_range_is_refused_by_name(options):
     with pytest.raises(ValueError, match=next(iter(options))):
         solve(make_task(np.ones((3, 3), bool), (0, 0), (2, 2)), **options)

@@ -32,7 +32,9 @@ def test_solve_may_be_jitted_vmapped_and_scanned():
     batch = solve(tasks)
     chex.assert_trees_all_equal(batch, jax.jit(solve)(tasks))
     chex.assert_trees_all_equal(batch, jax.vmap(solve)(tasks))
-    chex.assert_trees_all_equal(batch, jax.lax.scan(lambda carry, task: (carry, solve(task)), 0, tasks)[1])
+    chex.assert_trees_all_equal(
+        batch, jax.lax.scan(lambda carry, task: (carry, solve(task)), 0, tasks)[1]
+    )
 
 
 def test_any_number_of_batch_dimensions_is_kept():
@@ -43,7 +45,10 @@ def test_any_number_of_batch_dimensions_is_kept():
 
 
 def test_many_tasks_of_unequal_size_come_back_in_order_and_cut_to_size():
-    tasks = [*random_tasks(7, 5, overlap=False, max_side=12), *random_tasks(8, 5, overlap=True, max_side=28)]
+    tasks = [
+        *random_tasks(7, 5, overlap=False, max_side=12),
+        *random_tasks(8, 5, overlap=True, max_side=28),
+    ]
     done = []
     solutions = solve_many(tasks, progress=done.append)
     assert sum(done) == 10
@@ -51,7 +56,9 @@ def test_many_tasks_of_unequal_size_come_back_in_order_and_cut_to_size():
         assert solution.contour.shape == task.labels.shape[1:]
         alone = jax.tree.map(np.asarray, solve(task))
         room = min(len(alone.cells), len(solution.cells))
-        chex.assert_trees_all_equal(alone.replace(cells=alone.cells[:room]), solution.replace(cells=solution.cells[:room]))
+        chex.assert_trees_all_equal(
+            alone.replace(cells=alone.cells[:room]), solution.replace(cells=solution.cells[:room])
+        )
     assert solve_many([]) == []
 
 

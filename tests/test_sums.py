@@ -1,4 +1,6 @@
-"""Sums of costs are exact, whatever the costs: against Python's whole numbers, which have no end."""
+"""Sums of costs are exact, whatever the costs: against Python's whole numbers, which have no
+end.
+"""
 
 from fractions import Fraction
 
@@ -19,7 +21,9 @@ def whole(cost) -> int:
 
 def number(words, costs) -> int:
     """What the words of one number mean, in the same unit."""
-    return sum(int(word) << 32 * place for place, word in enumerate(np.asarray(words))) << int(costs.lowest)
+    return sum(int(word) << 32 * place for place, word in enumerate(np.asarray(words))) << int(
+        costs.lowest
+    )
 
 
 def drawn(rng, count, low, high):
@@ -27,7 +31,12 @@ def drawn(rng, count, low, high):
     return np.clip(costs, LEAST, GREATEST)
 
 
-KINDS = {"ten orders of magnitude": (-5, 5), "all of float32": (-44.8, 38.5), "one order": (0, 1), "subnormal": (-44.8, -38)}
+KINDS = {
+    "ten orders of magnitude": (-5, 5),
+    "all of float32": (-44.8, 38.5),
+    "one order": (0, 1),
+    "subnormal": (-44.8, -38),
+}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -39,7 +48,12 @@ def test_sums_are_exact_and_rounded_down(kind):
         costs = sums.costs_of(cost, which)
         total = sums.total(costs, which)
         more = sums.with_cost(total, costs, jnp.argmax(which).astype(jnp.int32))
-        return costs, total, more, sums.to_float32(jnp.stack([total, sums.never(), sums.zero()], axis=1), costs)
+        return (
+            costs,
+            total,
+            more,
+            sums.to_float32(jnp.stack([total, sums.never(), sums.zero()], axis=1), costs),
+        )
 
     for _ in range(60):
         cost, which = drawn(rng, 37, *KINDS[kind]), rng.random(37) < 0.5
@@ -62,14 +76,18 @@ def test_the_greatest_sum_fits_and_is_no_infinity():
 
 
 def test_small_whole_costs_take_one_word():
-    costs = sums.costs_of(jnp.asarray([1, 2.5, 100, 1e30], jnp.float32), jnp.asarray([True, True, True, False]))
+    costs = sums.costs_of(
+        jnp.asarray([1, 2.5, 100, 1e30], jnp.float32), jnp.asarray([True, True, True, False])
+    )
     assert int(costs.num_words) == 1
 
 
 def test_the_least_and_which_are_it():
     cost = jnp.asarray([3, 1e8, 1, 1, 1e-8], jnp.float32)
     costs = sums.costs_of(cost, jnp.ones(5, bool))
-    all_of = sums.with_costs(jnp.zeros((sums.WORDS, 5), jnp.uint32), jnp.ones(5, bool), sums.zero(), costs)
+    all_of = sums.with_costs(
+        jnp.zeros((sums.WORDS, 5), jnp.uint32), jnp.ones(5, bool), sums.zero(), costs
+    )
     low, which = sums.least(all_of, jnp.asarray([True, True, True, True, False]), costs.num_words)
     assert number(low, costs) == whole(1) and which.tolist() == [False, False, True, True, False]
     low, which = sums.least(all_of, jnp.zeros(5, bool), costs.num_words)
@@ -80,7 +98,9 @@ def test_less_is_less_in_the_smallest_place():
     cost = jnp.asarray([1e8, 1e-8], jnp.float32)
     costs = sums.costs_of(cost, jnp.ones(2, bool))
     large, both = (sums.total(costs, jnp.asarray(which)) for which in ([True, False], [True, True]))
-    assert sums.is_less(large, both) and not sums.is_less(both, large) and not sums.is_less(both, both)
+    assert (
+        sums.is_less(large, both) and not sums.is_less(both, large) and not sums.is_less(both, both)
+    )
     assert sums.is_less(both, sums.never()) and not sums.is_less(sums.never(), sums.never())
 
 
@@ -92,9 +112,20 @@ def test_a_chain_is_within_its_own_sum_and_not_within_less():
     forth = sums.with_costs(numbers, yes, sums.with_cost(sums.zero(), costs, jnp.int32(0)), costs)
     back = sums.with_costs(numbers, yes, sums.zero(), costs)
     # Of each: met for 1e8 from one side and for nothing from the other.
-    limits = [sums.total(costs, jnp.asarray(which)) for which in ([True, True, False], [True, False, True])]
-    assert sums.are_within(forth, back, costs, limits[0], sums.zero()).tolist() == [False, True, False]
-    assert sums.are_within(forth, back, costs, limits[1], sums.zero()).tolist() == [False, True, True]
+    limits = [
+        sums.total(costs, jnp.asarray(which))
+        for which in ([True, True, False], [True, False, True])
+    ]
+    assert sums.are_within(forth, back, costs, limits[0], sums.zero()).tolist() == [
+        False,
+        True,
+        False,
+    ]
+    assert sums.are_within(forth, back, costs, limits[1], sums.zero()).tolist() == [
+        False,
+        True,
+        True,
+    ]
 
 
 def test_what_make_task_refuses_counts_as_the_nearest_cost():
@@ -113,6 +144,9 @@ def test_many_costs_are_added_without_overflow():
 
 
 def test_totals_of_a_batch():
-    cost, which = jnp.asarray([[1e8, 1], [0.1, 0.2]], jnp.float32), jnp.asarray([[True, True], [True, True]])
+    cost, which = (
+        jnp.asarray([[1e8, 1], [0.1, 0.2]], jnp.float32),
+        jnp.asarray([[True, True], [True, True]]),
+    )
     told = jax.jit(sums.totals)(cost, which)
     assert told.tolist() == [1e8, np.nextafter(np.float32(0.3), np.float32(0))]

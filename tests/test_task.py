@@ -33,7 +33,11 @@ def test_obstacles_of_a_mask_are_its_8_connected_pieces_in_row_order():
 def test_a_map_without_obstacles_has_one_that_covers_nothing_and_stays():
     for free in (EMPTY, np.full((3, 4), -1)):
         task = make_task(free, (0, 0), (2, 3))
-        assert (task.labels == FREE).all() and task.destroyable.tolist() == [False] and task.removal_cost.tolist() == [1.0]
+        assert (
+            (task.labels == FREE).all()
+            and task.destroyable.tolist() == [False]
+            and task.removal_cost.tolist() == [1.0]
+        )
 
 
 @pytest.mark.parametrize(
@@ -51,7 +55,9 @@ def test_a_map_without_obstacles_has_one_that_covers_nothing_and_stays():
     ],
 )
 def test_destroyable_is_one_flag_or_flags_or_ids(destroyable, expected):
-    assert make_task(LABELS, (0, 0), (0, 2), destroyable=destroyable).destroyable.tolist() == expected
+    assert (
+        make_task(LABELS, (0, 0), (0, 2), destroyable=destroyable).destroyable.tolist() == expected
+    )
 
 
 def test_lists_longer_than_the_labels_name_obstacles_that_cover_no_cell():
@@ -71,8 +77,16 @@ def test_start_and_goal_may_lie_on_obstacles():
         (TypeError, "astype", {"free_or_labels": EMPTY.astype(np.uint8)}),
         (ValueError, r"shape \[H, W\]", {"free_or_labels": EMPTY[None]}),
         (ValueError, "no empty side", {"free_or_labels": np.ones((0, 3), bool)}),
-        (ValueError, r"label -5 at \[0, 1\]", {"free_or_labels": np.where(LABELS == 0, -5, LABELS)}),
-        (ValueError, "number the obstacles", {"free_or_labels": np.where(LABELS == 0, 2**31, LABELS)}),
+        (
+            ValueError,
+            r"label -5 at \[0, 1\]",
+            {"free_or_labels": np.where(LABELS == 0, -5, LABELS)},
+        ),
+        (
+            ValueError,
+            "number the obstacles",
+            {"free_or_labels": np.where(LABELS == 0, 2**31, LABELS)},
+        ),
         (ValueError, r"start \(-1, 0\) lies outside", {"start": (-1, 0)}),
         (ValueError, r"goal \(2, 0\) lies outside", {"goal": (2, 0)}),
         (ValueError, "lies outside", {"goal": (0, 2**32)}),
@@ -107,8 +121,15 @@ def test_a_mask_allows_no_more_flags_than_pieces():
 def test_padding_is_outside_in_the_first_layer_and_free_in_the_others():
     two_layers = make_task(np.array([[[0, -1]], [[1, -1]]]), (0, 1), (0, 0), removal_cost=[2, 3])
     batch = stack([two_layers, make_task(EMPTY, (0, 0), (2, 3))])
-    assert batch.labels.shape == (2, 2, 3, 4) and batch.destroyable.shape == batch.removal_cost.shape == (2, 2)
-    assert (batch.labels[0, 0, 1:] == OUTSIDE).all() and (batch.labels[0, 0, :, 2:] == OUTSIDE).all()
+    assert batch.labels.shape == (
+        2,
+        2,
+        3,
+        4,
+    ) and batch.destroyable.shape == batch.removal_cost.shape == (2, 2)
+    assert (batch.labels[0, 0, 1:] == OUTSIDE).all() and (
+        batch.labels[0, 0, :, 2:] == OUTSIDE
+    ).all()
     assert (batch.labels[0, 1, 1:] == FREE).all() and (batch.labels[1] == FREE).all()
     assert batch.destroyable.tolist() == [[True, True], [False, False]]
     assert batch.removal_cost.tolist() == [[2, 3], [1, 1]]
@@ -117,13 +138,23 @@ def test_padding_is_outside_in_the_first_layer_and_free_in_the_others():
 
 @st.composite
 def tasks(draw) -> Task:
-    layers, height, width = draw(st.integers(1, 3)), draw(st.integers(1, 6)), draw(st.integers(1, 6))
+    layers, height, width = (
+        draw(st.integers(1, 3)),
+        draw(st.integers(1, 6)),
+        draw(st.integers(1, 6)),
+    )
     rng = np.random.default_rng(draw(st.integers(0, 2**20)))
     labels = rng.integers(-1, draw(st.integers(1, 5)), (layers, height, width))
     labels[-1, 0, 0] = 0  # so that no layer at the end is free everywhere
     count = int(labels.max()) + 1
     start, goal = ((int(rng.integers(height)), int(rng.integers(width))) for _ in range(2))
-    return make_task(labels, start, goal, destroyable=rng.random(count) < 0.5, removal_cost=rng.integers(1, 5, count))
+    return make_task(
+        labels,
+        start,
+        goal,
+        destroyable=rng.random(count) < 0.5,
+        removal_cost=rng.integers(1, 5, count),
+    )
 
 
 @settings(max_examples=60, deadline=None)
@@ -134,7 +165,13 @@ def test_unstack_undoes_stack(singles):
 
 
 def test_obstacles_that_cover_nothing_survive_a_batch_where_they_differ_from_padding():
-    task = make_task(LABELS, (0, 0), (0, 2), destroyable=[False] * 4 + [True, False], removal_cost=[1, 1, 1, 1, 1, 2])
+    task = make_task(
+        LABELS,
+        (0, 0),
+        (0, 2),
+        destroyable=[False] * 4 + [True, False],
+        removal_cost=[1, 1, 1, 1, 1, 2],
+    )
     chex.assert_trees_all_equal(unstack(stack([task]))[0], task)
 
 

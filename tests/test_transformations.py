@@ -1,4 +1,6 @@
-"""Every public kernel, and solve, inside JAX's transformations: the same bits as called plainly on the whole batch."""
+"""Every public kernel, and solve, inside JAX's transformations: the same bits as called plainly
+on the whole batch.
+"""
 
 import os
 import subprocess
@@ -19,7 +21,9 @@ B, H, W = 4, 11, 13
 
 
 class Case(NamedTuple):
-    """A function and a batch of arguments: a tuple of pytrees of arrays with one leading batch axis."""
+    """A function and a batch of arguments: a tuple of pytrees of arrays with one leading batch
+    axis.
+    """
 
     fun: Callable
     args: tuple
@@ -30,7 +34,10 @@ def cases() -> dict[str, Case]:
     free = np.stack([noise(rng, H, W, density) for density in (0.0, 0.2, 0.35, 0.5)])
     start, goal = (np.stack([any_start(rng, one) for one in free]) for _ in range(2))
     costs = rng.uniform(0.5, 4, free.shape).astype(np.float32)
-    reached, cost = np.asarray(srt_jax.reach(free, start)), np.asarray(srt_jax.cost_to_come(free, start))
+    reached, cost = (
+        np.asarray(srt_jax.reach(free, start)),
+        np.asarray(srt_jax.cost_to_come(free, start)),
+    )
     seed = np.asarray(srt_jax.seed_cell(reached, goal))
     tasks = jax.tree.map(np.asarray, srt_jax.stack(random_tasks(42, B, overlap=True, max_side=11)))
     return {
@@ -38,12 +45,16 @@ def cases() -> dict[str, Case]:
         "cost_to_come": Case(srt_jax.cost_to_come, (free, start)),
         "cost_to_come of unequal cells": Case(srt_jax.cost_to_come, (free, start, costs)),
         "path_cost": Case(srt_jax.path_cost, (free, start, goal, costs)),
-        "trace_path": Case(lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=32), (cost, goal)),
+        "trace_path": Case(
+            lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=32), (cost, goal)
+        ),
         "octile_distance": Case(srt_jax.octile_distance, (seed, goal)),
         "seed_cell": Case(srt_jax.seed_cell, (reached, goal)),
         "contour": Case(srt_jax.contour, (free, seed, goal)),
         "solve": Case(lambda task: srt_jax.solve(task, max_cells=64), (tasks,)),
-        "least_removal": Case(lambda task: srt_jax.least_removal(task, max_cells=64, with_route=True), (tasks,)),
+        "least_removal": Case(
+            lambda task: srt_jax.least_removal(task, max_cells=64, with_route=True), (tasks,)
+        ),
     }
 
 
@@ -74,22 +85,31 @@ def test_scan_over_maps_known_while_compiling_and_a_branch_inside_give_the_same_
     first = jax.tree.map(lambda x: jnp.zeros(x.shape[1:], x.dtype), expected)
 
     def step(carry, index):
-        entry = jax.tree.map(lambda x: jnp.asarray(x)[index], args)  # args are constants of the program
+        # args are constants of the program
+        entry = jax.tree.map(lambda x: jnp.asarray(x)[index], args)
         out = jax.lax.cond(index >= 0, lambda: fun(*entry), lambda: first)
         return out, out
 
-    assert_same_bits(jax.jit(lambda order: jax.lax.scan(step, first, order))(jnp.arange(B))[1], expected)
+    assert_same_bits(
+        jax.jit(lambda order: jax.lax.scan(step, first, order))(jnp.arange(B))[1], expected
+    )
     assert_same_bits(jax.jit(lambda: fun(*args))(), expected)
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name not in ("solve", "least_removal", "octile_distance")])
+@pytest.mark.parametrize(
+    "name", [name for name in CASES if name not in ("solve", "least_removal", "octile_distance")]
+)
 def test_padding_and_the_batch_around_a_map_change_no_bit(name):
     """That of tasks is padded in test_solver_batches; octile_distance has no map."""
     fun, args = CASES[name]
     blocked = np.inf if name == "trace_path" else 0
 
     def wide(x):
-        return np.pad(x, ((0, 2), (0, 6), (0, 9)), constant_values=blocked) if np.ndim(x) == 3 else np.pad(x, ((0, 2), (0, 0)))
+        return (
+            np.pad(x, ((0, 2), (0, 6), (0, 9)), constant_values=blocked)
+            if np.ndim(x) == 3
+            else np.pad(x, ((0, 2), (0, 0)))
+        )
 
     def cropped(x):
         return x[:B, :H, :W] if x.shape[1:] == (H + 6, W + 9) else x[:B]
@@ -114,14 +134,22 @@ def test_gradients_under_vmap_scan_and_jit_are_those_of_the_batch():
     expected = jax.grad(_total)(costs, free, start)
     one_by_one = jax.jit(jax.vmap(jax.grad(_total)))(costs, free, start)
     scanned = jax.lax.scan(lambda c, x: (c, jax.grad(_total)(*x)), 0, (costs, free, start))[1]
-    through = jax.grad(lambda costs: jax.lax.scan(lambda c, x: (c + _total(*x), None), jnp.float32(0), (costs, free, start))[0])
+    through = jax.grad(
+        lambda costs: jax.lax.scan(
+            lambda c, x: (c + _total(*x), None), jnp.float32(0), (costs, free, start)
+        )[0]
+    )
     for got in (one_by_one, scanned, through(costs), jax.jit(jax.grad(_total))(costs, free, start)):
         np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.skipif(not hasattr(jax, "shard_map"), reason="this JAX is older than 0.6: there is no jax.shard_map")
+@pytest.mark.skipif(
+    not hasattr(jax, "shard_map"), reason="this JAX is older than 0.6: there is no jax.shard_map"
+)
 def test_arrays_spread_over_devices_give_the_same_bits():
-    """In a process of its own, since the number of devices is fixed when JAX starts: shard_map, jit on both kinds of mesh."""
+    """In a process of its own, since the number of devices is fixed when JAX starts: shard_map,
+    jit on both kinds of mesh.
+    """
     env = os.environ | {
         "XLA_FLAGS": "--xla_force_host_platform_device_count=2",
         "JAX_PLATFORMS": "cpu",
@@ -130,7 +158,8 @@ def test_arrays_spread_over_devices_give_the_same_bits():
     }
     done = subprocess.run([sys.executable, __file__], env=env, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
-    assert set(done.stdout.split("\n")[:-1]) == {*CASES, "gradient"} - {"least_removal"}  # which is solve
+    # which is solve
+    assert set(done.stdout.split("\n")[:-1]) == {*CASES, "gradient"} - {"least_removal"}
 
 
 def _spread_over_devices():
@@ -145,7 +174,9 @@ def _spread_over_devices():
     for name, (fun, args) in spread.items():
         expected = jax.tree.map(np.asarray, fun(*args))
         for mesh in meshes if name != "solve" else ():  # which takes long to compile
-            there = jax.tree.map(lambda x, mesh=mesh: jax.device_put(x, NamedSharding(mesh, split)), args)
+            there = jax.tree.map(
+                lambda x, mesh=mesh: jax.device_put(x, NamedSharding(mesh, split)), args
+            )
             assert_same_bits(jax.jit(fun)(*there), expected)
         sharded = jax.shard_map(fun, mesh=meshes[0], in_specs=split, out_specs=split)
         assert_same_bits(jax.jit(sharded)(*args), expected)
@@ -153,7 +184,9 @@ def _spread_over_devices():
     free, start, costs = CASES["cost_to_come of unequal cells"].args
     gradient = jax.grad(_total)
     sharded = jax.shard_map(gradient, mesh=meshes[0], in_specs=split, out_specs=split)
-    np.testing.assert_allclose(jax.jit(sharded)(costs, free, start), gradient(costs, free, start), rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(
+        jax.jit(sharded)(costs, free, start), gradient(costs, free, start), rtol=1e-5, atol=1e-5
+    )
     print("gradient")
 
 

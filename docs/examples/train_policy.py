@@ -1,10 +1,12 @@
-"""Trains a policy for SmartRelocation-v0 on a CPU in minutes: imitation of the oracle, then PPO; reports regret.
+"""Trains a policy for SmartRelocation-v0 on a CPU in minutes: imitation of the oracle, then PPO;
+reports regret.
 
     python docs/examples/train_policy.py --out policy.npz            # train, save, evaluate
     python docs/examples/train_policy.py --evaluate policy.npz       # load, evaluate
 
-Plain JAX: the network is two dense layers over the window the agent sees, Adam a dozen lines. Levels are drawn inside jit
-(`envs.sample_levels`), the oracle (`srt_jax.solve`) tells the best return of each, so that regret is known.
+Plain JAX: the network is two dense layers over the window the agent sees, Adam a dozen lines.
+Levels are drawn inside jit (`envs.sample_levels`), the oracle (`srt_jax.solve`) tells the best
+return of each, so that regret is known.
 """
 
 import argparse
@@ -24,16 +26,26 @@ SCALE = 0.1  # rewards are about 10; the critic likes 1
 
 def begin_network(key: jax.Array, num_inputs: int) -> dict[str, jax.Array]:
     """Returns the parameters: two hidden layers, a head for 16 actions and one for the value."""
-    sizes = {"one": (num_inputs, HIDDEN), "two": (HIDDEN, HIDDEN), "actor": (HIDDEN, envs.NUM_ACTIONS), "critic": (HIDDEN, 1)}
+    sizes = {
+        "one": (num_inputs, HIDDEN),
+        "two": (HIDDEN, HIDDEN),
+        "actor": (HIDDEN, envs.NUM_ACTIONS),
+        "critic": (HIDDEN, 1),
+    }
     weights = {}
     for (name, shape), one in zip(sizes.items(), jax.random.split(key, len(sizes)), strict=True):
         gain = 0.01 if name in ("actor", "critic") else 2**0.5
-        weights |= {f"{name}_w": gain * jax.random.normal(one, shape) / shape[0] ** 0.5, f"{name}_b": jnp.zeros(shape[1])}
+        weights |= {
+            f"{name}_w": gain * jax.random.normal(one, shape) / shape[0] ** 0.5,
+            f"{name}_b": jnp.zeros(shape[1]),
+        }
     return weights
 
 
 def network(weights: dict[str, jax.Array], seen: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Returns the log-probability of each action and the value of what is seen: [..., 16] and [...]."""
+    """Returns the log-probability of each action and the value of what is seen: [..., 16] and
+    [...].
+    """
     x = seen.reshape(*seen.shape[:-3], -1)
     for name in ("one", "two"):
         x = jnp.tanh(x @ weights[f"{name}_w"] + weights[f"{name}_b"])
@@ -68,7 +80,9 @@ def begin_adam(weights: Any) -> Any:
 
 
 def shown(env: envs.SmartRelocation, params: envs.EnvParams) -> tuple[jax.Array, jax.Array]:
-    """Returns what the oracle sees and does on every level, one after the other: observations and actions."""
+    """Returns what the oracle sees and does on every level, one after the other: observations
+    and actions.
+    """
     actions = envs.oracle_actions(solve(envs.to_tasks(params.levels), max_destroyed=32))
 
     @jax.jit
@@ -93,17 +107,23 @@ def imitate(weights: Any, seen: jax.Array, actions: jax.Array, *, steps: int, se
         which = jax.random.randint(key, (256,), 0, len(actions))
 
         def loss(weights):
-            return -jnp.take_along_axis(network(weights, seen[which])[0], actions[which][:, None], axis=1).mean()
+            return -jnp.take_along_axis(
+                network(weights, seen[which])[0], actions[which][:, None], axis=1
+            ).mean()
 
         value, slopes = jax.value_and_grad(loss)(weights)
         return adam(weights, slopes, state, 1e-3), value
 
-    (weights, _), _ = jax.lax.scan(improve, (weights, begin_adam(weights)), jax.random.split(jax.random.key(seed), steps))
+    (weights, _), _ = jax.lax.scan(
+        improve, (weights, begin_adam(weights)), jax.random.split(jax.random.key(seed), steps)
+    )
     return weights
 
 
 def make_update(env: envs.SmartRelocation):
-    """Returns the jitted step of PPO (Schulman et al. 2017): play HORIZON steps, then improve by EPOCHS x BATCHES batches."""
+    """Returns the jitted step of PPO (Schulman et al. 2017): play HORIZON steps, then improve by
+    EPOCHS x BATCHES batches.
+    """
 
     def play(weights, params, states, key):
         def step(carry, key):
@@ -113,8 +133,11 @@ def make_update(env: envs.SmartRelocation):
             actions = jax.random.categorical(key_act, logs).astype(jnp.int32)
             chosen = jnp.take_along_axis(logs, actions[:, None], axis=1)[:, 0]
             keys = jax.random.split(key_step, len(actions))
-            after, states, reward, ended, cut, info = jax.vmap(env.step, in_axes=(0, 0, 0, None))(keys, states, actions, params)
-            following = network(weights, info["final_observation"])[1]  # time that is up is no end: its value counts
+            after, states, reward, ended, cut, info = jax.vmap(env.step, in_axes=(0, 0, 0, None))(
+                keys, states, actions, params
+            )
+            # time that is up is no end: its value counts
+            following = network(weights, info["final_observation"])[1]
             kept = (seen, actions, chosen, values, SCALE * reward, following * ~ended, ended | cut)
             return (states, after), kept
 
@@ -127,10 +150,14 @@ def make_update(env: envs.SmartRelocation):
 
         def back(later, now):
             value, reward, next_value, over = now
-            gain = reward + GAMMA * next_value - value + GAMMA * LAMBDA * jnp.where(over, 0.0, later)
+            gain = (
+                reward + GAMMA * next_value - value + GAMMA * LAMBDA * jnp.where(over, 0.0, later)
+            )
             return gain, gain
 
-        return jax.lax.scan(back, jnp.zeros(values.shape[1]), (values, rewards, following, is_over), reverse=True)[1]
+        return jax.lax.scan(
+            back, jnp.zeros(values.shape[1]), (values, rewards, following, is_over), reverse=True
+        )[1]
 
     def loss(weights, batch):
         seen, actions, old, gains, targets = batch
@@ -138,7 +165,11 @@ def make_update(env: envs.SmartRelocation):
         ratio = jnp.exp(jnp.take_along_axis(logs, actions[:, None], axis=1)[:, 0] - old)
         gains = (gains - gains.mean()) / (gains.std() + 1e-6)
         actor = -jnp.minimum(ratio * gains, jnp.clip(ratio, 1 - CLIP, 1 + CLIP) * gains).mean()
-        return actor + 0.5 * ((values - targets) ** 2).mean() + ENTROPY * (jnp.exp(logs) * logs).sum(axis=-1).mean()
+        return (
+            actor
+            + 0.5 * ((values - targets) ** 2).mean()
+            + ENTROPY * (jnp.exp(logs) * logs).sum(axis=-1).mean()
+        )
 
     @jax.jit
     def update(weights, state, params, states, key, rate):
@@ -146,7 +177,9 @@ def make_update(env: envs.SmartRelocation):
         states, kept = play(weights, params, states, key_play)
         gains = advantages(kept)
         seen, actions, chosen, values, *_ = kept
-        data = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), (seen, actions, chosen, gains, gains + values))
+        data = jax.tree.map(
+            lambda x: x.reshape(-1, *x.shape[2:]), (seen, actions, chosen, gains, gains + values)
+        )
 
         def epoch(carry, key):
             mixed = jax.random.permutation(key, NUM_ENVS * HORIZON).reshape(BATCHES, -1)
@@ -157,7 +190,9 @@ def make_update(env: envs.SmartRelocation):
 
             return jax.lax.scan(batch, carry, mixed)[0], None
 
-        (weights, state), _ = jax.lax.scan(epoch, (weights, state), jax.random.split(key_mix, EPOCHS))
+        (weights, state), _ = jax.lax.scan(
+            epoch, (weights, state), jax.random.split(key_mix, EPOCHS)
+        )
         return weights, state, states
 
     return update
@@ -179,7 +214,9 @@ def held_out(kind: str, count: int) -> envs.Levels:
     return envs.with_oracle(envs.sample_levels(jax.random.key(2**31 - 1), count=count, kind=kind))
 
 
-def told(name: str, env: envs.SmartRelocation, params: envs.EnvParams, policy: Any) -> envs.Evaluation:
+def told(
+    name: str, env: envs.SmartRelocation, params: envs.EnvParams, policy: Any
+) -> envs.Evaluation:
     """Evaluates a policy on every level and prints a line."""
     result = envs.evaluate(env, params, policy, jax.random.key(7))
     print(f"{name:12s}{result.summary()}", flush=True)
@@ -187,36 +224,60 @@ def told(name: str, env: envs.SmartRelocation, params: envs.EnvParams, policy: A
 
 
 def train(
-    *, kind: str, seed: int = 0, num_levels: int = 512, num_held_out: int = 256, imitation: int = 2000, updates: int = 300
+    *,
+    kind: str,
+    seed: int = 0,
+    num_levels: int = 512,
+    num_held_out: int = 256,
+    imitation: int = 2000,
+    updates: int = 300,
 ) -> tuple[dict[str, jax.Array], dict[str, envs.Evaluation]]:
-    """Returns the trained parameters, and how random, imitating and trained policies do on held-out levels."""
+    """Returns the trained parameters, and how random, imitating and trained policies do on
+    held-out levels.
+    """
     env, test = envs.make(levels=held_out(kind, num_held_out))
     levels = envs.with_oracle(envs.sample_levels(jax.random.key(seed), count=num_levels, kind=kind))
     params = envs.EnvParams(levels=levels)
-    results = {"random": told("random", env, test, lambda key, seen: env.action_space().sample(key))}
+    results = {
+        "random": told("random", env, test, lambda key, seen: env.action_space().sample(key))
+    }
     weights = begin_network(jax.random.key(seed), int(np.prod(env.observation_space(params).shape)))
     weights = imitate(weights, *shown(env, params), steps=imitation, seed=seed)
-    results["imitation"] = told("imitation", env, test, lambda key, seen: sampled_action(weights, key, seen))
+    results["imitation"] = told(
+        "imitation", env, test, lambda key, seen: sampled_action(weights, key, seen)
+    )
     update, state = make_update(env), begin_adam(weights)
-    states = jax.vmap(env.reset, in_axes=(0, None))(jax.random.split(jax.random.key(seed + 1), NUM_ENVS), params)[1]
+    states = jax.vmap(env.reset, in_axes=(0, None))(
+        jax.random.split(jax.random.key(seed + 1), NUM_ENVS), params
+    )[1]
     trained = weights
     for index in range(updates):
         key = jax.random.fold_in(jax.random.key(seed + 2), index)
         if index % 10 == 0:  # a fresh pool now and then: nothing to learn by heart
             params = params.replace(levels=envs.sample_levels(key, count=num_levels, kind=kind))
-            states = jax.vmap(env.reset, in_axes=(0, None))(jax.random.split(key, NUM_ENVS), params)[1]
+            states = jax.vmap(env.reset, in_axes=(0, None))(
+                jax.random.split(key, NUM_ENVS), params
+            )[1]
         rate = 3e-4 * (1 - index / updates)
         trained, state, states = update(trained, state, params, states, key, rate)
-    results["trained"] = told("trained", env, test, lambda key, seen: sampled_action(trained, key, seen))
+    results["trained"] = told(
+        "trained", env, test, lambda key, seen: sampled_action(trained, key, seen)
+    )
     return trained, results
 
 
 def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", default="policy.npz", help="where the parameters go")
-    parser.add_argument("--evaluate", metavar="FILE", help="evaluate these parameters, train nothing")
+    parser.add_argument(
+        "--evaluate", metavar="FILE", help="evaluate these parameters, train nothing"
+    )
     parser.add_argument("--kind", default="rooms", choices=["rooms", "walls", "fences"])
-    parser.add_argument("--updates", type=int, default=300, help=f"of PPO, {NUM_ENVS * HORIZON} steps each")
+    parser.add_argument(
+        "--updates", type=int, default=300, help=f"of PPO, {NUM_ENVS * HORIZON} steps each"
+    )
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     if options.evaluate:

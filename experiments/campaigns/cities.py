@@ -1,4 +1,5 @@
-"""Reads OpenStreetMap extracts, lays them on cells, cuts a goal off and solves it; says what was there and how long it took.
+"""Reads OpenStreetMap extracts, lays them on cells, cuts a goal off and solves it; says what was
+there and how long it took.
 
     python -m experiments.campaigns.cities ../shared/data/osm/*
 
@@ -31,12 +32,19 @@ def main() -> None:
 
 
 def measure(path: str) -> list[str]:
-    """Returns what is in an extract, and the best of three times of reading it and of laying it on cells."""
+    """Returns what is in an extract, and the best of three times of reading it and of laying it
+    on cells.
+    """
     notes = Notes()
     read_seconds, place = best(lambda: read_osm(path))
     read_osm(path, notes=notes)
-    lay = [best(lambda size=size: cover(place.obstacles, square_grid(place.bounds, size)))[0] for size in SIZES]
-    laid = ", ".join(f"on {size} x {size} cells in {seconds:.2f} s" for size, seconds in zip(SIZES, lay))
+    lay = [
+        best(lambda size=size: cover(place.obstacles, square_grid(place.bounds, size)))[0]
+        for size in SIZES
+    ]
+    laid = ", ".join(
+        f"on {size} x {size} cells in {seconds:.2f} s" for size, seconds in zip(SIZES, lay)
+    )
     return [*map(str, notes), f"read in {read_seconds:.2f} s, {laid}"]
 
 
@@ -51,7 +59,10 @@ def solved(path: str, size: int) -> str:
     if problems:
         raise AssertionError(f"{path}: {problems}")
     status, count = Status(int(solution.status)).name, int(solution.num_destroyed)
-    return f"{status}, route {float(solution.cost):.1f} cell sides, {count} destroyed, {seconds:.1f} s, replayed"
+    return (
+        f"{status}, route {float(solution.cost):.1f} cell sides, {count} destroyed, {seconds:.1f}"
+        " s, replayed"
+    )
 
 
 def best(work):

@@ -1,8 +1,10 @@
-"""How long one kernel takes to compile, in a process of its own without a cache on disk; prints one line of JSON.
+"""How long one kernel takes to compile, in a process of its own without a cache on disk; prints one
+line of JSON.
 
     python -m experiments.campaigns.compile_seconds KERNEL SIDE BATCH
 
-Of a new size in the same buckets, and a smaller batch, the number of programs compiled is told: it must be 0.
+Of a new size in the same buckets, and a smaller batch, the number of programs compiled is told: it
+must be 0.
 """
 
 import json
@@ -23,7 +25,10 @@ ROOM = 2048
 
 def called(kernel: str, free: np.ndarray) -> Any:
     """Calls a kernel on maps bool [B, H, W], with arguments made without JAX."""
-    first, last = np.zeros((len(free), 2), np.int32), np.full((len(free), 2), free.shape[1] - 1, np.int32)
+    first, last = (
+        np.zeros((len(free), 2), np.int32),
+        np.full((len(free), 2), free.shape[1] - 1, np.int32),
+    )
     match kernel:
         case "reach" | "cost_to_come":
             return getattr(srt_jax, kernel)(free, first)
@@ -40,10 +45,14 @@ def main() -> None:
     kernel, side, batch = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     compiled: list[float] = []
     jax.monitoring.register_event_duration_secs_listener(
-        lambda event, duration_secs, **_: compiled.append(duration_secs) if event.endswith("backend_compile_duration") else None
+        lambda event, duration_secs, **_: (
+            compiled.append(duration_secs) if event.endswith("backend_compile_duration") else None
+        )
     )
-    jax.block_until_ready(jax.jit(lambda x: x + 1)(np.ones(3, np.float32)))  # JAX itself has started
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))  # and what all kernels share
+    # JAX itself has started
+    jax.block_until_ready(jax.jit(lambda x: x + 1)(np.ones(3, np.float32)))
+    # and what all kernels share
+    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     compiled.clear()
     free = np.ones((batch, side, side), bool)
     begin = time.perf_counter()
@@ -54,7 +63,12 @@ def main() -> None:
     second = time.perf_counter() - begin
     compiled.clear()
     jax.block_until_ready(called(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
-    told = {"seconds": first - second, "in_xla": in_xla, "programs": num_first, "programs_for_new_sizes": len(compiled)}
+    told = {
+        "seconds": first - second,
+        "in_xla": in_xla,
+        "programs": num_first,
+        "programs_for_new_sizes": len(compiled),
+    }
     print(json.dumps(told))
 
 

@@ -2,10 +2,12 @@
 
     python -m experiments.campaigns.costs [--count 1000000] [--seed 0] [--at-once 2048]
 
-Tasks of at most 32 x 32 cells and 10 obstacles, in pieces, overlapping, in layers; costs over ten orders of magnitude, near
-ties, sums of one another, from the least float32 to the greatest; several limits on obstacles and branches, and the paper's
-loop. The oracle tries every set of obstacles, with sums of 320 bits; it is C++ of its own (g++ is needed). One task in fifty is
-replayed by `check` too. Any that is wrong is told with what brings it back: `--seed S --only NUMBER`. Exit code 1 if any is.
+Tasks of at most 32 x 32 cells and 10 obstacles, in pieces, overlapping, in layers; costs over ten
+orders of magnitude, near ties, sums of one another, from the least float32 to the greatest; several
+limits on obstacles and branches, and the paper's loop. The oracle tries every set of obstacles,
+with sums of 320 bits; it is C++ of its own (g++ is needed). One task in fifty is replayed by
+`check` too. Any that is wrong is told with what brings it back: `--seed S --only NUMBER`. Exit code
+1 if any is.
 """
 
 import argparse
@@ -44,17 +46,26 @@ LIMITS = (
 
 def made(first: int, count: int, seed: int) -> Task:
     """Returns the tasks from number `first` on, as one batch."""
-    return batch_of([random_task(np.random.default_rng([seed, number])) for number in range(first, first + count)])
+    return batch_of(
+        [
+            random_task(np.random.default_rng([seed, number]))
+            for number in range(first, first + count)
+        ]
+    )
 
 
 def batch_of(tasks: list[Task]) -> Task:
     """Returns the tasks padded to one shape: few programs are compiled."""
-    largest = make_task(np.full((3, 32, 32), -1), (0, 0), (0, 0), removal_cost=np.ones(MOST_OBSTACLES, np.float32))
+    largest = make_task(
+        np.full((3, 32, 32), -1), (0, 0), (0, 0), removal_cost=np.ones(MOST_OBSTACLES, np.float32)
+    )
     padded = stack([*tasks, largest])
     return jax.tree.map(lambda array: array[:-1], padded)
 
 
-def problems_of(batch: Task, solutions: Solution, truth: Truth, limits: Limits) -> list[tuple[int, str]]:
+def problems_of(
+    batch: Task, solutions: Solution, truth: Truth, limits: Limits
+) -> list[tuple[int, str]]:
     """Returns what is wrong, each with the task's place in the batch."""
     status, kind = solutions.status, truth.status
     is_solved = (status == Status.SOLVED) | (status == Status.PATH_EXISTS)
@@ -65,7 +76,9 @@ def problems_of(batch: Task, solutions: Solution, truth: Truth, limits: Limits) 
     bound, cost = solutions.removal_bound, solutions.removal_cost
     is_least_mode = limits.mode == "least"
     # Each branch settles one obstacle more: so many look into all.
-    is_complete = is_cut & is_least_mode & (2.0 ** (batch.destroyable.sum(axis=1) + 1) <= limits.max_branches)
+    is_complete = (
+        is_cut & is_least_mode & (2.0 ** (batch.destroyable.sum(axis=1) + 1) <= limits.max_branches)
+    )
     num = solutions.num_destroyed
     has_size = (truth.sizes >> np.minimum(num, 31).astype(np.uint32) & 1) != 0
     wrong = {
@@ -79,10 +92,18 @@ def problems_of(batch: Task, solutions: Solution, truth: Truth, limits: Limits) 
         "the cost is not 0 though a path exists": (status == Status.PATH_EXISTS) & (cost != 0),
         "the cost is below the bound": is_solved & ~(cost >= bound),
         "something needless is destroyed": own & is_least_mode & ~truth.is_thin,
-        "the set is not the least though every branch was looked into": own & is_complete & ~truth.is_least,
-        "cost and bound differ though every branch was looked into": own & is_complete & (cost != bound),
-        "more is said to be needed than the limit without need": is_spent & is_least_mode & ~(num > limits.max_destroyed),
-        "no least set has the number of obstacles that is said to be needed": is_spent & is_complete & ~has_size,
+        "the set is not the least though every branch was looked into": own
+        & is_complete
+        & ~truth.is_least,
+        "cost and bound differ though every branch was looked into": own
+        & is_complete
+        & (cost != bound),
+        "more is said to be needed than the limit without need": is_spent
+        & is_least_mode
+        & ~(num > limits.max_destroyed),
+        "no least set has the number of obstacles that is said to be needed": is_spent
+        & is_complete
+        & ~has_size,
     }
     return [(int(place), what) for what, mask in wrong.items() for place in np.flatnonzero(mask)]
 
@@ -96,14 +117,20 @@ def answered(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
 
 
 def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[str, int]]:
-    """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were like."""
+    """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were
+    like.
+    """
     batch, solutions, truth = answered(made(first, count, seed), limits)
     problems = problems_of(batch, solutions, truth, limits)
     for place in range(0, count, REPLAYED):
         one = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))
         problems += [(place, problem) for problem in check(*one, mode=limits.mode)]
     for place, what in problems:
-        print(f"task {first + place}, {limits}: {what}; --seed {seed} --only {first + place}", file=sys.stderr, flush=True)
+        print(
+            f"task {first + place}, {limits}: {what}; --seed {seed} --only {first + place}",
+            file=sys.stderr,
+            flush=True,
+        )
     is_cut = truth.status == Status.SOLVED
     told = {
         "to be opened": is_cut.sum(),
@@ -111,11 +138,15 @@ def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[st
         "proven": (is_cut & (solutions.removal_cost == solutions.removal_bound)).sum(),
         "more needed than allowed": (solutions.status == Status.BUDGET_SPENT).sum(),
     }
-    return len({place for place, _ in problems}), {name: int(number) for name, number in told.items()}
+    return len({place for place, _ in problems}), {
+        name: int(number) for name, number in told.items()
+    }
 
 
 def main(argv: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--at-once", type=int, default=2048, help="tasks in a batch")

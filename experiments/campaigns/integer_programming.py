@@ -1,8 +1,10 @@
-"""The least removal by integer programming: an exact solver that shares no idea with `srt_jax.removal.branch_and_bound`.
+"""The least removal by integer programming: an exact solver that shares no idea with
+`srt_jax.removal.branch_and_bound`.
 
-Binary x_o: obstacle o is destroyed; y_S <= x_o for every owner o of S: cells owned by exactly the obstacles S are open. Cuts
-are added as needed: flood from the start with what the last optimum destroys; if the goal is not reached, some cell on the
-border of the flood has to be open in any solution, as whoever leaves the flood does so over one of them.
+Binary x_o: obstacle o is destroyed; y_S <= x_o for every owner o of S: cells owned by exactly the
+obstacles S are open. Cuts are added as needed: flood from the start with what the last optimum
+destroys; if the goal is not reached, some cell on the border of the flood has to be open in any
+solution, as whoever leaves the flood does so over one of them.
 """
 
 import numpy as np
@@ -12,7 +14,9 @@ from srt_jax import Task
 
 
 def exact_removal(task: Task) -> float:
-    """Returns the least total removal cost of `task`; 0 where a path exists, inf where there is no solution."""
+    """Returns the least total removal cost of `task`; 0 where a path exists, inf where there is
+    no solution.
+    """
     layers, costs = np.asarray(task.labels), np.asarray(task.removal_cost, np.float64)
     start, goal = (tuple(np.asarray(end).tolist()) for end in (task.start, task.goal))
     columns, place = np.unique(layers.reshape(len(layers), -1), axis=1, return_inverse=True)
@@ -42,7 +46,9 @@ def exact_removal(task: Task) -> float:
         cuts.append(np.isin(np.arange(len(objective)), num + border).astype(float))
         rows = [optimize.LinearConstraint(np.array(cuts), 1, np.inf)]
         rows += [optimize.LinearConstraint(needs, -np.inf, 0)] if links else []
-        found = optimize.milp(objective, constraints=rows, integrality=1, bounds=optimize.Bounds(0, most))  # type: ignore[arg-type]
+        found = optimize.milp(
+            objective, constraints=rows, integrality=1, bounds=optimize.Bounds(0, most)
+        )  # type: ignore[arg-type]
         if found.x is None:
             return float("inf")
         gone = set(np.flatnonzero(found.x[:num] > 0.5).tolist())

@@ -1,4 +1,6 @@
-"""Maps for the kernels' campaign: random ones that a seed and a number bring back, and corridors whose length is known."""
+"""Maps for the kernels' campaign: random ones that a seed and a number bring back, and corridors
+whose length is known.
+"""
 
 from typing import NamedTuple
 
@@ -8,7 +10,9 @@ TALLEST, WIDEST = 130, 97
 
 
 class Drawn(NamedTuple):
-    """A random map. told: kind, seed and size, enough to draw it again; free: bool [H, W]; start: int32 [2]."""
+    """A random map. told: kind, seed and size, enough to draw it again; free: bool [H, W];
+    start: int32 [2].
+    """
 
     told: str
     free: np.ndarray
@@ -16,7 +20,9 @@ class Drawn(NamedTuple):
 
 
 def drawn(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -> Drawn:
-    """Returns map number `index`: noise, or a heap of rectangles, from empty to full; the start is mostly a free cell."""
+    """Returns map number `index`: noise, or a heap of rectangles, from empty to full; the start
+    is mostly a free cell.
+    """
     rng = np.random.default_rng([seed, index])
     extreme = {0: (1, 1), 1: (1, widest), 2: (tallest, 1), 3: (tallest, widest)}
     height, width = (int(rng.integers(1, side + 1)) for side in (tallest, widest))
@@ -25,10 +31,20 @@ def drawn(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -
     height, width = extreme.get(index, (height, width))
     density = {0: 0.0, 1: 1.0}.get(index % 10, float(rng.random()))
     kind = "rectangles" if index % 10 > 6 else "noise"
-    free = rectangles(rng, height, width, density) if kind == "rectangles" else rng.random((height, width)) >= density
+    free = (
+        rectangles(rng, height, width, density)
+        if kind == "rectangles"
+        else rng.random((height, width)) >= density
+    )
     cells = np.argwhere(free)
-    start = cells[rng.integers(len(cells))] if len(cells) and index % 13 else rng.integers(-1, [height + 1, width + 1])
-    return Drawn(f"{kind}, seed {seed}, number {index}, {height}x{width}", free, start.astype(np.int32))
+    start = (
+        cells[rng.integers(len(cells))]
+        if len(cells) and index % 13
+        else rng.integers(-1, [height + 1, width + 1])
+    )
+    return Drawn(
+        f"{kind}, seed {seed}, number {index}, {height}x{width}", free, start.astype(np.int32)
+    )
 
 
 def rectangles(rng: np.random.Generator, height: int, width: int, density: float) -> np.ndarray:
@@ -43,7 +59,8 @@ def rectangles(rng: np.random.Generator, height: int, width: int, density: float
 class Known(NamedTuple):
     """A map with a length that is known without a search.
 
-    free: bool [H, W]; start, goal: (row, col); straight, diagonal: how many moves of each kind a shortest path has.
+    free: bool [H, W]; start, goal: (row, col); straight, diagonal: how many moves of each kind a
+      shortest path has.
     is_corridor: no cell but those on the way, and no diagonal.
     """
 
@@ -62,17 +79,21 @@ class Known(NamedTuple):
     def turned(self) -> "Known":
         """Returns the map transposed."""
         ends = {"start": self.start[::-1], "goal": self.goal[::-1]}
-        return self._replace(told=f"{self.told}, transposed", free=np.ascontiguousarray(self.free.T), **ends)
+        return self._replace(
+            told=f"{self.told}, transposed", free=np.ascontiguousarray(self.free.T), **ends
+        )
 
     def reversed(self) -> "Known":
         return self._replace(told=f"{self.told}, reversed", start=self.goal, goal=self.start)
 
 
 def corridor(told: str, free: np.ndarray) -> Known:
-    """Returns a corridor with its two ends. ValueError where `free` is not one, proven cell by cell.
+    """Returns a corridor with its two ends. ValueError where `free` is not one, proven cell by
+    cell.
 
-    All cells have two free neighbours beside them, but two ends have one; and no four form a square, so that no diagonal is
-    legal. A ring beside the corridor would pass; `reach` must tell it apart from what hangs together.
+    All cells have two free neighbours beside them, but two ends have one; and no four form a
+    square, so that no diagonal is legal. A ring beside the corridor would pass; `reach` must tell
+    it apart from what hangs together.
     """
     wide = np.pad(free, 1).astype(np.int8)
     beside = (wide[:-2, 1:-1] + wide[2:, 1:-1] + wide[1:-1, :-2] + wide[1:-1, 2:])[free]
@@ -80,7 +101,9 @@ def corridor(told: str, free: np.ndarray) -> Known:
     ends = np.argwhere(free)[beside == 1].tolist()
     if len(ends) != 2 or (beside < 1).any() or (beside > 2).any() or squares.any():
         raise ValueError(f"{told}: not a corridor")
-    return Known(told, free, tuple(ends[0]), tuple(ends[1]), int(free.sum()) - 1, 0, is_corridor=True)
+    return Known(
+        told, free, tuple(ends[0]), tuple(ends[1]), int(free.sum()) - 1, 0, is_corridor=True
+    )
 
 
 def snake(height: int, width: int) -> Known:
@@ -93,10 +116,12 @@ def snake(height: int, width: int) -> Known:
 
 
 def stairs(side: int) -> Known:
-    """Returns the corridor up and down stairs along the diagonals: two thirds of the cells are on the way, all in turns.
+    """Returns the corridor up and down stairs along the diagonals: two thirds of the cells are on
+    the way, all in turns.
 
-    Stair k goes over the diagonals col - row = 3 k and 3 k + 1; one cell of the next diagonal joins it with stair k + 1: at its
-    lower end if k is even (which is walked downwards), else at its upper end.
+    Stair k goes over the diagonals col - row = 3 k and 3 k + 1; one cell of the next diagonal joins
+    it with stair k + 1: at its lower end if k is even (which is walked downwards), else at its
+    upper end.
     """
     free = np.zeros((side, side), bool)
     most = (side - 8) // 3
@@ -127,7 +152,8 @@ def stairs(side: int) -> Known:
 
 
 def wide_snake(side: int, broad: int) -> Known:
-    """Returns corridors `broad` rows wide between walls of one row, each with a gap of one cell, at its ends in turn.
+    """Returns corridors `broad` rows wide between walls of one row, each with a gap of one cell, at
+    its ends in turn.
 
     A path has to pass the gaps, up and down, and between two gaps it is as long as on an empty map.
     """
@@ -145,11 +171,18 @@ def wide_snake(side: int, broad: int) -> Known:
     goal = (side - 1, 0 if len(walls) % 2 else side - 1)
     down, across = goal[0] - here[0], abs(goal[1] - here[1])
     told = f"snake {side}x{side}, {broad} rows wide"
-    return Known(told, free, (0, 0), goal, straight + abs(down - across), diagonal + min(down, across))
+    return Known(
+        told, free, (0, 0), goal, straight + abs(down - across), diagonal + min(down, across)
+    )
 
 
 def empty(height: int, width: int) -> Known:
     long, short = max(height, width) - 1, min(height, width) - 1
     return Known(
-        f"empty {height}x{width}", np.ones((height, width), bool), (0, 0), (height - 1, width - 1), long - short, short
+        f"empty {height}x{width}",
+        np.ones((height, width), bool),
+        (0, 0),
+        (height - 1, width - 1),
+        long - short,
+        short,
     )

@@ -1,4 +1,6 @@
-"""What the kernels must say, by SciPy and by exact arithmetic; shares no line with them. Maps come as batches [B, H, W]."""
+"""What the kernels must say, by SciPy and by exact arithmetic; shares no line with them. Maps
+come as batches [B, H, W].
+"""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -25,7 +27,9 @@ def starts_inside(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def reached_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Returns bool [B, H, W], the cells that hang together with each start: no diagonal passes a corner."""
+    """Returns bool [B, H, W], the cells that hang together with each start: no diagonal passes a
+    corner.
+    """
     pieces = np.asarray(ndimage.label(free, _SIDES)[0])  # type: ignore[index]
     is_free = starts_inside(free, starts)
     row, col = np.where(is_free[:, None], starts, 0).T
@@ -36,7 +40,8 @@ def reached_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
 def lengths_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Returns float64 [B, H, W], lengths by Dijkstra's search, inf where none leads.
 
-    A diagonal needs both cells beside it free. The maps are pieces of one graph, searched from all starts at once.
+    A diagonal needs both cells beside it free. The maps are pieces of one graph, searched from all
+    starts at once.
     """
     number = np.full(free.shape, -1)
     number[free] = np.arange(free.sum())
@@ -60,7 +65,9 @@ def lengths_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def pieces_by_scipy(blocked: np.ndarray) -> np.ndarray:
-    """Returns int [H, W], the number of each blocked cell's 8-connected piece in row order of its first cell; -1 elsewhere."""
+    """Returns int [H, W], the number of each blocked cell's 8-connected piece in row order of
+    its first cell; -1 elsewhere.
+    """
     return np.asarray(ndimage.label(blocked, np.ones((3, 3)))[0]) - 1  # type: ignore[index]
 
 
@@ -71,23 +78,31 @@ def off_by(scale: int) -> float:
 
 
 def relative_errors(got: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Returns |got - truth| / truth of every map, the largest: inf where one is infinite and the other not."""
+    """Returns |got - truth| / truth of every map, the largest: inf where one is infinite and the
+    other not.
+    """
     is_finite = np.isfinite(truth)
     agree = (np.isfinite(got) == is_finite).all(axis=(1, 2))
     with np.errstate(invalid="ignore"):
-        apart = np.where(is_finite, np.abs(got - truth), 0) / np.where(is_finite & (truth > 0), truth, 1)
+        apart = np.where(is_finite, np.abs(got - truth), 0) / np.where(
+            is_finite & (truth > 0), truth, 1
+        )
     return np.where(agree, apart.max(axis=(1, 2)), np.inf)
 
 
 def nearest_of(cells_of: np.ndarray, goal: Sequence[int]) -> tuple[int, int]:
-    """Returns the nearest cell of a mask, the first in row order; on small maps distances differ by more than rounding."""
+    """Returns the nearest cell of a mask, the first in row order; on small maps distances differ
+    by more than rounding.
+    """
     cells = np.argwhere(cells_of)
     apart = abs(cells - np.asarray(goal))
     place = (apart.max(axis=1) + (ROOT - 1) * apart.min(axis=1)).argmin()
     return tuple(cells[place].tolist())
 
 
-def route_problem(free: np.ndarray, start: Sequence[int], goal: Sequence[int], cells: np.ndarray, length: float) -> str:
+def route_problem(
+    free: np.ndarray, start: Sequence[int], goal: Sequence[int], cells: np.ndarray, length: float
+) -> str:
     """Returns what is wrong with a route int [n, 2] of the length stated, "" if nothing."""
     route = [tuple(cell) for cell in cells.tolist()]
     if not route or route[0] != tuple(start) or route[-1] != tuple(goal):
@@ -100,4 +115,8 @@ def route_problem(free: np.ndarray, start: Sequence[int], goal: Sequence[int], c
             return f"the move from {(a, b)} to {(c, d)} hits a blocked cell"
         num_diagonal += a != c and b != d
     walked = len(route) - 1 - num_diagonal + num_diagonal * ROOT
-    return "" if abs(walked - length) <= length * (off_by(0) + HALF_AGAIN) else f"it is {walked} long, not {length}"
+    return (
+        ""
+        if abs(walked - length) <= length * (off_by(0) + HALF_AGAIN)
+        else f"it is {walked} long, not {length}"
+    )

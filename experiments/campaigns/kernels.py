@@ -1,18 +1,22 @@
-"""Every kernel against outside truth: SciPy, slow twins, known lengths, and the optimal lengths of MovingAI's scenarios.
+"""Every kernel against outside truth: SciPy, slow twins, known lengths, and the optimal lengths of
+MovingAI's scenarios.
 
-    python -m experiments.campaigns.kernels [--only random,agree,bagels,snakes,data,compile] [--quick] [--seed 0] [--data DIR]
+    python -m experiments.campaigns.kernels [--only random,agree,bagels,snakes,data,compile]
+    [--quick] [--seed 0] [--data DIR]
 
-random   2,000 maps from 1x1 to 130x97, empty to full: reach, cost_to_come and components equal SciPy's, and turning, mirroring,
-         transposing and padding change no bit.
-agree    1,000 maps, half of them cut off: A*, JPS and Dijkstra (`srt_jax/reference/`) and the kernels have the same
-         reachability, lengths, seed and contour (as the wall follower's trace), and each route is walked.
+random   2,000 maps from 1x1 to 130x97, empty to full: reach, cost_to_come and components equal
+         SciPy's, and turning, mirroring, transposing and padding change no bit.
+agree    1,000 maps, half of them cut off: A*, JPS and Dijkstra (`srt_jax/reference/`) and the
+         kernels have the same reachability, lengths, seed and contour (as the wall follower's
+         trace), and each route is walked.
 bagels   the contours of the paper's obstacles on the empty map.
-snakes   corridors, empty maps and long rows up to 2048x2048 with lengths known without a search: all reached, no overflow.
-data     every map and scenario under --data (or SRT_SHARED_DATA); left out where there is none.
-compile  programs and seconds per kernel at 512x512, each in a process of its own.
+snakes   corridors, empty maps and long rows up to 2048x2048 with lengths known without a search:
+all reached, no overflow. data     every map and scenario under --data (or SRT_SHARED_DATA); left
+out where there is none. compile  programs and seconds per kernel at 512x512, each in a process of
+its own.
 
-Prints a row per check: how many were made, how many failed, the largest relative error. What fails is told on standard error
-with kind, seed and size. Exit code 1 if anything did.
+Prints a row per check: how many were made, how many failed, the largest relative error. What fails
+is told on standard error with kind, seed and size. Exit code 1 if anything did.
 """
 
 import argparse
@@ -55,8 +59,12 @@ CHANGES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 }
 
 
-def batches(drawn: Sequence[maps.Drawn], side: int) -> Iterator[tuple[Sequence[maps.Drawn], np.ndarray, np.ndarray]]:
-    """Yields AT_ONCE maps at a time in squares: the maps, free bool [AT_ONCE, side, side], starts int32 [AT_ONCE, 2]."""
+def batches(
+    drawn: Sequence[maps.Drawn], side: int
+) -> Iterator[tuple[Sequence[maps.Drawn], np.ndarray, np.ndarray]]:
+    """Yields AT_ONCE maps at a time in squares: the maps, free bool [AT_ONCE, side, side],
+    starts int32 [AT_ONCE, 2].
+    """
     for first in range(0, len(drawn), AT_ONCE):
         some = drawn[first : first + AT_ONCE]
         free, starts = np.zeros((AT_ONCE, side, side), bool), np.zeros((AT_ONCE, 2), np.int32)
@@ -72,21 +80,35 @@ def random_part(tally: Tally, count: int, seed: int, largest: tuple[int, int]) -
     work = [batch for side, group in zip(SIDES, (small, large)) for batch in batches(group, side)]
     rng = np.random.default_rng([seed, 1])
     for some, free, starts in progress("random maps", work, len(work)):
-        results = reached, lengths = [np.asarray(kernel(free, starts)) for kernel in (srt_jax.reach, srt_jax.cost_to_come)]
+        results = reached, lengths = [
+            np.asarray(kernel(free, starts)) for kernel in (srt_jax.reach, srt_jax.cost_to_come)
+        ]
         expected = truth.reached_by_scipy(free, starts)
         errors = truth.relative_errors(lengths, truth.lengths_by_scipy(free, starts))
         limit = truth.off_by(0) + truth.HALF_AGAIN
         for index, one in enumerate(some):
             told = f"{one.told}, start {one.start.tolist()}"
-            tally.judge("reach equals scipy.ndimage.label", np.array_equal(reached[index], expected[index]), told)
+            tally.judge(
+                "reach equals scipy.ndimage.label",
+                np.array_equal(reached[index], expected[index]),
+                told,
+            )
             tally.near("cost_to_come equals scipy's dijkstra", errors[index], limit, told)
             pieces = truth.pieces_by_scipy(~one.free)
-            tally.judge("components equal scipy's", np.array_equal(components.label(~one.free), pieces), told)
+            tally.judge(
+                "components equal scipy's",
+                np.array_equal(components.label(~one.free), pieces),
+                told,
+            )
         nowhere = [(0, 0)] * len(some)
         for name, change in CHANGES.items():
             judge_change(tally, f"{name}: no bit changes", some, change, nowhere, results)
-        shifts = [tuple(rng.integers(0, free.shape[1] + 1 - np.array(one.free.shape))) for one in some]
-        judge_change(tally, "padded on all sides: no bit changes", some, lambda x: x, shifts, results)
+        shifts = [
+            tuple(rng.integers(0, free.shape[1] + 1 - np.array(one.free.shape))) for one in some
+        ]
+        judge_change(
+            tally, "padded on all sides: no bit changes", some, lambda x: x, shifts, results
+        )
 
 
 def judge_change(
@@ -97,8 +119,14 @@ def judge_change(
     shifts: Sequence[tuple[int, int]],
     results: Sequence[np.ndarray],
 ) -> None:
-    """The results of maps changed, then moved by `shifts`, are the results of the maps, changed and moved: in every bit."""
-    squares = [np.zeros_like(results[0]), np.zeros_like(results[0]), np.full_like(results[1], np.inf)]
+    """The results of maps changed, then moved by `shifts`, are the results of the maps, changed
+    and moved: in every bit.
+    """
+    squares = [
+        np.zeros_like(results[0]),
+        np.zeros_like(results[0]),
+        np.full_like(results[1], np.inf),
+    ]
     starts = np.full((len(squares[0]), 2), -1, np.int32)
     for index, (one, (down, right)) in enumerate(zip(some, shifts)):
         height, width = one.free.shape
@@ -109,10 +137,14 @@ def judge_change(
         for square, own in zip(squares, (one.free, results[0][index], results[1][index])):
             part = change(own[:height, :width])
             square[index, down : down + part.shape[0], right : right + part.shape[1]] = part
-    got = [np.asarray(kernel(squares[0], starts)) for kernel in (srt_jax.reach, srt_jax.cost_to_come)]
+    got = [
+        np.asarray(kernel(squares[0], starts)) for kernel in (srt_jax.reach, srt_jax.cost_to_come)
+    ]
     for index, one in enumerate(some):
         is_same = all(a[index].tobytes() == b[index].tobytes() for a, b in zip(got, squares[1:]))
-        tally.judge(check, is_same, f"{one.told}, start {one.start.tolist()}, moved by {shifts[index]}")
+        tally.judge(
+            check, is_same, f"{one.told}, start {one.start.tolist()}, moved by {shifts[index]}"
+        )
 
 
 def agree_part(tally: Tally, count: int, seed: int) -> None:
@@ -131,9 +163,16 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
             inside = reached[index, :height, :width]
             cells = np.argwhere(inside if index % 2 or inside.all() else ~inside)
             goals[index] = cells[np.random.default_rng([seed, first, index]).integers(len(cells))]
-        lengths, seeds = np.asarray(srt_jax.cost_to_come(free, starts)), np.asarray(srt_jax.seed_cell(reached, goals))
+        lengths, seeds = (
+            np.asarray(srt_jax.cost_to_come(free, starts)),
+            np.asarray(srt_jax.seed_cell(reached, goals)),
+        )
         path = srt_jax.trace_path(lengths, goals, max_cells=max_path_cells(48, 48))
-        cells, num_cells, costs = np.asarray(path.cells), np.asarray(path.num_cells), np.asarray(path.cost)
+        cells, num_cells, costs = (
+            np.asarray(path.cells),
+            np.asarray(path.num_cells),
+            np.asarray(path.cost),
+        )
         for index, one in enumerate(some):
             height, width = one.free.shape
             start, goal = (tuple(ends[index].tolist()) for ends in (starts, goals))
@@ -141,12 +180,24 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
             flood, field = reached[index, :height, :width], lengths[index, :height, :width]
             is_reached = judge_search(tally, one.free, start, goal, flood, field, told)
             if is_reached:
-                problem = truth.route_problem(one.free, start, goal, cells[index, : num_cells[index]], float(costs[index]))
-                problem = problem or ("" if costs[index] == field[goal] else f"{costs[index]} stated, {field[goal]} to come")
-                tally.judge("trace_path is a walk of its stated length", not problem, f"{told}: {problem}")
+                problem = truth.route_problem(
+                    one.free, start, goal, cells[index, : num_cells[index]], float(costs[index])
+                )
+                problem = problem or (
+                    ""
+                    if costs[index] == field[goal]
+                    else f"{costs[index]} stated, {field[goal]} to come"
+                )
+                tally.judge(
+                    "trace_path is a walk of its stated length", not problem, f"{told}: {problem}"
+                )
             else:
-                tally.judge("no path, no cells", num_cells[index] == 0 and np.isinf(costs[index]), told)
-                judge_contour(tally, one.free, flood, tuple(seeds[index].tolist()), start, goal, told)
+                tally.judge(
+                    "no path, no cells", num_cells[index] == 0 and np.isinf(costs[index]), told
+                )
+                judge_contour(
+                    tally, one.free, flood, tuple(seeds[index].tolist()), start, goal, told
+                )
 
 
 def judge_search(tally, free, start, goal, flood, field, told) -> bool:
@@ -154,23 +205,39 @@ def judge_search(tally, free, start, goal, flood, field, told) -> bool:
     slow, fast = astar(free, start, goal), jps(free, start, goal)
     is_reached = np.isfinite(slow.cost)
     limit = truth.off_by(0) + truth.HALF_AGAIN
-    tally.judge("A*, JPS and reach: is the goal reached", is_reached == np.isfinite(fast.cost) == flood[goal], told)
-    tally.judge("JPS is as long as A*", slow.cost == fast.cost, f"{told}: {slow.cost} and {fast.cost}")
+    tally.judge(
+        "A*, JPS and reach: is the goal reached",
+        is_reached == np.isfinite(fast.cost) == flood[goal],
+        told,
+    )
+    tally.judge(
+        "JPS is as long as A*", slow.cost == fast.cost, f"{told}: {slow.cost} and {fast.cost}"
+    )
     errors = truth.relative_errors(field[None], dijkstra(free, start)[None])
     tally.near("cost_to_come equals the bucket Dijkstra", errors[0], limit, told)
     if is_reached:
-        tally.near("cost_to_come equals A* at the goal", abs(float(field[goal]) - slow.cost) / max(slow.cost, 1), limit, told)
+        tally.near(
+            "cost_to_come equals A* at the goal",
+            abs(float(field[goal]) - slow.cost) / max(slow.cost, 1),
+            limit,
+            told,
+        )
     else:
         tally.judge("A*'s CLOSED is what reach reaches", np.array_equal(slow.closed, flood), told)
     return is_reached
 
 
 def judge_contour(tally, free, flood, seed, start, goal, told) -> None:
-    """The seed is the nearest of CLOSED, and the contour, as a set, what the wall follower passes."""
-    tally.judge("seed_cell is the nearest of A*'s CLOSED", seed == truth.nearest_of(flood, goal), told)
+    """The seed is the nearest of CLOSED, and the contour, as a set, what the wall follower
+    passes.
+    """
+    tally.judge(
+        "seed_cell is the nearest of A*'s CLOSED", seed == truth.nearest_of(flood, goal), told
+    )
     square = np.zeros((SIDES[0], SIDES[0]), bool)
     trace = set(follow_wall(free, seed, goal))
-    if max(free.shape) < SIDES[0]:  # the edge of the map is no obstacle: contour gets the map itself, padded in its bucket
+    # the edge of the map is no obstacle: contour gets the map itself, padded in its bucket
+    if max(free.shape) < SIDES[0]:
         got = np.asarray(srt_jax.contour(free, seed, goal))
         square[: free.shape[0], : free.shape[1]] = got
         walked = {tuple(cell) for cell in np.argwhere(square).tolist()}
@@ -179,7 +246,13 @@ def judge_contour(tally, free, flood, seed, start, goal, told) -> None:
 
 def bagels_part(tally: Tally) -> None:
     """PY16 §4: obstacles on the empty map of 500x500, the goal inside or behind."""
-    cases = {"half": (500, 450), "quarter": (501, 450), "bagel-10": (44, 400), "bagel-50": (204, 400), "bagel-100": (404, 400)}
+    cases = {
+        "half": (500, 450),
+        "quarter": (501, 450),
+        "bagel-10": (44, 400),
+        "bagel-50": (204, 400),
+        "bagel-100": (404, 400),
+    }
     for name, (expected, col) in cases.items():
         free, goal = np.ones((500, 500), bool), (450 if name == "quarter" else 250, col)
         if name == "half":
@@ -193,18 +266,34 @@ def bagels_part(tally: Tally) -> None:
         seed = np.asarray(srt_jax.seed_cell(srt_jax.reach(free, (20, 20)), goal))
         got = int(np.asarray(srt_jax.contour(free, seed, goal)).sum())
         trace = len(set(follow_wall(free, tuple(seed.tolist()), goal)))
-        tally.judge(f"{name}: {expected} cells round it", got == trace == expected, f"contour {got}, wall follower {trace}")
+        tally.judge(
+            f"{name}: {expected} cells round it",
+            got == trace == expected,
+            f"contour {got}, wall follower {trace}",
+        )
 
 
 def snakes_part(tally: Tally, sides: Sequence[int], rows: Sequence[int]) -> None:
     cases: list[Callable[[], maps.Known]] = []
     for side in sides:
-        cases += [lambda side=side: maps.snake(side, side), lambda side=side: maps.snake(side, side).reversed()]
-        cases += [lambda side=side: maps.snake(side, side).turned(), lambda side=side: maps.stairs(side)]
-        cases += [lambda side=side, broad=broad: maps.wide_snake(side, broad) for broad in (2, 9, side // 2 - 1)]
+        cases += [
+            lambda side=side: maps.snake(side, side),
+            lambda side=side: maps.snake(side, side).reversed(),
+        ]
+        cases += [
+            lambda side=side: maps.snake(side, side).turned(),
+            lambda side=side: maps.stairs(side),
+        ]
+        cases += [
+            lambda side=side, broad=broad: maps.wide_snake(side, broad)
+            for broad in (2, 9, side // 2 - 1)
+        ]
         cases += [lambda side=side: maps.empty(side, side)]
     for length in rows:
-        cases += [lambda length=length: maps.empty(1, length), lambda length=length: maps.empty(length, 1).reversed()]
+        cases += [
+            lambda length=length: maps.empty(1, length),
+            lambda length=length: maps.empty(length, 1).reversed(),
+        ]
     for make in progress("corridors", cases, len(cases)):
         known = make()
         judge_known(tally, known, max(known.free.shape))
@@ -213,18 +302,35 @@ def snakes_part(tally: Tally, sides: Sequence[int], rows: Sequence[int]) -> None
 def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
     start = np.array(known.start, np.int32)
     lengths = np.asarray(srt_jax.cost_to_come(known.free, start))
-    is_whole = np.array_equal(np.isfinite(lengths), known.free) and np.array_equal(srt_jax.reach(known.free, start), known.free)
+    is_whole = np.array_equal(np.isfinite(lengths), known.free) and np.array_equal(
+        srt_jax.reach(known.free, start), known.free
+    )
     tally.judge("every free cell is reached, no other", is_whole, known.told)
     limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(known.free)))) + truth.HALF_AGAIN
     error = abs(float(lengths[known.goal]) - known.length) / max(known.length, 1)
     kind = "straight" if known.diagonal == 0 else "with diagonals"
-    tally.near(f"length up to {side} cells a side, {kind}", error, limit, f"{known.told}, scale of error {limit:.1e}")
+    tally.near(
+        f"length up to {side} cells a side, {kind}",
+        error,
+        limit,
+        f"{known.told}, scale of error {limit:.1e}",
+    )
     if known.is_corridor:
         steps = np.sort(lengths[known.free])
-        tally.judge("costs along a corridor are 0, 1, 2, ...", np.array_equal(steps, np.arange(len(steps))), known.told)
-        path = srt_jax.trace_path(lengths, np.array(known.goal, np.int32), max_cells=max_path_cells(*known.free.shape))
+        tally.judge(
+            "costs along a corridor are 0, 1, 2, ...",
+            np.array_equal(steps, np.arange(len(steps))),
+            known.told,
+        )
+        path = srt_jax.trace_path(
+            lengths, np.array(known.goal, np.int32), max_cells=max_path_cells(*known.free.shape)
+        )
         is_right = int(path.num_cells) == known.straight + 1 and float(path.cost) == known.length
-        tally.judge("trace_path holds every cell of a corridor", is_right, f"{known.told}: {path.num_cells}, {path.cost}")
+        tally.judge(
+            "trace_path holds every cell of a corridor",
+            is_right,
+            f"{known.told}: {path.num_cells}, {path.cost}",
+        )
 
 
 def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
@@ -238,41 +344,82 @@ def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
         cells = np.argwhere(free).astype(np.int32)
         starts = cells[np.random.default_rng(seed).integers(len(cells), size=4)]
         many = np.repeat(free[None], 4, 0)
-        reached, expected = np.asarray(srt_jax.reach(many, starts)), truth.reached_by_scipy(many, starts)
+        reached, expected = (
+            np.asarray(srt_jax.reach(many, starts)),
+            truth.reached_by_scipy(many, starts),
+        )
         for start, got, right in zip(starts.tolist(), reached, expected):
-            tally.judge("reach equals scipy.ndimage.label", np.array_equal(got, right), f"{path.name}, start {start}")
+            tally.judge(
+                "reach equals scipy.ndimage.label",
+                np.array_equal(got, right),
+                f"{path.name}, start {start}",
+            )
         lengths = np.asarray(srt_jax.cost_to_come(free, starts[0]))
-        error = truth.relative_errors(lengths[None], truth.lengths_by_scipy(many[:1], starts[:1]))[0]
+        error = truth.relative_errors(lengths[None], truth.lengths_by_scipy(many[:1], starts[:1]))[
+            0
+        ]
         limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(free)))) + truth.HALF_AGAIN
-        tally.near("cost_to_come equals scipy's dijkstra", error, limit, f"{path.name}, start {starts[0].tolist()}")
+        tally.near(
+            "cost_to_come equals scipy's dijkstra",
+            error,
+            limit,
+            f"{path.name}, start {starts[0].tolist()}",
+        )
     scenarios = sorted(folder.rglob("*.scen"))
     for path in progress("scenarios", scenarios, len(scenarios)):
         rows = read_scen(path)
         errors = relative_errors(optimal_lengths(read_scenario_map(str(path), None), rows), rows)
         for number, error in enumerate(errors, 1):
-            tally.near("rows of scenarios have their optimal length", error, MATCH, f"{path.name}, row {number}")
+            tally.near(
+                "rows of scenarios have their optimal length",
+                error,
+                MATCH,
+                f"{path.name}, row {number}",
+            )
 
 
 def compile_part(tally: Tally, side: int = 512) -> None:
     for kernel in KERNELS:
         for batch in (1, 64):
-            command = [sys.executable, "-m", "experiments.campaigns.compile_seconds", kernel, str(side), str(batch)]
+            command = [
+                sys.executable,
+                "-m",
+                "experiments.campaigns.compile_seconds",
+                kernel,
+                str(side),
+                str(batch),
+            ]
             done = subprocess.run(command, capture_output=True, text=True, check=True)
             told = json.loads(done.stdout)
             is_right = told["programs"] == 1 and told["programs_for_new_sizes"] == 0
-            tally.judge("one program per size and batch bucket", is_right, f"{kernel}, batch {batch}: {told}")
+            tally.judge(
+                "one program per size and batch bucket",
+                is_right,
+                f"{kernel}, batch {batch}: {told}",
+            )
             print(
-                f"{kernel}, {batch} of {side}x{side}: compiled in {told['seconds']:.2f} s ({told['in_xla']:.2f} in XLA)",
+                f"{kernel}, {batch} of {side}x{side}: compiled in {told['seconds']:.2f} s"
+                f" ({told['in_xla']:.2f} in XLA)",
                 flush=True,
             )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default=",".join(PARTS), metavar="PARTS", help="some of %(default)s")
-    parser.add_argument("--quick", action="store_true", help="few and small maps, in under a minute; neither data nor compile")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--only", default=",".join(PARTS), metavar="PARTS", help="some of %(default)s"
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="few and small maps, in under a minute; neither data nor compile",
+    )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--data", type=pathlib.Path, default=os.environ.get("SRT_SHARED_DATA"), metavar="DIR")
+    parser.add_argument(
+        "--data", type=pathlib.Path, default=os.environ.get("SRT_SHARED_DATA"), metavar="DIR"
+    )
     options = parser.parse_args(arguments)
     parts, tally = options.only.split(","), Tally()
     if unknown := sorted(set(parts) - set(PARTS)):
@@ -289,13 +436,22 @@ def run_part(tally: Tally, options: argparse.Namespace) -> None:
     quick, seed = options.quick, options.seed
     match tally.part:
         case "random":
-            random_part(tally, AT_ONCE if quick else 2000, seed, (60, 45) if quick else (maps.TALLEST, maps.WIDEST))
+            random_part(
+                tally,
+                AT_ONCE if quick else 2000,
+                seed,
+                (60, 45) if quick else (maps.TALLEST, maps.WIDEST),
+            )
         case "agree":
             agree_part(tally, AT_ONCE if quick else 1000, seed)
         case "bagels" if not quick:
             bagels_part(tally)
         case "snakes":
-            snakes_part(tally, (64,) if quick else (64, 130, 512, 1024, 1705, 2048), (2, 300) if quick else (2, 97, 2048, 4096))
+            snakes_part(
+                tally,
+                (64,) if quick else (64, 130, 512, 1024, 1705, 2048),
+                (2, 300) if quick else (2, 97, 2048, 4096),
+            )
         case "data" if not quick:
             if options.data is None or not pathlib.Path(options.data).is_dir():
                 print("data: left out, there is no folder --data (or SRT_SHARED_DATA)")

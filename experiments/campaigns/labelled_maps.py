@@ -1,4 +1,6 @@
-"""Random labelled maps: obstacles that hang together, that overlap, or that lie in pieces. For tests and campaigns."""
+"""Random labelled maps: obstacles that hang together, that overlap, or that lie in pieces. For
+tests and campaigns.
+"""
 
 from itertools import pairwise
 
@@ -33,20 +35,31 @@ def scattered(rng, height, width, num_obstacles):
     for index in range(num_obstacles):
         for _ in range(rng.integers(1, 3)):
             row, col = rng.integers(height), rng.integers(width)
-            tall, wide = rng.integers(1, max(2, height // 2 + 1)), rng.integers(1, max(2, width // 2 + 1))
+            tall, wide = (
+                rng.integers(1, max(2, height // 2 + 1)),
+                rng.integers(1, max(2, width // 2 + 1)),
+            )
             part = labels[index % 2, row : row + tall, col : col + wide]
             part[part < 0] = index
     return labels
 
 
 def walled(rng, height, width, num_obstacles, *, num_walls=6):
-    """labels int32 [2, H, W]: walls right across the map, each in segments; every obstacle owns several, some lie under two.
+    """labels int32 [2, H, W]: walls right across the map, each in segments; every obstacle owns
+    several, some lie under two.
 
-    Each wall must be crossed and each obstacle owns pieces of many: which few open all of them is a set cover.
+    Each wall must be crossed and each obstacle owns pieces of many: which few open all of them is a
+    set cover.
     """
     labels = np.full((2, height, width), -1, np.int32)
-    for row in np.sort(rng.choice(np.arange(1, height - 1, 2), min(num_walls, (height - 1) // 2), replace=False)):
-        cuts = [0, *np.sort(rng.choice(np.arange(1, width), min(4, width - 1), replace=False)), width]
+    for row in np.sort(
+        rng.choice(np.arange(1, height - 1, 2), min(num_walls, (height - 1) // 2), replace=False)
+    ):
+        cuts = [
+            0,
+            *np.sort(rng.choice(np.arange(1, width), min(4, width - 1), replace=False)),
+            width,
+        ]
         for first, last in pairwise(cuts):
             labels[0, row, first:last] = rng.integers(num_obstacles)
             if rng.random() < 0.7:
@@ -76,8 +89,14 @@ def random_tasks(seed, count, *, overlap, max_side=16, max_obstacles=7, **option
     rng = np.random.default_rng(seed)
     tasks = []
     for _ in range(count):
-        height, width, num = rng.integers(1, max_side + 1), rng.integers(1, max_side + 1), rng.integers(1, max_obstacles + 1)
-        tasks.append(task_on(rng, (scattered if overlap else grown)(rng, height, width, num), **options))
+        height, width, num = (
+            rng.integers(1, max_side + 1),
+            rng.integers(1, max_side + 1),
+            rng.integers(1, max_obstacles + 1),
+        )
+        tasks.append(
+            task_on(rng, (scattered if overlap else grown)(rng, height, width, num), **options)
+        )
     return tasks
 
 

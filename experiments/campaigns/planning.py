@@ -1,10 +1,13 @@
-"""Every planning task with a known answer, and many without one, each answer judged: the bars of MAP in one run.
+"""Every planning task with a known answer, and many without one, each answer judged: the bars of
+MAP in one run.
 
-    python -m experiments.campaigns.planning [--data DIR] [--random 2000] [--others 200] [--seconds 30]
+    python -m experiments.campaigns.planning [--data DIR] [--random 2000] [--others 200] [--seconds
+    30]
 
-Prints a row per part: known optima (blocks, hanoi, ferry, goldminer of the outside data; `--data` or SRT_SHARED_DATA/pddl),
-domains that are not in that folder against A* with h_max, random STRIPS tasks against breadth-first search, and what experience
-does to other tasks. Exit code 1 if an answer is wrong.
+Prints a row per part: known optima (blocks, hanoi, ferry, goldminer of the outside data; `--data`
+or SRT_SHARED_DATA/pddl), domains that are not in that folder against A* with h_max, random STRIPS
+tasks against breadth-first search, and what experience does to other tasks. Exit code 1 if an
+answer is wrong.
 """
 
 import argparse
@@ -29,8 +32,12 @@ from sign_model.pddl.planning_task import PlanningTask, task_from_arrays
 Problems = list[str]
 
 
-def known_optima(folder: pathlib.Path, seconds: float, sign: HeuristicSign | None) -> Iterator[tuple[str, Problems]]:
-    """Blocks up to 20 blocks, hanoi to 8 discs, ferry and goldminer: solved, replayed, and how near the optimum."""
+def known_optima(
+    folder: pathlib.Path, seconds: float, sign: HeuristicSign | None
+) -> Iterator[tuple[str, Problems]]:
+    """Blocks up to 20 blocks, hanoi to 8 discs, ferry and goldminer: solved, replayed, and how
+    near the optimum.
+    """
     optima: dict[str, int] = {}
     for name, column, prefix in (
         ("fd_optimal.csv", "optimal_steps_if_unit_cost", ""),
@@ -45,17 +52,23 @@ def known_optima(folder: pathlib.Path, seconds: float, sign: HeuristicSign | Non
             result = plan(task, heuristic=sign, max_seconds=seconds)
             slowest = max(slowest, time.perf_counter() - began)
             wrong += (
-                [f"{name}: {told}" for told in validate(task, result.actions)] if result.is_solved else [f"{name}: not solved"]
+                [f"{name}: {told}" for told in validate(task, result.actions)]
+                if result.is_solved
+                else [f"{name}: not solved"]
             )
             if len(result.actions) < optimum and result.is_solved:
-                wrong.append(f"{name}: {len(result.actions)} steps, shorter than the proven optimum {optimum}")
+                wrong.append(
+                    f"{name}: {len(result.actions)} steps, shorter than the proven optimum"
+                    f" {optimum}"
+                )
             if result.is_solved:
                 ratios.append(len(result.actions) / optimum)
         used = "unlearned" if sign is None else "learned"
         yield (
             (
-                f"{domain}, {used}: {len(ratios)} solved, length / optimum {np.mean(ratios):.3f}, worst {max(ratios):.2f}, "
-                f"optimal {np.mean(np.array(ratios) == 1):.0%}, slowest {slowest:.2f} s"
+                f"{domain}, {used}: {len(ratios)} solved, length / optimum {np.mean(ratios):.3f},"
+                f" worst {max(ratios):.2f}, optimal {np.mean(np.array(ratios) == 1):.0%}, slowest"
+                f" {slowest:.2f} s"
             ),
             wrong,
         )
@@ -69,12 +82,24 @@ def large_blocks(folder: pathlib.Path) -> Iterator[tuple[str, Problems]]:
             began = time.perf_counter()
             task = load(folder / "blocks" / "domain.pddl", path)
             result = plan(task)
-            told = f"{path.stem}: {len(result.actions)} steps, {time.perf_counter() - began:.1f} s in all"
-            yield told, validate(task, result.actions) if result.is_solved else [f"{path.stem}: not solved"]
+            told = (
+                f"{path.stem}: {len(result.actions)} steps, {time.perf_counter() - began:.1f} s"
+                " in all"
+            )
+            yield (
+                told,
+                (
+                    validate(task, result.actions)
+                    if result.is_solved
+                    else [f"{path.stem}: not solved"]
+                ),
+            )
 
 
 def other_domains(seconds: float) -> Iterator[tuple[str, Problems]]:
-    """Domains that are not in the outside data: lengths beside A* with h_max, one by one and in one batch."""
+    """Domains that are not in the outside data: lengths beside A* with h_max, one by one and in
+    one batch.
+    """
     tasks = {name: load(domain, problem) for name, (domain, problem) in OTHER_DOMAINS.items()}
     batch = dict(zip(tasks, plan_batch(list(tasks.values()))))
     for name, task in tasks.items():
@@ -83,32 +108,53 @@ def other_domains(seconds: float) -> Iterator[tuple[str, Problems]]:
         took = time.perf_counter() - began
         best = plan(task, planner="astar", max_expansions=50_000, max_seconds=seconds)
         wrong = [
-            f"{name}: {told}" for r in (result, batch[name]) for told in (validate(task, r.actions) if r.is_solved else [])
+            f"{name}: {told}"
+            for r in (result, batch[name])
+            for told in (validate(task, r.actions) if r.is_solved else [])
         ]
         if best.status != PlanStatus.BUDGET_SPENT:
             wrong += [
-                f"{name}: {r.status.name}, A* says {best.status.name}" for r in (result, batch[name]) if r.status != best.status
+                f"{name}: {r.status.name}, A* says {best.status.name}"
+                for r in (result, batch[name])
+                if r.status != best.status
             ]
         elif not (result.is_solved and batch[name].is_solved):
             wrong.append(f"{name}: {result.status.name}, in a batch {batch[name].status.name}")
         optimum = len(best.actions) if best.is_solved else best.status.name
-        lengths = f"{len(result.actions)} steps, in a batch {len(batch[name].actions)}, A* {optimum}"
+        lengths = (
+            f"{len(result.actions)} steps, in a batch {len(batch[name].actions)}, A* {optimum}"
+        )
         yield f"{name}: {result.status.name}, {lengths}, {took:.2f} s", wrong
 
 
 def random_strips(count: int) -> Iterator[tuple[str, Problems]]:
-    """Solvability of random tasks as breadth-first search finds it, alone and in batches; plans replayed."""
+    """Solvability of random tasks as breadth-first search finds it, alone and in batches; plans
+    replayed.
+    """
     tasks, wrong, solvable = [random_task(seed) for seed in range(count)], [], 0
     batch = plan_batch(tasks)
     for seed, (task, together) in enumerate(zip(tasks, batch)):
         has_plan = is_solvable(task)
         solvable += has_plan
         for where, result in (("alone", plan(task)), ("in a batch", together)):
-            if result.is_solved != has_plan or (not has_plan and result.status != PlanStatus.UNSOLVABLE):
-                wrong.append(f"random task {seed} {where}: {result.status.name}, breadth-first search: {has_plan}")
+            if result.is_solved != has_plan or (
+                not has_plan and result.status != PlanStatus.UNSOLVABLE
+            ):
+                wrong.append(
+                    f"random task {seed} {where}: {result.status.name}, breadth-first search:"
+                    f" {has_plan}"
+                )
             if result.is_solved:
-                wrong += [f"random task {seed} {where}: {told}" for told in validate(task, result.actions)]
-    yield f"{count} random STRIPS tasks, {solvable} of them solvable, agree with breadth-first search", wrong
+                wrong += [
+                    f"random task {seed} {where}: {told}" for told in validate(task, result.actions)
+                ]
+    yield (
+        (
+            f"{count} random STRIPS tasks, {solvable} of them solvable, agree with breadth-first"
+            " search"
+        ),
+        wrong,
+    )
 
 
 def random_task(seed: int) -> PlanningTask:
@@ -129,7 +175,10 @@ def random_task(seed: int) -> PlanningTask:
 
 def is_solvable(task: PlanningTask) -> bool:
     """Returns what breadth-first search over sets of features finds."""
-    rows = [[frozenset(np.flatnonzero(row)) for row in m] for m in (task.conditions, task.adds, task.deletes)]
+    rows = [
+        [frozenset(np.flatnonzero(row)) for row in m]
+        for m in (task.conditions, task.adds, task.deletes)
+    ]
     start, goal = frozenset(np.flatnonzero(task.start)), frozenset(np.flatnonzero(task.goal))
     queue, seen = deque([start]), {start}
     while queue:
@@ -145,7 +194,9 @@ def is_solvable(task: PlanningTask) -> bool:
 
 
 def experience(count: int) -> Iterator[tuple[str, Problems]]:
-    """Repeated tasks take one iteration; other tasks are solved no worse and no less often than without a memory."""
+    """Repeated tasks take one iteration; other tasks are solved no worse and no less often than
+    without a memory.
+    """
     memory, wrong, one = Memory(), [], 0
     known = random_blocks_tasks(5, count, seed=1)
     for task in known:
@@ -156,7 +207,8 @@ def experience(count: int) -> Iterator[tuple[str, Problems]]:
         wrong += [f"repeated task {number}: {told}" for told in validate(task, again.actions)]
     worse = shorter = 0
     for number, task in enumerate(
-        random_blocks_tasks(5, count // 2, seed=2) + random_blocks_tasks(6, count - count // 2, seed=3)
+        random_blocks_tasks(5, count // 2, seed=2)
+        + random_blocks_tasks(6, count - count // 2, seed=3)
     ):
         without, result = plan(task), plan(task, memory=memory)
         wrong += [f"other task {number}: {told}" for told in validate(task, result.actions)]
@@ -164,27 +216,43 @@ def experience(count: int) -> Iterator[tuple[str, Problems]]:
         worse, shorter = worse + is_worse, shorter + (len(result.actions) < len(without.actions))
         wrong += [f"other task {number}: worse after experience"] if is_worse else []
     yield (
-        f"experience of {count} tasks: repeated in one iteration {one}; {count} others: {worse} worse, {shorter} shorter",
+        (
+            f"experience of {count} tasks: repeated in one iteration {one}; {count} others: {worse}"
+            f" worse, {shorter} shorter"
+        ),
         wrong,
     )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=pathlib.Path, default=pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--data",
+        type=pathlib.Path,
+        default=pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl",
+    )
     parser.add_argument("--random", type=int, default=2000)
     parser.add_argument("--others", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=30.0)
     given = parser.parse_args()
-    parts: list[Callable[[], Iterator[tuple[str, Problems]]]] = [lambda: other_domains(given.seconds)]
+    parts: list[Callable[[], Iterator[tuple[str, Problems]]]] = [
+        lambda: other_domains(given.seconds)
+    ]
     parts += [lambda: random_strips(given.random), lambda: experience(given.others)]
     if (given.data / "fd_optimal.csv").is_file():
         began = time.perf_counter()
         sign = learn(random_blocks_tasks(6, 1024, seed=100))
         print(
-            f"learned on 1,024 tasks of 6 blocks in {time.perf_counter() - began:.1f} s: {dataclasses.asdict(sign)}", flush=True
+            f"learned on 1,024 tasks of 6 blocks in {time.perf_counter() - began:.1f} s:"
+            f" {dataclasses.asdict(sign)}",
+            flush=True,
         )
-        parts += [lambda: known_optima(given.data, given.seconds, None), lambda: known_optima(given.data, given.seconds, sign)]
+        parts += [
+            lambda: known_optima(given.data, given.seconds, None),
+            lambda: known_optima(given.data, given.seconds, sign),
+        ]
         parts += [lambda: large_blocks(given.data)]
     total = 0
     for part in parts:

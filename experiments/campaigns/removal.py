@@ -2,10 +2,11 @@
 
     python -m experiments.campaigns.removal [--count 2000] [--parts 200] [--seed 0]
 
-Brute force over all sets of obstacles: `--count` maps up to 20x20 with up to 8 connected, disjoint obstacles, where cost and
-bound must both be the optimum, and the route the shortest of all least sets; as many with overlaps and obstacles in parts.
-Integer programming (SciPy's milp with cuts): `--parts` such maps of 24x24 with 16 obstacles. There the optimum must lie
-between bound and cost, and a gap is told. Exit code 1 if anything differs.
+Brute force over all sets of obstacles: `--count` maps up to 20x20 with up to 8 connected, disjoint
+obstacles, where cost and bound must both be the optimum, and the route the shortest of all least
+sets; as many with overlaps and obstacles in parts. Integer programming (SciPy's milp with cuts):
+`--parts` such maps of 24x24 with 16 obstacles. There the optimum must lie between bound and cost,
+and a gap is told. Exit code 1 if anything differs.
 """
 
 import argparse
@@ -35,7 +36,9 @@ def by_milp(task: Task) -> tuple[float, float]:
 
 
 def problems_with(task: Task, solution: Solution, optimum: float) -> list[str]:
-    """Returns what is wrong with an answer of mode "least", given the optimum: bound <= optimum <= cost, a solution if any."""
+    """Returns what is wrong with an answer of mode "least", given the optimum: bound <= optimum
+    <= cost, a solution if any.
+    """
     problems = check(task, solution)
     is_solved = Status(int(solution.status)).is_solved
     if is_solved != np.isfinite(optimum):
@@ -48,7 +51,9 @@ def problems_with(task: Task, solution: Solution, optimum: float) -> list[str]:
 
 
 def compare(name: str, tasks: Sequence[Task], twin: Twin, *, is_exact: bool) -> int:
-    """Prints how the answers compare, and returns how many are wrong; `is_exact`: cost and bound have to be the optimum."""
+    """Prints how the answers compare, and returns how many are wrong; `is_exact`: cost and bound
+    have to be the optimum.
+    """
     begin = time.perf_counter()
     solutions = solve_many(tasks, max_destroyed=16)
     middle = time.perf_counter()
@@ -57,27 +62,48 @@ def compare(name: str, tasks: Sequence[Task], twin: Twin, *, is_exact: bool) -> 
     wrong = 0
     for index, (task, solution, (optimum, _)) in enumerate(zip(tasks, solutions, optima)):
         problems = problems_with(task, solution, optimum)
-        if is_exact and np.isfinite(optimum) and not solution.removal_cost == solution.removal_bound == optimum:
-            problems.append(f"bound {solution.removal_bound}, cost {solution.removal_cost}, optimum {optimum}")
+        if (
+            is_exact
+            and np.isfinite(optimum)
+            and not solution.removal_cost == solution.removal_bound == optimum
+        ):
+            problems.append(
+                f"bound {solution.removal_bound}, cost {solution.removal_cost}, optimum {optimum}"
+            )
         wrong += bool(problems)
         for problem in problems:
             print(f"{name} {index}: {problem}", file=sys.stderr)
     least, length = np.array(optima).T
-    cost, bound, route = (np.array([getattr(s, f) for s in solutions]) for f in ("removal_cost", "removal_bound", "cost"))
+    cost, bound, route = (
+        np.array([getattr(s, f) for s in solutions])
+        for f in ("removal_cost", "removal_bound", "cost")
+    )
     is_solvable = np.isfinite(least)
     is_blocked = is_solvable & (least > 0)
-    told = f"{len(tasks)} tasks, {(least == 0).sum()} open, {is_blocked.sum()} to be opened, {(~is_solvable).sum()} unsolvable"
-    told += f"; cost is the optimum in {(cost == least)[is_blocked].sum()}, the bound in {(bound == least)[is_blocked].sum()}"
+    told = (
+        f"{len(tasks)} tasks, {(least == 0).sum()} open, {is_blocked.sum()} to be opened,"
+        f" {(~is_solvable).sum()} unsolvable"
+    )
+    told += (
+        f"; cost is the optimum in {(cost == least)[is_blocked].sum()}, the bound in"
+        f" {(bound == least)[is_blocked].sum()}"
+    )
     told += f", both proven in {(cost == bound)[is_blocked].sum()}"
     if np.isfinite(length[is_solvable]).all():
         longer = is_solvable & (cost == least) & (route > length * (1 + 1e-6))
         told += f"; a route longer than that of the best least set in {longer.sum()}"
-    print(f"{name}: {told}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in {end - middle:.1f} s", flush=True)
+    print(
+        f"{name}: {told}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in"
+        f" {end - middle:.1f} s",
+        flush=True,
+    )
     return wrong
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--parts", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
@@ -91,7 +117,9 @@ def main() -> int:
     wrong = compare("connected and disjoint, brute force", whole, by_brute_force, is_exact=True)
     parts = random_tasks([seed, 2], options.count, overlap=True, **sizes)
     wrong += compare("overlaps and parts, brute force", parts, by_brute_force, is_exact=False)
-    scattered = random_tasks([seed, 3], options.parts // 2, overlap=True, max_side=24, max_obstacles=20)
+    scattered = random_tasks(
+        [seed, 3], options.parts // 2, overlap=True, max_side=24, max_obstacles=20
+    )
     walled = walled_tasks([seed, 4], options.parts - len(scattered))
     wrong += compare("overlaps and parts, milp", [*scattered, *walled], by_milp, is_exact=False)
     return int(wrong > 0)

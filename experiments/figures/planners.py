@@ -1,4 +1,6 @@
-"""The planners of Figure 2: ours in this process, others in processes of their own; plans are replayed before they count."""
+"""The planners of Figure 2: ours in this process, others in processes of their own; plans are
+replayed before they count.
+"""
 
 import importlib.util
 import os
@@ -16,7 +18,9 @@ from sign_model.map_algorithm.authors_rule import plan_by_authors_rule
 
 
 class Answer(NamedTuple):
-    """length: steps of a plan that was replayed, None without one. seconds: the whole. parts: of it, by stage, where known."""
+    """length: steps of a plan that was replayed, None without one. seconds: the whole. parts: of
+    it, by stage, where known.
+    """
 
     length: int | None
     seconds: float
@@ -28,33 +32,53 @@ Planner = Callable[[BlocksTask], Answer]
 
 
 def own_planners(budget: int) -> dict[str, Planner]:
-    """Returns the paper's three and the authors' own A-step rule; `budget`: the most states a search may expand."""
+    """Returns the paper's three and the authors' own A-step rule; `budget`: the most states a
+    search may expand.
+    """
     return {
         "MAP": lambda task: _ours(task, lambda grounded: plan(grounded), has_network=True),
-        "A*": lambda task: _ours(task, lambda grounded: plan(grounded, planner="astar", max_expansions=budget)),
-        "W*": lambda task: _ours(task, lambda grounded: plan(grounded, planner="wastar", max_expansions=budget)),
-        "authors' rule": lambda task: _ours(task, lambda grounded: plan_by_authors_rule(grounded, max_iterations=budget)),
+        "A*": lambda task: _ours(
+            task, lambda grounded: plan(grounded, planner="astar", max_expansions=budget)
+        ),
+        "W*": lambda task: _ours(
+            task, lambda grounded: plan(grounded, planner="wastar", max_expansions=budget)
+        ),
+        "authors' rule": lambda task: _ours(
+            task, lambda grounded: plan_by_authors_rule(grounded, max_iterations=budget)
+        ),
     }
 
 
 def peers(most_seconds: float) -> dict[str, Planner | None]:
-    """Returns what others' planners do within that time, process start included; None for one that is not installed."""
-    found: dict[str, Planner | None] = dict.fromkeys(("pyperplan A* hmax", "pyperplan W* hff", "FD A* lmcut", "FD lama-first"))
+    """Returns what others' planners do within that time, process start included; None for one
+    that is not installed.
+    """
+    found: dict[str, Planner | None] = dict.fromkeys(
+        ("pyperplan A* hmax", "pyperplan W* hff", "FD A* lmcut", "FD lama-first")
+    )
     if importlib.util.find_spec("pyperplan"):
         start = [sys.executable, "-m", "pyperplan"]
-        found["pyperplan A* hmax"] = _peer([*start, "-s", "astar", "-H", "hmax", "DOMAIN", "PROBLEM"], most_seconds)
-        found["pyperplan W* hff"] = _peer([*start, "-s", "wastar", "-H", "hff", "DOMAIN", "PROBLEM"], most_seconds)
+        found["pyperplan A* hmax"] = _peer(
+            [*start, "-s", "astar", "-H", "hmax", "DOMAIN", "PROBLEM"], most_seconds
+        )
+        found["pyperplan W* hff"] = _peer(
+            [*start, "-s", "wastar", "-H", "hff", "DOMAIN", "PROBLEM"], most_seconds
+        )
     if driver := _fast_downward():
         start = [sys.executable, str(driver), "--plan-file", "problem.pddl.soln"]
         lmcut = [*start, "DOMAIN", "PROBLEM", "--search", "astar(lmcut())"]
         found["FD A* lmcut"] = _peer(lmcut, most_seconds)
-        found["FD lama-first"] = _peer([*start, "--alias", "lama-first", "DOMAIN", "PROBLEM"], most_seconds)
+        found["FD lama-first"] = _peer(
+            [*start, "--alias", "lama-first", "DOMAIN", "PROBLEM"], most_seconds
+        )
     return found
 
 
-def _ours(task: BlocksTask, search: Callable[[PlanningTask], PlanResult], *, has_network: bool = False) -> Answer:
-    """From the text to the replayed plan. MAP's semiotic network is built too, as the paper's planner did; its search reads the
-    grounded matrices, of which the network is another form."""
+def _ours(
+    task: BlocksTask, search: Callable[[PlanningTask], PlanResult], *, has_network: bool = False
+) -> Answer:
+    """From the text to the replayed plan. MAP's semiotic network is built too, as the paper's
+    planner did; its search reads the grounded matrices, of which the network is another form."""
     began = time.perf_counter()
     grounded = load(task.domain, task.problem)
     loaded = time.perf_counter()
@@ -75,12 +99,18 @@ def _ours(task: BlocksTask, search: Callable[[PlanningTask], PlanResult], *, has
         "search": searched - built - replayed,
         "validate": replayed + ended - searched,
     }
-    return Answer(len(result.actions) if result.is_solved else None, ended - began, parts, result.expansions)
+    return Answer(
+        len(result.actions) if result.is_solved else None, ended - began, parts, result.expansions
+    )
 
 
 def _fast_downward() -> pathlib.Path | None:
     found = importlib.util.find_spec("up_fast_downward")
-    driver = pathlib.Path(found.origin).parent / "downward" / "fast-downward.py" if found and found.origin else None
+    driver = (
+        pathlib.Path(found.origin).parent / "downward" / "fast-downward.py"
+        if found and found.origin
+        else None
+    )
     return driver if driver and driver.is_file() else None
 
 
@@ -92,15 +122,27 @@ def _peer(command: list[str], most_seconds: float) -> Planner:
             folder = pathlib.Path(name)
             (folder / "domain.pddl").write_text(task.domain, encoding="utf-8")
             (folder / "problem.pddl").write_text(task.problem, encoding="utf-8")
-            told = [{"DOMAIN": "domain.pddl", "PROBLEM": "problem.pddl"}.get(word, word) for word in command]
+            told = [
+                {"DOMAIN": "domain.pddl", "PROBLEM": "problem.pddl"}.get(word, word)
+                for word in command
+            ]
             began = time.perf_counter()
             try:
-                subprocess.run(told, cwd=folder, env=settings, capture_output=True, timeout=most_seconds, check=False)
+                subprocess.run(
+                    told,
+                    cwd=folder,
+                    env=settings,
+                    capture_output=True,
+                    timeout=most_seconds,
+                    check=False,
+                )
             except subprocess.TimeoutExpired:
                 return Answer(None, most_seconds, {})
             seconds = time.perf_counter() - began
             plan_file = folder / "problem.pddl.soln"
-            lines = plan_file.read_text(encoding="utf-8").splitlines() if plan_file.is_file() else []
+            lines = (
+                plan_file.read_text(encoding="utf-8").splitlines() if plan_file.is_file() else []
+            )
         actions = [line.lower() for line in lines if line.startswith("(")]
         is_plan = bool(actions) and not validate(load(task.domain, task.problem), actions)
         return Answer(len(actions) if is_plan else None, seconds, {})

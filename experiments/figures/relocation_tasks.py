@@ -1,4 +1,6 @@
-"""The worlds on which ways of choosing what to destroy are compared: cities, rooms, fences, rings, NAMO scenes."""
+"""The worlds on which ways of choosing what to destroy are compared: cities, rooms, fences,
+rings, NAMO scenes.
+"""
 
 import contextlib
 import os
@@ -22,7 +24,9 @@ BUILDING, WALL = 1.0, 3.0
 
 
 def kinds(count: int, size: int, *, seed: int, log: Callable[[str], None]) -> dict[str, list[Task]]:
-    """Returns `count` tasks of each kind; NAMO has as many as there are scenes, and is left out where they cannot be read."""
+    """Returns `count` tasks of each kind; NAMO has as many as there are scenes, and is left out
+    where they cannot be read.
+    """
     found = {
         "cities": _cities(count, size, seed),
         "Helsinki": _helsinki(count, size, seed),
@@ -38,12 +42,16 @@ def _cities(count: int, size: int, seed: int) -> list[Task]:
     tasks = []
     for number in range(count):
         rng = np.random.default_rng([seed, number])
-        tasks.append(_walled(maps.city_buildings(size, size, seed=int(rng.integers(2**31)))[None], rng))
+        tasks.append(
+            _walled(maps.city_buildings(size, size, seed=int(rng.integers(2**31)))[None], rng)
+        )
     return tasks
 
 
 def _helsinki(count: int, size: int, seed: int) -> list[Task]:
-    """Windows of the shipped city, cells of 3 to 6 m; a window without room for the task is drawn anew."""
+    """Windows of the shipped city, cells of 3 to 6 m; a window without room for the task is
+    drawn anew.
+    """
     place, tasks = helsinki(), []
     x_min, y_min, x_max, y_max = place.bounds
     rng = np.random.default_rng([seed, count])
@@ -51,25 +59,35 @@ def _helsinki(count: int, size: int, seed: int) -> list[Task]:
         side = min(size * rng.uniform(3, 6), x_max - x_min, y_max - y_min)
         x, y = rng.uniform(x_min, x_max - side), rng.uniform(y_min, y_max - side)
         with contextlib.suppress(ValueError):
-            tasks.append(_walled(cover(place.obstacles, square_grid((x, y, x + side, y + side), size)), rng))
+            tasks.append(
+                _walled(cover(place.obstacles, square_grid((x, y, x + side, y + side), size)), rng)
+            )
         if len(tasks) == count:
             return tasks
-    raise ValueError(f"only {len(tasks)} windows of Helsinki have room for a task: choose a larger --size than {size}")
+    raise ValueError(
+        f"only {len(tasks)} windows of Helsinki have room for a task: choose a larger --size than"
+        f" {size}"
+    )
 
 
 def _walled(labels: np.ndarray, rng: np.random.Generator) -> Task:
-    """A city cut by a wall from edge to edge that only fills the gaps between buildings: one may go through these.
+    """A city cut by a wall from edge to edge that only fills the gaps between buildings: one may go
+    through these.
 
     The wall and two buildings in three can be destroyed, the wall at the price of three buildings.
     """
     free = (labels == FREE).all(axis=0)
     for _ in range(50):
         try:
-            start, goal = pick_start_goal(free, apart=3 * min(free.shape) // 5, seed=int(rng.integers(2**31)))
+            start, goal = pick_start_goal(
+                free, apart=3 * min(free.shape) // 5, seed=int(rng.integers(2**31))
+            )
             blocked, wall = block(labels, start, goal, str(rng.choice(["half", "quarter"])))
         except ValueError:
             continue
-        filled = np.where(free, np.where((blocked == wall).any(axis=0), wall, FREE), labels[0]).astype(np.int32)
+        filled = np.where(
+            free, np.where((blocked == wall).any(axis=0), wall, FREE), labels[0]
+        ).astype(np.int32)
         layers = np.concatenate([filled[None], labels[1:]])
         cost = np.full(wall + 1, BUILDING, np.float32)
         cost[wall] = WALL
@@ -81,7 +99,10 @@ def _walled(labels: np.ndarray, rng: np.random.Generator) -> Task:
 def _namo(log: Callable[[str], None]) -> list[Task]:
     paths = sorted(SHARED.glob("*.svg"))
     if not paths or ".svg" not in reading.ENDINGS:
-        log(f"NAMO is left out: {'this version reads no .svg scenes' if paths else f'no scenes in {SHARED}'}")
+        log(
+            "NAMO is left out:"
+            f" {'this version reads no .svg scenes' if paths else f'no scenes in {SHARED}'}"
+        )
         return []
     tasks = []
     for path in paths:

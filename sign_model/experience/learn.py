@@ -1,8 +1,10 @@
-"""Learns the weights of a heuristic sign from solved-and-unsolved experience: a cross-entropy search over whole batches.
+"""Learns the weights of a heuristic sign from solved-and-unsolved experience: a cross-entropy
+search over whole batches.
 
-Weights are drawn around a mean, a batch of tasks is searched with each, and the mean moves towards the best quarter. The
-weights are an argument of the jitted search, so that all of it compiles once. What is learned are whole numbers per predicate:
-they serve tasks of the same domain with more objects than those learned on.
+Weights are drawn around a mean, a batch of tasks is searched with each, and the mean moves towards
+the best quarter. The weights are an argument of the jitted search, so that all of it compiles once.
+What is learned are whole numbers per predicate: they serve tasks of the same domain with more
+objects than those learned on.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,10 +34,12 @@ def learn(
     seed: int = 0,
     log: Callable[[str], None] | None = None,
 ) -> HeuristicSign:
-    """Returns a sign whose weights give short plans on the tasks; it is never worse on them than the unlearned `LANDMARKS`.
+    """Returns a sign whose weights give short plans on the tasks; it is never worse on them than
+    the unlearned `LANDMARKS`.
 
     Args:
-      tasks: of one domain, sharing their features and actions (as from `random_blocks_tasks`); a few hundred small ones.
+      tasks: of one domain, sharing their features and actions (as from `random_blocks_tasks`); a
+        few hundred small ones.
       name: of the sign.
       generations, population: of the search; one batch of `lanes` tasks for each of their product.
       beam: situations kept a step while learning; narrow ones tell good weights from bad.
@@ -58,16 +62,23 @@ def learn(
         mean = (mean + chosen.mean(axis=0)) / 2
         spread = (spread + chosen.std(axis=0) + _LEAST_SPREAD) / 2
         if log is not None and generation % 5 == 4:
-            log(f"generation {generation + 1} of {generations}: best mean length {scores.min():.2f}")
+            log(
+                f"generation {generation + 1} of {generations}: best mean length {scores.min():.2f}"
+            )
     mean = _pruned(trial, mean)
     learned, unlearned = (trial.mean_length_of_all(weights) for weights in (mean, trial.unlearned))
     if log is not None:
-        log(f"mean length {learned:.2f} with the learned weights, {unlearned:.2f} with the unlearned ones")
+        log(
+            f"mean length {learned:.2f} with the learned weights, {unlearned:.2f} with the"
+            " unlearned ones"
+        )
     return trial.sign(mean if learned <= unlearned else trial.unlearned)
 
 
 def _pruned(trial: "_Trial", weights: np.ndarray) -> np.ndarray:
-    """The weights less those that hardly help, the smallest first: what counts nothing needs no table."""
+    """The weights less those that hardly help, the smallest first: what counts nothing needs no
+    table.
+    """
     kept = np.round(weights)
     bound = trial.mean_length_of_all(kept) * _HARDLY
     for place in sorted(np.ndindex(kept.shape), key=lambda place: kept[place]):
@@ -88,15 +99,23 @@ class _Trial:
         self.kinds = sorted({kind_of(atom) for atom in tasks[0].features})
         everything = HeuristicSign("everything", landmarks={"*": 1})
         self.batch = pack_batch(tasks, (everything,))
-        goals = {kind_of(tasks[0].features[f]) for f in np.flatnonzero(self.batch.goals.any(axis=0))}
+        goals = {
+            kind_of(tasks[0].features[f]) for f in np.flatnonzero(self.batch.goals.any(axis=0))
+        }
         self.unlearned = np.array(
-            [[weight_of(getattr(LANDMARKS, c), kind, goals) for kind in self.kinds] for c in _COUNTS], float
+            [
+                [weight_of(getattr(LANDMARKS, c), kind, goals) for kind in self.kinds]
+                for c in _COUNTS
+            ],
+            float,
         )
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
         numbers = np.arange(len(tasks))
         self.side_by_side = min(64, 1 << (lanes - 1).bit_length())
         size = -(-lanes // self.side_by_side) * self.side_by_side
-        self.parts = [self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)]
+        self.parts = [
+            self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)
+        ]
 
     def sign(self, weights: np.ndarray) -> HeuristicSign:
         whole = np.clip(np.round(weights), 0, MAX_WEIGHT).astype(int)
@@ -108,8 +127,15 @@ class _Trial:
         start, goal, count = self.parts[part % len(self.parts)]
         packed = self.batch.weights_of(self.sign(weights))
         branch = min(64, int(len(self.batch.space.features) ** 0.5) + 2)
-        options = {"beam": self.beam, "branch": branch, "steps": self.steps, "lanes": self.side_by_side}
-        length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[:count]
+        options = {
+            "beam": self.beam,
+            "branch": branch,
+            "steps": self.steps,
+            "lanes": self.side_by_side,
+        }
+        length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[
+            :count
+        ]
         return float(np.where(length >= 0, length, 2 * self.steps).mean())
 
     def mean_length_of_all(self, weights: np.ndarray) -> float:

@@ -1,4 +1,6 @@
-"""A precedent: one solved task, kept so that other objects may play its roles (PY16 §3.1: precedents, personal meanings)."""
+"""A precedent: one solved task, kept so that other objects may play its roles (PY16 §3.1:
+precedents, personal meanings).
+"""
 
 import dataclasses
 import functools
@@ -17,10 +19,13 @@ from sign_model.signs.world_model import WorldModel
 class Precedent:
     """One solved task.
 
-    domain: names and arities of the predicates and schemas; a precedent is tried on tasks of the same domain only.
+    domain: names and arities of the predicates and schemas; a precedent is tried on tasks of the
+      same domain only.
     objects: (name, types) of each object; constants: those that only play themselves.
-    start, goal: all atoms; a negative goal begins with "not", the value of a cost function ends with `=value`.
-    plan: ground actions. needs: the atoms of the start on which it rests. gives: the atoms it leaves behind.
+    start, goal: all atoms; a negative goal begins with "not", the value of a cost function ends
+      with `=value`.
+    plan: ground actions. needs: the atoms of the start on which it rests. gives: the atoms it
+      leaves behind.
     """
 
     domain: str
@@ -35,7 +40,11 @@ class Precedent:
     @functools.cached_property
     def colours(self) -> dict[str, str]:
         """Equal for objects that a renaming of the whole task could exchange."""
-        fixed = {name: (*types, f"constant {name}") for name, types in self.objects if name in self.constants}
+        fixed = {
+            name: (*types, f"constant {name}")
+            for name, types in self.objects
+            if name in self.constants
+        }
         return colours({**dict(self.objects), **fixed}, {"start": self.start, "goal": self.goal})
 
     @functools.cached_property
@@ -54,8 +63,11 @@ def precedent_of(task: PlanningTask, actions: Sequence[str]) -> Precedent:
 def unsolved(task: PlanningTask) -> Precedent:
     """Returns the task as a precedent without a plan."""
     if task.domain is None or task.problem is None:
-        # Nameless features carry no object that could be renamed, so the rules themselves must agree.
-        rules = np.concatenate([part.ravel() for part in (task.conditions, task.adds, task.deletes)])
+        # Nameless features carry no object that could be renamed, so the rules themselves must
+        # agree.
+        rules = np.concatenate(
+            [part.ravel() for part in (task.conditions, task.adds, task.deletes)]
+        )
         return Precedent(
             domain=f"{task.features} {task.actions} {np.packbits(rules).tobytes().hex()}",
             objects=(),
@@ -66,7 +78,11 @@ def unsolved(task: PlanningTask) -> Precedent:
     domain, problem = task.domain, task.problem
     parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
     parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
-    costs = {(*function, f"={value}") for function, value in problem.values.items()} if problem.counts_costs else set()
+    costs = (
+        {(*function, f"={value}") for function, value in problem.values.items()}
+        if problem.counts_costs
+        else set()
+    )
     return Precedent(
         domain=" ".join([domain.name, *parts]),
         objects=tuple(problem.objects.items()),
@@ -76,7 +92,9 @@ def unsolved(task: PlanningTask) -> Precedent:
     )
 
 
-def _footprint(task: PlanningTask, plan: tuple[Atom, ...]) -> tuple[frozenset[Atom], frozenset[Atom]]:
+def _footprint(
+    task: PlanningTask, plan: tuple[Atom, ...]
+) -> tuple[frozenset[Atom], frozenset[Atom]]:
     """Returns what a valid plan needs of the start, and what it has brought about at its end."""
     needs: set[Atom] = set()
     gives: set[Atom] = set()
@@ -86,12 +104,16 @@ def _footprint(task: PlanningTask, plan: tuple[Atom, ...]) -> tuple[frozenset[At
     return frozenset(needs), frozenset(gives)
 
 
-def _rules(task: PlanningTask, plan: tuple[Atom, ...]) -> Iterator[tuple[set[Atom], set[Atom], set[Atom]]]:
+def _rules(
+    task: PlanningTask, plan: tuple[Atom, ...]
+) -> Iterator[tuple[set[Atom], set[Atom], set[Atom]]]:
     if task.domain is None:
         number_of = {action: number for number, action in enumerate(task.actions)}
         for action in plan:
             rule = (part[number_of[action]] for part in (task.conditions, task.adds, task.deletes))
-            conditions, adds, deletes = ({task.features[feature] for feature in np.flatnonzero(bits)} for bits in rule)
+            conditions, adds, deletes = (
+                {task.features[feature] for feature in np.flatnonzero(bits)} for bits in rule
+            )
             yield conditions, adds, deletes
         return
     schemas = {schema.name: schema for schema in task.domain.schemas}
@@ -99,21 +121,30 @@ def _rules(task: PlanningTask, plan: tuple[Atom, ...]) -> Iterator[tuple[set[Ato
         schema = schemas[name]
         filled = dict(zip((role for role, _ in schema.roles), arguments))
         conditions, adds, deletes = (
-            {renamed(atom, filled) for atom in atoms} for atoms in (schema.conditions, schema.adds, schema.deletes)
+            {renamed(atom, filled) for atom in atoms}
+            for atoms in (schema.conditions, schema.adds, schema.deletes)
         )
         yield conditions, adds, deletes
 
 
 def precedent_sign(precedent: Precedent, name: str) -> Sign:
-    """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what the plan needs and gives."""
+    """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what
+    the plan needs and gives.
+    """
     plan = sequence(*(act_name(action) for action in precedent.plan))
-    return Sign(name, image=(plan,), meaning=(causal(map(fact_name, precedent.needs), map(fact_name, precedent.gives)),))
+    return Sign(
+        name,
+        image=(plan,),
+        meaning=(causal(map(fact_name, precedent.needs), map(fact_name, precedent.gives)),),
+    )
 
 
 def with_precedent(model: WorldModel, precedent: Precedent, name: str) -> WorldModel:
-    """Returns the world model of a task grown by a precedent: a sign called `name`, and bare signs for static facts it needs.
+    """Returns the world model of a task grown by a precedent: a sign called `name`, and bare signs
+    for static facts it needs.
 
-    In a flow of acts, recognition then tells when the plan is being followed, and attention which act comes next.
+    In a flow of acts, recognition then tells when the plan is being followed, and attention which
+    act comes next.
     """
     sign = precedent_sign(precedent, name)
     features = frozenset().union(*(matrix.features for _, matrix in sign))

@@ -1,8 +1,10 @@
-"""Which object of a task plays which role of a precedent: a bounded backtracking match, and colours that prune it.
+"""Which object of a task plays which role of a precedent: a bounded backtracking match, and colours
+that prune it.
 
-A renaming is one to one. It is found atom by atom: an atom of the precedent must have its image in the task's start, an atom of
-the task's goal must be the image of something the precedent brought about. The atom with the fewest objects still open is
-settled next, so most are mere tests. The order is fixed, hence so is the answer.
+A renaming is one to one. It is found atom by atom: an atom of the precedent must have its image in
+the task's start, an atom of the task's goal must be the image of something the precedent brought
+about. The atom with the fewest objects still open is settled next, so most are mere tests. The
+order is fixed, hence so is the answer.
 """
 
 import hashlib
@@ -12,11 +14,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 Atom = tuple[str, ...]
 
 
-def colours(objects: Mapping[str, Iterable[str]], facts: Mapping[str, Iterable[Atom]]) -> dict[str, str]:
-    """Returns a colour for each object, equal for objects that a renaming could exchange; {} where there is no object.
+def colours(
+    objects: Mapping[str, Iterable[str]], facts: Mapping[str, Iterable[Atom]]
+) -> dict[str, str]:
+    """Returns a colour for each object, equal for objects that a renaming could exchange; {} where
+    there is no object.
 
-    Objects start with the colour of their types and are told apart, round by round, by the atoms in which they stand and the
-    colours beside them (colour refinement). Equal colours are necessary for a renaming, not sufficient.
+    Objects start with the colour of their types and are told apart, round by round, by the atoms in
+    which they stand and the colours beside them (colour refinement). Equal colours are necessary
+    for a renaming, not sufficient.
 
     Args:
       objects: {name: types}.
@@ -47,7 +53,8 @@ def find_renaming(
     may_play: Callable[[str, str], bool],
     max_nodes: int,
 ) -> dict[str, str] | None:
-    """Returns {role: object} with every need in `start` and every goal among what is given; None where none was found.
+    """Returns {role: object} with every need in `start` and every goal among what is given; None
+    where none was found.
 
     Args:
       needs, gives: atoms over the roles of a precedent.
@@ -78,7 +85,10 @@ class _Facts:
     def fitting(self, atom: Atom, known: Mapping[str, str]) -> list[Atom]:
         """Returns the shortest list known to hold every atom that `atom` could be renamed to."""
         kind = (atom[0], len(atom))
-        keys = [kind, *((*kind, place, known[name]) for place, name in enumerate(atom[1:]) if name in known)]
+        keys = [
+            kind,
+            *((*kind, place, known[name]) for place, name in enumerate(atom[1:]) if name in known),
+        ]
         return min((self.by.get(key, []) for key in keys), key=len)
 
 
@@ -90,7 +100,9 @@ class _Match:
 
     def search(self, demands: list[tuple[bool, Atom]], max_nodes: int) -> dict[str, str] | None:
         open_demands = list(demands)
-        tried: list[tuple[tuple[bool, Atom], int, Iterator[list[tuple[str, str]]], list[tuple[str, str]]]] = []
+        tried: list[
+            tuple[tuple[bool, Atom], int, Iterator[list[tuple[str, str]]], list[tuple[str, str]]]
+        ] = []
         nodes = 0
         while open_demands:
             at = min(range(len(open_demands)), key=lambda i: self.num_open(open_demands[i]))
@@ -119,16 +131,25 @@ class _Match:
         is_need, atom = demand
         facts, known = (self.start, self.object_of) if is_need else (self.gives, self.role_of)
         for other in list(facts.fitting(atom, known)):
-            new = self.unified(atom[1:], other[1:]) if is_need else self.unified(other[1:], atom[1:])
+            new = (
+                self.unified(atom[1:], other[1:]) if is_need else self.unified(other[1:], atom[1:])
+            )
             if new is not None:
                 yield new
 
     def unified(self, roles: Atom, objects: Atom) -> list[tuple[str, str]] | None:
-        """Returns the new bindings under which the roles become the objects; None where they cannot."""
+        """Returns the new bindings under which the roles become the objects; None where they
+        cannot.
+        """
         new: dict[str, str] = {}
         for role, name in zip(roles, objects):
             bound = self.object_of.get(role, new.get(role))
-            if bound is None and name not in self.role_of and name not in new.values() and self.may_play(role, name):
+            if (
+                bound is None
+                and name not in self.role_of
+                and name not in new.values()
+                and self.may_play(role, name)
+            ):
                 new[role] = name
             elif bound != name:
                 return None

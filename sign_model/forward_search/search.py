@@ -1,4 +1,5 @@
-"""A*, weighted A* and greedy best-first search over the matrices of a task: one forward search, three orderings.
+"""A*, weighted A* and greedy best-first search over the matrices of a task: one forward search,
+three orderings.
 
     astar   f = g + h        the cheapest plan where h never overestimates (hmax, blind)
     wastar  f = g + w h      at most w times the cheapest, under the same proviso
@@ -24,7 +25,9 @@ _Ordering = Callable[[float, float], float]
 
 @dataclass(frozen=True)
 class Search:
-    """What a search ended with: plan (action numbers) or None; is_proof: every state was seen, there is no plan."""
+    """What a search ended with: plan (action numbers) or None; is_proof: every state was seen,
+    there is no plan.
+    """
 
     plan: list[int] | None
     expansions: int
@@ -40,7 +43,9 @@ def best_first(
     heuristic: str | None = None,
     weight: float = 2.0,
 ) -> Search:
-    """Returns the plan that the search `blockage` (astar, wastar, gbfs) finds, a proof that there is none, or a spent budget."""
+    """Returns the plan that the search `blockage` (astar, wastar, gbfs) finds, a proof that
+    there is none, or a spent budget.
+    """
     orderings: dict[str, _Ordering] = {
         "astar": lambda g, h: g + h,
         "wastar": lambda g, h: g + weight * h,
@@ -53,7 +58,11 @@ def best_first(
 
 
 def _search(
-    task: PlanningTask, rate: StateHeuristic, order: _Ordering, max_expansions: int, out_of_time: Callable[[], bool]
+    task: PlanningTask,
+    rate: StateHeuristic,
+    order: _Ordering,
+    max_expansions: int,
+    out_of_time: Callable[[], bool],
 ) -> Search:
     conditions = pack(task.conditions)
     first = float(rate(task.start[None])[0])

@@ -1,9 +1,10 @@
 """The A-step rule of the paper's authors, plain and slow, kept to reproduce what they published.
 
-Candidates are rated by how many features the situation before them shares with the start; all that share the most are kept, and
-tried depth-first in the order of the actions. There is no memory of situations seen but those on the way itself. Unlike their
-program, deletes are respected, situations that mutexes exclude are no candidates, and the search stops when the situation is
-included in the start, not the other way round.
+Candidates are rated by how many features the situation before them shares with the start; all that
+share the most are kept, and tried depth-first in the order of the actions. There is no memory of
+situations seen but those on the way itself. Unlike their program, deletes are respected, situations
+that mutexes exclude are no candidates, and the search stops when the situation is included in the
+start, not the other way round.
 """
 
 import time
@@ -18,7 +19,8 @@ Situation = frozenset[int]
 
 
 def plan_by_authors_rule(task: PlanningTask, *, max_iterations: int = 100_000) -> PlanResult:
-    """Returns the first plan that the rule finds; BUDGET_SPENT without one: the rule cuts, hence it proves nothing.
+    """Returns the first plan that the rule finds; BUDGET_SPENT without one: the rule cuts, hence it
+    proves nothing.
 
     Args:
       task: to be solved. Their program wanted complete goals; this one takes partial ones as well.
@@ -32,7 +34,9 @@ def plan_by_authors_rule(task: PlanningTask, *, max_iterations: int = 100_000) -
     branches = [_best(way, start, scripts)]
     while branches and not way[-1] <= start:
         if iterations >= max_iterations:
-            return PlanResult(PlanStatus.BUDGET_SPENT, (), iterations, {"search": time.perf_counter() - began})
+            return PlanResult(
+                PlanStatus.BUDGET_SPENT, (), iterations, {"search": time.perf_counter() - began}
+            )
         action, before = next(branches[-1], (-1, goal))
         if action < 0:
             branches.pop()
@@ -56,8 +60,12 @@ def _members(row) -> Situation:
     return frozenset(row.nonzero()[0].tolist())
 
 
-def _best(way: list[Situation], start: Situation, scripts: list[tuple[Situation, ...]]) -> Iterator[tuple[int, Situation]]:
-    """The candidates (action, situation before it) that share the most features with the start, in the order of the actions."""
+def _best(
+    way: list[Situation], start: Situation, scripts: list[tuple[Situation, ...]]
+) -> Iterator[tuple[int, Situation]]:
+    """The candidates (action, situation before it) that share the most features with the start,
+    in the order of the actions.
+    """
     situation = way[-1]
     fitting = (
         (action, (situation - adds) | conditions)

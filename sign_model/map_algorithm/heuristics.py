@@ -1,13 +1,15 @@
 """The A-step's heuristics as small records that signs mediate, and that learning modifies.
 
-A rating of a situation S is a sum of four weighted counts, each over the predicates (or action schemas) it names:
+A rating of a situation S is a sum of four weighted counts, each over the predicates (or action
+schemas) it names:
 
     landmarks   features that S still needs on every way from the start
     plan        actions of the relaxed plans of the features of S
     held        features of S that hold in the start
     unmet       features of S that do not
 
-Weights are whole numbers by name. Two names stand for many: "*" every name not given, "@goal" the predicates of the goal.
+Weights are whole numbers by name. Two names stand for many: "*" every name not given, "@goal" the
+predicates of the goal.
 """
 
 import json
@@ -44,7 +46,9 @@ DEFAULTS = (LANDMARKS, RELAXED_PLAN)
 
 
 def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> int:
-    """Returns the weight of a predicate or schema: its own, else that of "@goal" where it applies, else that of "*", else 0."""
+    """Returns the weight of a predicate or schema: its own, else that of "@goal" where it
+    applies, else that of "*", else 0.
+    """
     if name in weights:
         return weights[name]
     if "@goal" in weights and name in goal_names:
@@ -56,7 +60,12 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
     """Writes signs as JSON, whole or not at all."""
     target = pathlib.Path(path)
     text = json.dumps(
-        {"heuristic_signs": [{k: v if k == "name" else dict(v) for k, v in asdict(s).items()} for s in signs]}, indent=1
+        {
+            "heuristic_signs": [
+                {k: v if k == "name" else dict(v) for k, v in asdict(s).items()} for s in signs
+            ]
+        },
+        indent=1,
     )
     unfinished = target.with_name(target.name + f".{os.getpid()}.part")
     try:
@@ -67,12 +76,16 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
 
 
 def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
-    """Returns the signs that `save_signs` wrote; ValueError names the file and what is wrong with it."""
+    """Returns the signs that `save_signs` wrote; ValueError names the file and what is wrong
+    with it.
+    """
     try:
         entries = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))["heuristic_signs"]
         return tuple(_checked_sign(entry) for entry in entries)
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not a file of heuristic signs ({error}): write one with save_signs") from None
+        raise ValueError(
+            f"{path}: not a file of heuristic signs ({error}): write one with save_signs"
+        ) from None
 
 
 def _checked_sign(entry: dict) -> HeuristicSign:

@@ -1,9 +1,12 @@
-"""What each feature still needs, seen from the start: tables made once a task, with which every situation is rated.
+"""What each feature still needs, seen from the start: tables made once a task, with which every
+situation is rated.
 
-That is what regression buys: all situations are measured against one start, so a rating is an OR of table rows and a count.
+That is what regression buys: all situations are measured against one start, so a rating is an OR of
+table rows and a count.
 
-    landmarks     bit q of row f: feature q must become true on every way from the start to f, deletes ignored
-    relaxed plan  bit a of row f: action a belongs to the relaxed plan that h_add picks for f (the FF heuristic, tabulated)
+    landmarks     bit q of row f: feature q must become true on every way from the start to f,
+    deletes ignored relaxed plan  bit a of row f: action a belongs to the relaxed plan that h_add
+    picks for f (the FF heuristic, tabulated)
 """
 
 import numpy as np
@@ -13,23 +16,32 @@ from sign_model.map_algorithm.regression import RegressionSpace
 
 
 def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
-    """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, itself among them; 0 for what holds in the start.
+    """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, itself among them; 0 for
+    what holds in the start.
 
     The greatest fixpoint of
 
-        L[f] = {f} | AND over achievers a of f ( OR over conditions p of a: L[p]  |  what a itself adds )     f not in the start
+        L[f] = {f} | AND over achievers a of f ( OR over conditions p of a: L[p]  |  what a itself
+        adds )     f not in the start
 
-    An achiever's own adds belong in: without them the table is blind to what comes along with f. Ends: rows only shrink.
+    An achiever's own adds belong in: without them the table is blind to what comes along with f.
+    Ends: rows only shrink.
     """
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
     feature_of, achievers = np.nonzero(space.adds.T)
     own = pack(np.eye(num_features, dtype=bool))
     comes_along = pack(space.adds & ~start)
-    table = np.where(start[:, None], np.uint64(0), pack(np.ones((num_features, num_features), bool)))
+    table = np.where(
+        start[:, None], np.uint64(0), pack(np.ones((num_features, num_features), bool))
+    )
     while True:
         need = any_row(table, condition_of, conditions, num_actions) | comes_along
-        shared = all_rows(need, feature_of, achievers, num_features) & pack(np.ones((1, num_features), bool)) | own
+        shared = (
+            all_rows(need, feature_of, achievers, num_features)
+            & pack(np.ones((1, num_features), bool))
+            | own
+        )
         new = np.where(start[:, None], np.uint64(0), shared)
         if (new == table).all():
             return table
@@ -37,7 +49,8 @@ def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
 
 
 def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
-    """Returns uint64 [F, ceil(A / 64)]: the actions of each feature's relaxed plan; 0 for what holds in the start.
+    """Returns uint64 [F, ceil(A / 64)]: the actions of each feature's relaxed plan; 0 for what
+    holds in the start.
 
     The best achiever of a feature is the one of least h_add cost, ties to the lowest action.
     """
@@ -59,7 +72,9 @@ def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
 
 
 def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
-    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds in the start or never can."""
+    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds
+    in the start or never can.
+    """
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
     feature_of, achievers = np.nonzero(space.adds.T)
@@ -69,14 +84,20 @@ def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     first = np.flatnonzero(np.diff(feature_of, prepend=-1))
     cost = np.where(start, 0.0, np.inf)
     while True:
-        action_cost = 1.0 + np.bincount(condition_of, weights=cost[conditions], minlength=num_actions)
+        action_cost = 1.0 + np.bincount(
+            condition_of, weights=cost[conditions], minlength=num_actions
+        )
         cheapest = np.full(num_features, np.inf)
         cheapest[feature_of[first]] = np.minimum.reduceat(action_cost[achievers], first)
         new = np.minimum(cost, cheapest)
         if (new == cost).all():
             break
         cost = new
-    hit = (action_cost[achievers] == cost[feature_of]) & np.isfinite(cost[feature_of]) & ~start[feature_of]
+    hit = (
+        (action_cost[achievers] == cost[feature_of])
+        & np.isfinite(cost[feature_of])
+        & ~start[feature_of]
+    )
     lowest = np.flatnonzero(hit)[::-1]  # written backwards, the lowest action stays
     best[feature_of[lowest]] = achievers[lowest]
     return best

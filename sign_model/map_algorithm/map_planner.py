@@ -1,4 +1,5 @@
-"""The MAP iteration for one task, on the host: goal regression with a beam that widens until there is a plan or a proof.
+"""The MAP iteration for one task, on the host: goal regression with a beam that widens until there
+is a plan or a proof.
 
     S := goal
     repeat  M-step  actions whose scripts fit: they explain a part of S and break nothing of it
@@ -7,11 +8,13 @@
             A-step  rate what is left by a heuristic sign, keep the best
     until S is included in the start, or nothing is left
 
-(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is rated is where an action
-leads. All of the beam goes through one step together, in matrix operations. Nothing was cut off and nothing is left: then there
-is no plan, and that is a proof, because situations are compared bit by bit, never by a hash.
+(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is
+rated is where an action leads. All of the beam goes through one step together, in matrix
+operations. Nothing was cut off and nothing is left: then there is no plan, and that is a proof,
+because situations are compared bit by bit, never by a hash.
 
-Deterministic: ties go to the situation that came first, hence to the lowest action of the first situation.
+Deterministic: ties go to the situation that came first, hence to the lowest action of the first
+  situation.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,12 +32,16 @@ BEAMS = (32, 128, 512, 2048, 1 << 30)
 """Situations kept a step, rung by rung; the last keeps all, so that the search is complete."""
 
 _PAIRS_COMPARED = 1 << 22
-"""How many words the test for included situations may touch a step; beyond it only equal situations are recognised."""
+"""How many words the test for included situations may touch a step; beyond it only equal
+situations are recognised.
+"""
 
 
 @dataclass(frozen=True)
 class Regression:
-    """What a regression ended with: plan (actions of the space, in order of execution) or None; is_proof: there is no plan."""
+    """What a regression ended with: plan (actions of the space, in order of execution) or None;
+    is_proof: there is no plan.
+    """
 
     plan: list[int] | None
     expansions: int
@@ -49,9 +56,11 @@ def plan_map(
     beams: Sequence[int] = BEAMS,
     out_of_time: Callable[[], bool] = lambda: False,
 ) -> Regression:
-    """Returns the shortest plan that the heuristic signs find on the first rung where one of them finds any.
+    """Returns the shortest plan that the heuristic signs find on the first rung where one of them
+    finds any.
 
-    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a spent budget.
+    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a
+    spent budget.
     """
     space = regression_space(task)
     start, goal = space.situations(task.start), space.situations(task.goal)
@@ -63,11 +72,21 @@ def plan_map(
     for beam in beams:
         best: Regression | None = None
         for rating in ratings if beam < 1 << 30 else ratings[:1]:
-            found = regress(space, start, goal, rating, beam=beam, max_expansions=max_expansions - expansions, stop=out_of_time)
+            found = regress(
+                space,
+                start,
+                goal,
+                rating,
+                beam=beam,
+                max_expansions=max_expansions - expansions,
+                stop=out_of_time,
+            )
             expansions += found.expansions
             if found.is_proof:
                 return Regression(None, expansions, True)
-            if found.plan is not None and (best is None or best.plan is None or len(found.plan) < len(best.plan)):
+            if found.plan is not None and (
+                best is None or best.plan is None or len(found.plan) < len(best.plan)
+            ):
                 best = found
         if best is not None and best.plan is not None:
             return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
@@ -110,7 +129,9 @@ def regress(
         done = ~(before & ~start).any(axis=1)
         if done.any():
             first = int(done.argmax())
-            return Regression(_unwind(trail, int(parents[first]), int(actions[first])), expansions, False)
+            return Regression(
+                _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
+            )
         if len(before) > beam:
             was_cut = True
             kept = np.argsort(rating(before), kind="stable")[:beam]
@@ -121,7 +142,9 @@ def regress(
     return Regression(None, expansions, not was_cut and not len(situations))
 
 
-def _m_step(situations: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _m_step(
+    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(situation, action) numbers of all fitting pairs, ordered by situation, then action."""
     words = pack(situations)
     explains = np.zeros((len(words), len(adds)), np.uint64)
@@ -143,14 +166,18 @@ def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int
 
 
 class _Memory:
-    """The situations kept so far, to forget those that contain one of them: they ask for more and come later."""
+    """The situations kept so far, to forget those that contain one of them: they ask for more
+    and come later.
+    """
 
     def __init__(self, words: np.ndarray) -> None:
         self.words = words
         self.keys = {row.tobytes() for row in words}
 
     def forget_known(self, situations: np.ndarray) -> np.ndarray:
-        """Numbers of the situations that are new, each once, in order; none contains a known one or a smaller new one."""
+        """Numbers of the situations that are new, each once, in order; none contains a known one
+        or a smaller new one.
+        """
         words = pack(situations)
         keys = [row.tobytes() for row in words]
         first: dict[bytes, int] = {}
@@ -170,7 +197,9 @@ class _Memory:
 
 
 def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """bool [N]: whether a situation strictly contains one of the others (equal ones don't count)."""
+    """bool [N]: whether a situation strictly contains one of the others (equal ones don't
+    count).
+    """
     missing = np.zeros((len(words), len(others)), bool)
     extra = np.zeros((len(words), len(others)), bool)
     for w in range(words.shape[1]):

@@ -1,6 +1,8 @@
-"""Which features can never hold together: by pair reachability (h2), or by mutex groups where pairs are too many.
+"""Which features can never hold together: by pair reachability (h2), or by mutex groups where pairs
+are too many.
 
-Regression needs them badly: most situations that look relevant from the goal can never be reached from the start.
+Regression needs them badly: most situations that look relevant from the goal can never be reached
+from the start.
 """
 
 from collections.abc import Sequence
@@ -11,15 +13,23 @@ from sign_model.bits import any_row, pack, unpack
 from sign_model.pddl.lifted import Atom
 
 MAX_PAIR_FEATURES = 3000
-"""Beyond this number of features the pair fixpoint (F^2 bits, many sweeps) gives way to mutex groups."""
+"""Beyond this number of features the pair fixpoint (F^2 bits, many sweeps) gives way to mutex
+groups.
+"""
 
 
 def mutexes(
-    features: Sequence[Atom], conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+    features: Sequence[Atom],
+    conditions: np.ndarray,
+    adds: np.ndarray,
+    deletes: np.ndarray,
+    starts: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (mutex bool [F, F], usable bool [A]) that hold for every situation reachable from any of the starts.
+    """Returns (mutex bool [F, F], usable bool [A]) that hold for every situation reachable from any
+    of the starts.
 
-    A feature that is mutex with itself can never be reached; an action that is not usable can never go.
+    A feature that is mutex with itself can never be reached; an action that is not usable can never
+    go.
 
     Args:
       features: F atoms, used to guess groups.
@@ -36,7 +46,9 @@ def mutexes(
 
 
 def clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
-    """Returns bool [A, F]: the features that exclude a condition of each action, from conditions [A, F] and mutex [F, F]."""
+    """Returns bool [A, F]: the features that exclude a condition of each action, from conditions
+    [A, F] and mutex [F, F].
+    """
     action_of, needed = np.nonzero(conditions)
     return unpack(any_row(pack(mutex), action_of, needed, len(conditions)), mutex.shape[0])
 
@@ -46,18 +58,21 @@ def _by_pairs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The h2 fixpoint: pairs[p, q] grows from the pairs of the starts until no action adds to it.
 
-    A sweep is an OR of packed rows over the few conditions of each action, then over the few achievers of each feature: its
-    cost grows with (A + F) F / 64, not with A F^2. Ends: pairs only grow.
+    A sweep is an OR of packed rows over the few conditions of each action, then over the few
+    achievers of each feature: its cost grows with (A + F) F / 64, not with A F^2. Ends: pairs only
+    grow.
     """
     size = adds.shape[1]
     feature_of, achievers = np.nonzero(adds.T)
     keeps, gives = ~pack(deletes), pack(adds)
     in_starts = pack(starts.T)
-    pairs = np.stack([(row & in_starts).any(axis=1) for row in in_starts])  # no product: BLAS threads fight over busy cores
+    # no product: BLAS threads fight over busy cores
+    pairs = np.stack([(row & in_starts).any(axis=1) for row in in_starts])
     while True:
         clash = clashes(conditions, ~pairs)  # q cannot hold beside the conditions
         usable = ~np.any(clash & conditions, axis=1)
-        beside = (~pack(clash) & keeps) | gives  # q holds after the action: it survives, or is added
+        # q holds after the action: it survives, or is added
+        beside = (~pack(clash) & keeps) | gives
         beside[~usable] = 0
         new = unpack(any_row(beside, feature_of, achievers, size), size)
         grown = pairs | new | new.T
@@ -74,15 +89,19 @@ def mutex_groups(
     starts: np.ndarray,
     max_parts: int = 4,
 ) -> list[np.ndarray]:
-    """Returns groups bool [F] of which at most one feature holds at any time; none where no guess proves right.
+    """Returns groups bool [F] of which at most one feature holds at any time; none where no guess
+    proves right.
 
-    A guess is a set of parts (predicate, position): the features of the predicate whose argument at the position is the group's
-    object (position -1: all of them). It is right when every start has at most one of the group and no action that can go (it
-    needs at most one of the group) adds more of it than it takes away of what it needs. A wrong guess is extended by what its
-    offending action takes away.
+    A guess is a set of parts (predicate, position): the features of the predicate whose argument at
+    the position is the group's object (position -1: all of them). It is right when every start has
+    at most one of the group and no action that can go (it needs at most one of the group) adds more
+    of it than it takes away of what it needs. A wrong guess is extended by what its offending
+    action takes away.
     """
     kinds = sorted({_kind(atom) for atom in features})
-    waiting = [frozenset([(kind, position)]) for kind in kinds for position in (-1, *range(1, kind[1]))]
+    waiting = [
+        frozenset([(kind, position)]) for kind in kinds for position in (-1, *range(1, kind[1]))
+    ]
     taken = conditions & deletes
     needs = conditions.astype(np.float32)
     gain = adds.astype(np.float32) - taken.astype(np.float32)
@@ -90,15 +109,20 @@ def mutex_groups(
     while waiting:
         parts = waiting.pop(0)
         members = np.array(_members(parts, features))
-        members = members[(starts.astype(np.float32) @ members.T.astype(np.float32)).max(axis=0, initial=0) <= 1]
+        members = members[
+            (starts.astype(np.float32) @ members.T.astype(np.float32)).max(axis=0, initial=0) <= 1
+        ]
         as_columns = members.T.astype(np.float32)
-        can_go = needs @ as_columns <= 1  # [A, groups]: two conditions of one group never hold together
+        # [A, groups]: two conditions of one group never hold together
+        can_go = needs @ as_columns <= 1
         surplus = np.where(can_go, gain @ as_columns, np.float32(0))
         worst = surplus.max(axis=0, initial=0)
         groups += list(members[worst <= 0])
         if (worst > 0).any() and len(parts) < max_parts:
             broken = int((worst > 0).argmax())
-            for more in _extensions(parts, members[broken], taken[surplus[:, broken].argmax()], features):
+            for more in _extensions(
+                parts, members[broken], taken[surplus[:, broken].argmax()], features
+            ):
                 if more not in seen:
                     seen.add(more)
                     waiting.append(more)
@@ -110,7 +134,9 @@ def _kind(atom: Atom) -> tuple[str, int]:
 
 
 def _members(parts: frozenset, features: Sequence[Atom]) -> list[np.ndarray]:
-    """The groups of a guess: one per object that stands at the parts' positions, or a single one where all are counted."""
+    """The groups of a guess: one per object that stands at the parts' positions, or a single one
+    where all are counted.
+    """
     positions = dict(parts)
     groups: dict[str, list[int]] = {}
     everywhere: list[int] = []
@@ -120,7 +146,10 @@ def _members(parts: frozenset, features: Sequence[Atom]) -> list[np.ndarray]:
             everywhere.append(i)
         elif position is not None:
             groups.setdefault(atom[position] if position else "", []).append(i)
-    return [_vector(members + everywhere, len(features)) for members in (groups.values() if groups else [[]])]
+    return [
+        _vector(members + everywhere, len(features))
+        for members in (groups.values() if groups else [[]])
+    ]
 
 
 def _vector(members: list[int], size: int) -> np.ndarray:
@@ -129,10 +158,18 @@ def _vector(members: list[int], size: int) -> np.ndarray:
     return out
 
 
-def _extensions(parts: frozenset, group: np.ndarray, taken: np.ndarray, features: Sequence[Atom]) -> list[frozenset]:
-    """The guess enlarged by one part that contains a feature which the offending action needs and takes away."""
+def _extensions(
+    parts: frozenset, group: np.ndarray, taken: np.ndarray, features: Sequence[Atom]
+) -> list[frozenset]:
+    """The guess enlarged by one part that contains a feature which the offending action needs
+    and takes away.
+    """
     known = dict(parts)
-    objects = {features[i][known[_kind(features[i])]] for i in np.flatnonzero(group).tolist() if known[_kind(features[i])] > 0}
+    objects = {
+        features[i][known[_kind(features[i])]]
+        for i in np.flatnonzero(group).tolist()
+        if known[_kind(features[i])] > 0
+    }
     out = []
     for i in np.flatnonzero(taken & ~group).tolist():
         kind = _kind(features[i])

@@ -14,11 +14,19 @@ Rating = Callable[[np.ndarray], np.ndarray]
 
 
 def kind_of(atom: tuple[str, ...]) -> str:
-    """Returns the predicate of a feature; a complement counts as a predicate of its own, "not-p"."""
+    """Returns the predicate of a feature; a complement counts as a predicate of its own,
+    "not-p".
+    """
     return atom[0] if atom[0] != "not" else f"not-{atom[1]}"
 
 
-def make_rating(sign: HeuristicSign, space: RegressionSpace, start: np.ndarray, goal: np.ndarray, schemas: list[str]) -> Rating:
+def make_rating(
+    sign: HeuristicSign,
+    space: RegressionSpace,
+    start: np.ndarray,
+    goal: np.ndarray,
+    schemas: list[str],
+) -> Rating:
     """Returns the rating by which `sign` judges the situations of one task.
 
     Args:
@@ -30,12 +38,19 @@ def make_rating(sign: HeuristicSign, space: RegressionSpace, start: np.ndarray, 
     goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
     parts = []
     if any(sign.landmarks.values()):
-        parts.append((landmark_table(space, start), _column_weights(sign.landmarks, kinds, goal_kinds)))
+        parts.append(
+            (landmark_table(space, start), _column_weights(sign.landmarks, kinds, goal_kinds))
+        )
     if any(sign.plan.values()):
         parts.append((relaxed_plan_table(space, start), _column_weights(sign.plan, schemas, set())))
-    held, unmet = (_column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet))
+    held, unmet = (
+        _column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet)
+    )
     feature_weights = np.where(start, held, unmet)
-    classes = [(table, [(int(w), pack(columns == w)) for w in np.unique(columns) if w]) for table, columns in parts]
+    classes = [
+        (table, [(int(w), pack(columns == w)) for w in np.unique(columns) if w])
+        for table, columns in parts
+    ]
 
     def rate(situations: np.ndarray) -> np.ndarray:
         rating = (situations @ feature_weights).astype(np.int32)

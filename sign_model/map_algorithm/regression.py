@@ -1,9 +1,11 @@
-"""A task made ready for regression: only features and actions that matter, and what an action must not meet.
+"""A task made ready for regression: only features and actions that matter, and what an action must
+not meet.
 
 An action a may be the last step towards a situation S (the M-step's test) when
 
     adds(a) & S != 0      it explains a part of S
-    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its conditions, unless it adds it)
+    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its
+    conditions, unless it adds it)
 
 so two masks are the whole test of relevance and consistency.
 """
@@ -23,7 +25,8 @@ class RegressionSpace:
     """The matrices a regression works on; F and A count what was kept.
 
     features: atoms. kept_features, kept_actions: int, their numbers in the task.
-    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can never be reached.
+    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can
+      never be reached.
     """
 
     features: tuple[Atom, ...]
@@ -40,14 +43,19 @@ class RegressionSpace:
         return of_task[..., self.kept_features]
 
     def is_consistent(self, goals: np.ndarray) -> np.ndarray:
-        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never hold."""
+        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can
+        never hold.
+        """
         owner, member = np.nonzero(goals)
         excluded = any_row(pack(self.mutex), owner, member, len(goals))
         return ~np.any(excluded & pack(goals), axis=1)
 
 
-def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals: np.ndarray | None = None) -> RegressionSpace:
-    """Returns the space for every pair of a start and a goal; those of the task where none are given.
+def regression_space(
+    task: PlanningTask, starts: np.ndarray | None = None, goals: np.ndarray | None = None
+) -> RegressionSpace:
+    """Returns the space for every pair of a start and a goal; those of the task where none are
+    given.
 
     Args:
       task: whose features and actions they share.
@@ -57,10 +65,14 @@ def regression_space(task: PlanningTask, starts: np.ndarray | None = None, goals
     goals = task.goal[None] if goals is None else goals
     mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts)
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
-    relevant = _relevant(task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)))
+    relevant = _relevant(
+        task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0))
+    )
     helpful = (task.adds[usable] & relevant).any(axis=1)
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
-    conditions, adds, deletes = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))
+    conditions, adds, deletes = (
+        m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes)
+    )
     mutex = mutex[np.ix_(features, features)]
     return RegressionSpace(
         features=tuple(task.features[i] for i in features),

@@ -1,7 +1,7 @@
 """Shortens a valid plan without a new search from scratch: drops detours and needless actions.
 
-The plan is seen twice: forward, as the state before each step, and backward, as the situation that the rest of it needs. Where
-an earlier state already includes a later need, all between is a detour.
+The plan is seen twice: forward, as the state before each step, and backward, as the situation that
+the rest of it needs. Where an earlier state already includes a later need, all between is a detour.
 """
 
 import numpy as np
@@ -10,11 +10,14 @@ from sign_model.bits import pack
 from sign_model.pddl.planning_task import PlanningTask
 
 _MAX_TRIED = 200
-"""Longer plans are not tried without each of their actions: that takes time with the square of the length."""
+"""Longer plans are not tried without each of their actions: that takes time with the square of
+the length.
+"""
 
 
 def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
-    """Returns a plan no longer than `plan`, valid if it was: detours dropped, the longest first, then needless actions.
+    """Returns a plan no longer than `plan`, valid if it was: detours dropped, the longest first,
+    then needless actions.
 
     Args:
       plan: action numbers in the order of execution.
@@ -37,7 +40,9 @@ def states_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
 
 
 def needs_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
-    """Returns bool [n + 1, F]: what must hold before each step for the rest of the plan to reach the goal."""
+    """Returns bool [n + 1, F]: what must hold before each step for the rest of the plan to reach
+    the goal.
+    """
     needs = [task.goal]
     for action in reversed(plan):
         needs.append((needs[-1] & ~task.adds[action]) | task.conditions[action])
@@ -45,7 +50,9 @@ def needs_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
 
 
 def drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
-    """Returns the plan without the steps between a state and the latest step whose needs it meets already."""
+    """Returns the plan without the steps between a state and the latest step whose needs it
+    meets already.
+    """
     states, needs = states_along(task, plan), needs_along(task, plan)
     needed, lacking = pack(needs), ~pack(states)
     meets = np.array([~(needed & missing).any(axis=1) for missing in lacking]).T  # [need, state]
@@ -61,7 +68,9 @@ def drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
 
 
 def _drop_useless(task: PlanningTask, plan: list[int]) -> list[int]:
-    """Drops, for each action in turn, it and all that then cannot go, where the goal is reached all the same."""
+    """Drops, for each action in turn, it and all that then cannot go, where the goal is reached
+    all the same.
+    """
     for skipped in range(len(plan)):
         state, kept = task.start, []
         for i, action in enumerate(plan):

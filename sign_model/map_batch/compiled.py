@@ -1,10 +1,13 @@
-"""How the batched search is compiled: the one place here that knows XLA's undocumented marks and its compiler options.
+"""How the batched search is compiled: the one place here that knows XLA's undocumented marks and
+its compiler options.
 
-By default XLA:CPU compiles every fused step of a loop body as a kernel of its own. A call that carries the mark below is
-compiled as one function with its loops: nearly twice as fast, and a program in which scalar loops cost next to nothing. The
-vector width counts as much again on machines with 512-bit registers; it is asked for per program and never set globally.
+By default XLA:CPU compiles every fused step of a loop body as a kernel of its own. A call that
+carries the mark below is compiled as one function with its loops: nearly twice as fast, and a
+program in which scalar loops cost next to nothing. The vector width counts as much again on
+machines with 512-bit registers; it is asked for per program and never set globally.
 
-Nothing but speed depends on either. Inside a marked call scatter, dot, sort, top_k, FFT and callbacks are refused.
+Nothing but speed depends on either. Inside a marked call scatter, dot, sort, top_k, FFT and
+callbacks are refused.
 """
 
 import functools
@@ -20,7 +23,8 @@ try:
     from jax.experimental.xla_metadata import set_xla_metadata
 except ImportError:
     set_xla_metadata = None
-if jax.__version_info__ < (0, 8):  # single calls could not be marked, or were split among threads that they cannot start
+# single calls could not be marked, or were split among threads that they cannot start
+if jax.__version_info__ < (0, 8):
     set_xla_metadata = None
 
 _WHOLE = {"xla_cpu_small_call": "true", "inlineable": "false"}
@@ -28,12 +32,16 @@ _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they 
 
 
 def is_marking() -> bool:
-    """Returns whether calls are marked; SRT_JAX_PLAIN=1 in the environment leaves the marks out, to compare."""
+    """Returns whether calls are marked; SRT_JAX_PLAIN=1 in the environment leaves the marks out,
+    to compare.
+    """
     return set_xla_metadata is not None and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
 def compiled_whole(fun: Callable) -> Callable:
-    """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls it; elsewhere as it is."""
+    """Returns `fun`, compiled on CPU as a single function with its loops wherever a jit calls
+    it; elsewhere as it is.
+    """
     plain = jax.jit(fun)
 
     def marked(*args: Any) -> Any:
@@ -41,7 +49,11 @@ def compiled_whole(fun: Callable) -> Callable:
         return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
-        return lax.platform_dependent(*args, cpu=marked, default=plain) if is_marking() else plain(*args)
+        return (
+            lax.platform_dependent(*args, cpu=marked, default=plain)
+            if is_marking()
+            else plain(*args)
+        )
 
     return run
 

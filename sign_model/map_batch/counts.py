@@ -1,4 +1,6 @@
-"""Weighted counts over packed words, the batch last: how a sign's weights rate situations inside the jitted search."""
+"""Weighted counts over packed words, the batch last: how a sign's weights rate situations inside
+the jitted search.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -12,12 +14,16 @@ DIGITS = MAX_WEIGHT.bit_length()
 
 
 def digits_of(weights: jax.Array) -> jax.Array:
-    """int32 [n] -> uint32 [DIGITS, n / 32, 1]: for each binary digit the words of those weights that have it."""
+    """int32 [n] -> uint32 [DIGITS, n / 32, 1]: for each binary digit the words of those weights
+    that have it.
+    """
     return jnp.stack([pack_rows(((weights >> d) & 1).astype(bool))[:, None] for d in range(DIGITS)])
 
 
 def weighted_count(words: list[jax.Array], digits: jax.Array) -> jax.Array:
-    """The sum of the weights of all 1-bits: words [K, B] each, digits uint32 [DIGITS, len(words), B or 1] -> uint32 [K, B]."""
+    """The sum of the weights of all 1-bits: words [K, B] each, digits uint32 [DIGITS,
+    len(words), B or 1] -> uint32 [K, B].
+    """
     total = jnp.zeros(words[0].shape, jnp.uint32)
     for d in range(DIGITS):
         count = jnp.zeros(words[0].shape, jnp.uint32)
@@ -36,7 +42,10 @@ def needed(situations: jax.Array, table: jax.Array) -> list[jax.Array]:
         word, of_word = word_and_rows
         for bit in range(WORD):  # written out: a reduction over the bits runs at half the speed
             held = (word & jnp.uint32(1 << bit)) != 0
-            found = tuple(n | jnp.where(held, of_word[bit, s][None], jnp.uint32(0)) for s, n in enumerate(found))
+            found = tuple(
+                n | jnp.where(held, of_word[bit, s][None], jnp.uint32(0))
+                for s, n in enumerate(found)
+            )
         return found, None
 
     nothing = (jnp.zeros(situations.shape[1:], jnp.uint32),) * num_columns

@@ -1,6 +1,8 @@
-"""Which plans of a queue contain a detour: a state that already includes what a later step needs. Jitted, the batch last.
+"""Which plans of a queue contain a detour: a state that already includes what a later step needs.
+Jitted, the batch last.
 
-The search itself cannot see them: it looks back from the goal, and a detour shows only against the states from the start on.
+The search itself cannot see them: it looks back from the goal, and a detour shows only against the
+states from the start on.
 """
 
 import jax
@@ -11,9 +13,17 @@ from sign_model.map_batch.compiled import compiled_whole
 
 
 def have_detours(
-    keeps: jax.Array, needs: jax.Array, deletes: jax.Array, start: jax.Array, goal: jax.Array, plan: jax.Array, *, lanes: int
+    keeps: jax.Array,
+    needs: jax.Array,
+    deletes: jax.Array,
+    start: jax.Array,
+    goal: jax.Array,
+    plan: jax.Array,
+    *,
+    lanes: int,
 ) -> jax.Array:
-    """Returns bool [Q]: whether some steps of a plan can be left out together (see `shorten.drop_detours`).
+    """Returns bool [Q]: whether some steps of a plan can be left out together (see
+    `shorten.drop_detours`).
 
     Args:
       keeps, needs, deletes: uint32 [W, A], of `Tables`.
@@ -27,7 +37,8 @@ def have_detours(
 
     def search(keeps, needs, deletes, start, goal, plan):
         chunks, num_steps = plan.shape[0], plan.shape[1]
-        chunks = chunks + (plan[0, 0, 0] & 0)  # not known to the compiler: a loop of one chunk would be taken apart
+        # not known to the compiler: a loop of one chunk would be taken apart
+        chunks = chunks + (plan[0, 0, 0] & 0)
 
         def chunk(i, found):
             one = (lax.dynamic_index_in_dim(x, i, keepdims=False) for x in (start, goal, plan))
@@ -37,7 +48,9 @@ def have_detours(
         assert num_steps > 0
         return lax.fori_loop(0, chunks, chunk, jnp.zeros((plan.shape[0], lanes), bool))
 
-    return compiled_whole(search)(keeps, needs, deletes, *map(by_lanes, (start, goal, plan))).reshape(-1)
+    return compiled_whole(search)(
+        keeps, needs, deletes, *map(by_lanes, (start, goal, plan))
+    ).reshape(-1)
 
 
 def _in_lanes(keeps, needs, deletes, start, goal, plan):
@@ -45,7 +58,11 @@ def _in_lanes(keeps, needs, deletes, start, goal, plan):
     num_steps = plan.shape[0]
 
     def row(table: jax.Array, action: jax.Array) -> jax.Array:
-        return jnp.where(action >= 0, table.at[:, jnp.maximum(action, 0)].get(mode="promise_in_bounds"), jnp.uint32(0))
+        return jnp.where(
+            action >= 0,
+            table.at[:, jnp.maximum(action, 0)].get(mode="promise_in_bounds"),
+            jnp.uint32(0),
+        )
 
     def forward(state, action):
         return (state & ~row(deletes, action)) | row(~keeps, action), state
@@ -54,7 +71,8 @@ def _in_lanes(keeps, needs, deletes, start, goal, plan):
         return (situation & ~row(~keeps, action)) | row(needs, action), situation
 
     states = lax.scan(forward, start, plan)[1]  # [L, W, B], before each step
-    situations = lax.scan(backward, goal, plan, reverse=True)[1]  # [L, W, B], what must hold after each step
+    # [L, W, B], what must hold after each step
+    situations = lax.scan(backward, goal, plan, reverse=True)[1]
 
     def at_step(i, found):
         state = lax.dynamic_index_in_dim(states, i)  # [1, W, B]

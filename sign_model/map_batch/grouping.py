@@ -1,9 +1,11 @@
-"""Which tasks of a batch may ride together: those for which the search is the same whether they do or not.
+"""Which tasks of a batch may ride together: those for which the search is the same whether they do
+or not.
 
-They share their features and actions; their goals name the same kinds of features (which a sign may weigh) and depend on the
-same ones (all others are left out of the search). So an answer does not depend on the tasks beside it. One thing is shared that
-is not looked at here: mutexes, which hold for all starts of a group. Starts from which different pairs of features can ever
-come together belong into batches of their own.
+They share their features and actions; their goals name the same kinds of features (which a sign may
+weigh) and depend on the same ones (all others are left out of the search). So an answer does not
+depend on the tasks beside it. One thing is shared that is not looked at here: mutexes, which hold
+for all starts of a group. Starts from which different pairs of features can ever come together
+belong into batches of their own.
 """
 
 import hashlib
@@ -39,7 +41,9 @@ def share_matrices(tasks: Sequence[PlanningTask]) -> bool:
 
 
 def _matrices(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
-    """A digest of features, actions and matrices; parts seen before (the same objects) are not read again."""
+    """A digest of features, actions and matrices; parts seen before (the same objects) are not
+    read again.
+    """
     parts = (task.features, task.actions, task.conditions, task.adds, task.deletes)
     key = tuple(map(id, parts))
     if key not in known:
@@ -56,17 +60,23 @@ def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
         return [b""]
     goals = np.stack([task.goal for task in tasks])
     kinds = np.array([kind_of(atom) for atom in tasks[0].features])
-    named = pack(np.stack([goals[:, kinds == kind].any(axis=1) for kind in np.unique(kinds)], axis=1))
+    named = pack(
+        np.stack([goals[:, kinds == kind].any(axis=1) for kind in np.unique(kinds)], axis=1)
+    )
     owner, member = np.nonzero(goals)
     relevant = any_row(_closure(tasks[0]), owner, member, len(tasks))
     return [row.tobytes() for row in np.concatenate([named, relevant], axis=1)]
 
 
 def _closure(task: PlanningTask) -> np.ndarray:
-    """uint64 [F, F / 64]: what some chain of actions towards each feature can need, itself included. Ends: it only grows."""
+    """uint64 [F, F / 64]: what some chain of actions towards each feature can need, itself
+    included. Ends: it only grows.
+    """
     feature_of, achievers = np.nonzero(task.adds.T)
     size = task.num_features
-    owner, member = np.nonzero(unpack(any_row(pack(task.conditions), feature_of, achievers, size), size))
+    owner, member = np.nonzero(
+        unpack(any_row(pack(task.conditions), feature_of, achievers, size), size)
+    )
     table = pack(np.eye(size, dtype=bool))
     while True:
         grown = table | any_row(table, owner, member, size)

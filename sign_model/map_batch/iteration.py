@@ -1,13 +1,16 @@
-"""The MAP iteration over a queue of tasks, jitted: M-, P- and A-step on packed situations, all lanes in lockstep.
+"""The MAP iteration over a queue of tasks, jitted: M-, P- and A-step on packed situations, all
+lanes in lockstep.
 
-The batch is the MINOR axis: situations are uint32 [W, K, B] (words, beam, lanes), so that every operation is one contiguous
-vector operation over tasks that do the same thing. No sort, no top-k: the best K of all candidates leave by K passes of a
-masked minimum, and each pass also drops every candidate that equals or contains the one that left, compared bit by bit.
-A step goes through its candidates pass by pass, one action for every situation of every lane, and ends when all are through:
-what it works on stays in the fastest cache.
+The batch is the MINOR axis: situations are uint32 [W, K, B] (words, beam, lanes), so that every
+operation is one contiguous vector operation over tasks that do the same thing. No sort, no top-k:
+the best K of all candidates leave by K passes of a masked minimum, and each pass also drops every
+candidate that equals or contains the one that left, compared bit by bit. A step goes through its
+candidates pass by pass, one action for every situation of every lane, and ends when all are
+through: what it works on stays in the fastest cache.
 
-What was kept in earlier steps is remembered by a hash, so that a task left unsolved here is NOT proven unsolvable: proofs
-are the exact search's business (`map_planner`). No lane reads another: an answer does not depend on the tasks beside it.
+What was kept in earlier steps is remembered by a hash, so that a task left unsolved here is NOT
+proven unsolvable: proofs are the exact search's business (`map_planner`). No lane reads another: an
+answer does not depend on the tasks beside it.
 """
 
 import functools
@@ -29,26 +32,46 @@ MAX_BEAM = 256
 _ALL = np.uint32(0xFFFFFFFF)
 _MAX_RATING = (1 << 16) - 3
 _OPTIONS = ("beam", "branch", "steps", "lanes", "uses_landmarks", "uses_plan")
-_BITS_A_PASS = 8  # of the M-step: few enough to compile fast, many enough to keep its sums in registers
+# of the M-step: few enough to compile fast, many enough to keep its sums in registers
+_BITS_A_PASS = 8
 
 
-def _regress(tables, weights, start, goal, count, *, beam, branch, steps, lanes, uses_landmarks=True, uses_plan=False):
-    """Returns (length int32 [Q], plan int32 [Q, steps], has_detour bool [Q]) of a queue of tasks of one domain.
+def _regress(
+    tables,
+    weights,
+    start,
+    goal,
+    count,
+    *,
+    beam,
+    branch,
+    steps,
+    lanes,
+    uses_landmarks=True,
+    uses_plan=False,
+):
+    """Returns (length int32 [Q], plan int32 [Q, steps], has_detour bool [Q]) of a queue of tasks of
+    one domain.
 
-    Length -1: no plan was found. The plan holds action numbers of the tables in the order of execution, -1 after the last; a
-    goal included in the start is solved with length 0.
+    Length -1: no plan was found. The plan holds action numbers of the tables in the order of
+    execution, -1 after the last; a goal included in the start is solved with length 0.
 
     Args:
       tables, weights: of the domain and of one heuristic sign.
       start, goal: uint32 [Q, W], features packed into words.
       count: int32, how many of them are tasks; the rest is padding.
-      beam: situations kept a step, K, up to 256. branch: actions tried for each situation, up to 256.
+      beam: situations kept a step, K, up to 256. branch: actions tried for each situation, up to
+        256.
       steps: the longest plan. lanes: tasks side by side.
       uses_landmarks, uses_plan: which tables the sign reads at all.
     """
-    make = functools.partial(_parts, tables, lanes=lanes, uses_landmarks=uses_landmarks, uses_plan=uses_plan)
+    make = functools.partial(
+        _parts, tables, lanes=lanes, uses_landmarks=uses_landmarks, uses_plan=uses_plan
+    )
     queue = Queue(count, start, goal, make(start, count))
-    digits = [d for d, used in ((weights.landmarks, uses_landmarks), (weights.plan, uses_plan)) if used]
+    digits = [
+        d for d, used in ((weights.landmarks, uses_landmarks), (weights.plan, uses_plan)) if used
+    ]
     domain = _Domain(
         tables.explains,
         tables.breaks,
@@ -60,13 +83,23 @@ def _regress(tables, weights, start, goal, count, *, beam, branch, steps, lanes,
     )
 
     def search(queue, domain):
-        first = empty(queue, num_lanes=lanes, beam=beam, steps=steps, memory=32 * (1 << (beam - 1).bit_length()))
+        first = empty(
+            queue,
+            num_lanes=lanes,
+            beam=beam,
+            steps=steps,
+            memory=32 * (1 << (beam - 1).bit_length()),
+        )
         iterate = functools.partial(_iterate, queue, domain, branch)
-        return lax.while_loop(lambda s: (s[0].task >= 0).any() | s[0].finished.any(), iterate, first)[1]
+        return lax.while_loop(
+            lambda s: (s[0].task >= 0).any() | s[0].finished.any(), iterate, first
+        )[1]
 
     answers = compiled_whole(search)(queue, domain)
     length, plan = answers.length[:-1], answers.plan[:-1]
-    detour = have_detours(tables.keeps, tables.needs, tables.deletes, start, goal, plan, lanes=lanes)
+    detour = have_detours(
+        tables.keeps, tables.needs, tables.deletes, start, goal, plan, lanes=lanes
+    )
     return length, plan, detour & (length > 0)
 
 
@@ -74,7 +107,9 @@ regress = jitted_wide(_regress, static_argnames=_OPTIONS)
 
 
 def _regress_domains(tables, weights, start, goal, count, **options):
-    """Returns what `regress` returns, for several domains of one bucket one after the other: all with a leading axis [D]."""
+    """Returns what `regress` returns, for several domains of one bucket one after the other: all
+    with a leading axis [D].
+    """
     return lax.map(lambda one: _regress(*one, **options), (tables, weights, start, goal, count))
 
 
@@ -82,8 +117,14 @@ regress_domains = jitted_wide(_regress_domains, static_argnames=_OPTIONS)
 
 
 def _parts(tables, start, count, *, lanes, uses_landmarks, uses_plan):
-    """The tables made from each start, uint32 [Q, F, S] each; as many tasks at once as there are lanes."""
-    makers = [maker for maker, used in ((landmark_table, uses_landmarks), (relaxed_plan_table, uses_plan)) if used]
+    """The tables made from each start, uint32 [Q, F, S] each; as many tasks at once as there are
+    lanes.
+    """
+    makers = [
+        maker
+        for maker, used in ((landmark_table, uses_landmarks), (relaxed_plan_table, uses_plan))
+        if used
+    ]
     if not makers:
         return ()
     size, num_words = start.shape
@@ -91,11 +132,20 @@ def _parts(tables, start, count, *, lanes, uses_landmarks, uses_plan):
 
     def chunk(at, done):
         words = lax.dynamic_slice_in_dim(start, at * lanes, lanes).T
-        bits = ((words[:, None] >> places[None, :, None]) & 1).astype(bool).reshape(num_words * WORD, lanes)
+        bits = (
+            ((words[:, None] >> places[None, :, None]) & 1)
+            .astype(bool)
+            .reshape(num_words * WORD, lanes)
+        )
         rows = (jnp.moveaxis(make(tables, bits), -1, 0) for make in makers)
-        return tuple(lax.dynamic_update_slice_in_dim(whole, new, at * lanes, 0) for whole, new in zip(done, rows))
+        return tuple(
+            lax.dynamic_update_slice_in_dim(whole, new, at * lanes, 0)
+            for whole, new in zip(done, rows)
+        )
 
-    shapes = [jax.eval_shape(make, tables, jnp.zeros((num_words * WORD, lanes), bool)) for make in makers]
+    shapes = [
+        jax.eval_shape(make, tables, jnp.zeros((num_words * WORD, lanes), bool)) for make in makers
+    ]
     first = tuple(jnp.zeros((size, *shape.shape[:-1]), jnp.uint32) for shape in shapes)
     return lax.fori_loop(0, (count + lanes - 1) // lanes, chunk, first)
 
@@ -113,14 +163,19 @@ class _Domain(NamedTuple):
 
 
 class _Candidates(NamedTuple):
-    """The situations before the actions tried in a step; candidate m K + k came from situation k in pass m."""
+    """The situations before the actions tried in a step; candidate m K + k came from situation k
+    in pass m.
+    """
 
     before: jax.Array  # uint32 [W, M K, B]
     action: jax.Array  # int32 [M K, B]
-    key: jax.Array  # uint32 [M K, B], rating << 16 | k << 8 | m: ties go to the children of the best situation
+    # uint32 [M K, B], rating << 16 | k << 8 | m: ties go to the children of the best situation
+    key: jax.Array
 
 
-def _iterate(queue: Queue, domain: _Domain, branch: int, state: tuple[Lanes, Answers]) -> tuple[Lanes, Answers]:
+def _iterate(
+    queue: Queue, domain: _Domain, branch: int, state: tuple[Lanes, Answers]
+) -> tuple[Lanes, Answers]:
     """One step of all lanes, after those that are finished were emptied and filled again."""
     lanes, answers = turn_over(queue, *state)
     candidates = _expand(domain, branch, lanes)
@@ -130,7 +185,8 @@ def _iterate(queue: Queue, domain: _Domain, branch: int, state: tuple[Lanes, Ans
     entry = jnp.where(alive, (action << 8) | ((key >> 8) & jnp.uint32(0xFF)).astype(jnp.int32), 0)
     row = jnp.remainder(lanes.clock, jnp.int32(lanes.trail.shape[0]))
     is_busy, age = lanes.task >= 0, lanes.age + 1
-    solved = is_busy & alive[0] & (key[0] >> 16 == 0)  # a situation included in the start always leaves first
+    # a situation included in the start always leaves first
+    solved = is_busy & alive[0] & (key[0] >> 16 == 0)
     return lanes._replace(
         clock=lanes.clock + 1,
         age=age,
@@ -144,11 +200,16 @@ def _iterate(queue: Queue, domain: _Domain, branch: int, state: tuple[Lanes, Ans
 
 
 def _m_step(domain: _Domain, situations: jax.Array, alive: jax.Array) -> jax.Array:
-    """The actions whose scripts fit: they explain a part of the situation and break nothing. -> bitmap [A / 32, K, B]."""
+    """The actions whose scripts fit: they explain a part of the situation and break nothing. ->
+    bitmap [A / 32, K, B].
+    """
     num_words, num_passes = situations.shape[0], WORD // _BITS_A_PASS
     shifts = jnp.arange(num_passes, dtype=jnp.uint32) * _BITS_A_PASS
     parts = (situations[:, None] >> shifts[None, :, None, None]).reshape(-1, *situations.shape[1:])
-    rows = (m.reshape(num_words * num_passes, _BITS_A_PASS, -1) for m in (domain.explains, domain.breaks))
+    rows = (
+        m.reshape(num_words * num_passes, _BITS_A_PASS, -1)
+        for m in (domain.explains, domain.breaks)
+    )
 
     def one_part(found, given):
         part, explains, breaks = given
@@ -165,7 +226,9 @@ def _m_step(domain: _Domain, situations: jax.Array, alive: jax.Array) -> jax.Arr
 
 
 def _expand(domain: _Domain, branch: int, lanes: Lanes) -> _Candidates:
-    """Every fitting action of every situation, the first `branch` of each, in turn: P-step, A-step, and what is forgotten."""
+    """Every fitting action of every situation, the first `branch` of each, in turn: P-step,
+    A-step, and what is forgotten.
+    """
     num_words, beam, num_lanes = lanes.situations.shape
     bitmap = _m_step(domain, lanes.situations, lanes.alive)
     feature_digits = (domain.held & lanes.start[None]) | (domain.unmet & ~lanes.start[None])
@@ -179,8 +242,10 @@ def _expand(domain: _Domain, branch: int, lanes: Lanes) -> _Candidates:
         rating = _a_step(domain, feature_digits, lanes.parts, before)
         tag = hash_of(before)
         slot = (tag % jnp.uint32(lanes.seen.shape[0])).astype(jnp.int32)
-        is_new = jnp.take_along_axis(lanes.seen, slot, 0, mode="promise_in_bounds") != tag  # forget what was kept before
-        is_done = ((before & ~lanes.start[:, None]) == 0).all(axis=0)  # the stop rule, bit by bit; rating 0 means nothing else
+        # forget what was kept before
+        is_new = jnp.take_along_axis(lanes.seen, slot, 0, mode="promise_in_bounds") != tag
+        # the stop rule, bit by bit; rating 0 means nothing else
+        is_done = ((before & ~lanes.start[:, None]) == 0).all(axis=0)
         rating = jnp.where(is_done, jnp.uint32(0), jnp.minimum(rating, jnp.uint32(_MAX_RATING)) + 1)
         key = jnp.where(is_valid & is_new, (rating << 16) | ranks | m.astype(jnp.uint32), _ALL)
         new, at = _Candidates(before, action, key), m * beam
@@ -212,27 +277,36 @@ def _expand(domain: _Domain, branch: int, lanes: Lanes) -> _Candidates:
 
 
 class _Left(NamedTuple):
-    """The actions of each situation that were not tried: groups of words that hold some, and the word at hand."""
+    """The actions of each situation that were not tried: groups of words that hold some, and the
+    word at hand.
+    """
 
-    groups: tuple[jax.Array, ...]  # uint32 [K, B] each, bit i % 32 of group i // 32: word i holds some
+    # uint32 [K, B] each, bit i % 32 of group i // 32: word i holds some
+    groups: tuple[jax.Array, ...]
     word: jax.Array  # uint32 [K, B]
     place: jax.Array  # int32 [K, B], the number of the word at hand
 
 
 def _groups(bitmap: jax.Array) -> tuple[jax.Array, ...]:
-    filled = jnp.concatenate([bitmap != 0, jnp.zeros((-bitmap.shape[0] % WORD, *bitmap.shape[1:]), bool)])
+    filled = jnp.concatenate(
+        [bitmap != 0, jnp.zeros((-bitmap.shape[0] % WORD, *bitmap.shape[1:]), bool)]
+    )
     return tuple(pack_rows(filled))
 
 
 def _take_one(bitmap: jax.Array, left: _Left) -> tuple[_Left, jax.Array]:
     """The lowest action left of every situation, int32 [K, B], -1 where there is none.
 
-    A pass takes one bit of the word at hand, and fetches the next word that holds any when that one is empty.
+    A pass takes one bit of the word at hand, and fetches the next word that holds any when that one
+    is empty.
     """
     groups = left.groups
     group, number = groups[-1], jnp.full(left.place.shape, len(groups) - 1, jnp.int32)
     for i in range(len(groups) - 2, -1, -1):
-        group, number = jnp.where(groups[i] != 0, groups[i], group), jnp.where(groups[i] != 0, i, number)
+        group, number = (
+            jnp.where(groups[i] != 0, groups[i], group),
+            jnp.where(groups[i] != 0, i, number),
+        )
     first = lowest(group)
     next_place = jnp.maximum(number * WORD + position(first), 0)
     fetch = (left.word == 0) & (group != 0)
@@ -245,11 +319,15 @@ def _take_one(bitmap: jax.Array, left: _Left) -> tuple[_Left, jax.Array]:
 
 def _p_step(domain: _Domain, situations: jax.Array, action: jax.Array) -> jax.Array:
     """The situation before each action: [W, K, B], [K, B] -> [W, K, B]."""
-    keeps, needs = (m.at[:, action].get(mode="promise_in_bounds") for m in (domain.keeps, domain.needs))
+    keeps, needs = (
+        m.at[:, action].get(mode="promise_in_bounds") for m in (domain.keeps, domain.needs)
+    )
     return (situations & keeps) | needs
 
 
-def _a_step(domain: _Domain, feature_digits: jax.Array, parts: tuple[jax.Array, ...], before: jax.Array) -> jax.Array:
+def _a_step(
+    domain: _Domain, feature_digits: jax.Array, parts: tuple[jax.Array, ...], before: jax.Array
+) -> jax.Array:
     """The rating of each situation by the sign's weights, uint32 [K, B]."""
     rating = weighted_count(list(before), feature_digits)
     for table, digits in zip(parts, domain.parts):
@@ -279,7 +357,9 @@ def _pick(candidates: _Candidates, *, beam: int) -> tuple[jax.Array, jax.Array, 
 
 
 def _remembered(seen: jax.Array, situations: jax.Array, alive: jax.Array) -> jax.Array:
-    """The memory with what was kept now, one situation after the other: a scatter would not be compiled here."""
+    """The memory with what was kept now, one situation after the other: a scatter would not be
+    compiled here.
+    """
     beam, num_lanes = alive.shape
     tag = hash_of(situations)
     slot = (tag % jnp.uint32(seen.shape[0])).astype(jnp.int32)
@@ -288,6 +368,8 @@ def _remembered(seen: jax.Array, situations: jax.Array, alive: jax.Array) -> jax
     def put(i, seen):
         place = (i // num_lanes, i % num_lanes)
         one = lax.dynamic_slice(tag, place, (1, 1))
-        return lax.dynamic_update_slice(seen, one, (lax.dynamic_slice(slot, place, (1, 1))[0, 0], place[1]))
+        return lax.dynamic_update_slice(
+            seen, one, (lax.dynamic_slice(slot, place, (1, 1))[0, 0], place[1])
+        )
 
     return lax.fori_loop(0, beam * num_lanes, put, seen)

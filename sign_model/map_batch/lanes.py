@@ -1,7 +1,8 @@
-"""Lanes and their queue: a lane that is done with its task writes the plan down and takes the next task from the queue.
+"""Lanes and their queue: a lane that is done with its task writes the plan down and takes the next
+task from the queue.
 
-So no lane rides along idle while others need more steps, and a task that wanders holds up nobody but itself. All of it is
-scalar work inside the one compiled loop, about a microsecond a task.
+So no lane rides along idle while others need more steps, and a task that wanders holds up nobody
+but itself. All of it is scalar work inside the one compiled loop, about a microsecond a task.
 """
 
 from typing import NamedTuple
@@ -12,7 +13,9 @@ from jax import lax
 
 
 class Queue(NamedTuple):
-    """The tasks, one after the other: what a lane needs of each. Q tasks, of which the first `count` count."""
+    """The tasks, one after the other: what a lane needs of each. Q tasks, of which the first
+    `count` count.
+    """
 
     count: jax.Array  # int32
     start: jax.Array  # uint32 [Q, W]
@@ -21,7 +24,9 @@ class Queue(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """What each of B lanes is at. `task` -1: idle. A finished lane waits to be emptied and filled again."""
+    """What each of B lanes is at. `task` -1: idle. A finished lane waits to be emptied and
+    filled again.
+    """
 
     clock: jax.Array  # int32, steps taken by all
     waiting: jax.Array  # int32, the first task of the queue that no lane has taken
@@ -34,7 +39,8 @@ class Lanes(NamedTuple):
     situations: jax.Array  # uint32 [W, K, B]
     alive: jax.Array  # bool [K, B]
     seen: jax.Array  # uint32 [memory, B], hashes of what was kept in earlier steps
-    trail: jax.Array  # int32 [steps, K, B], action << 8 | parent, of the step at `clock` in row clock % steps
+    # int32 [steps, K, B], action << 8 | parent, of the step at `clock` in row clock % steps
+    trail: jax.Array
 
 
 class Answers(NamedTuple):
@@ -44,7 +50,9 @@ class Answers(NamedTuple):
     plan: jax.Array  # int32 [Q + 1, steps], actions in the order of execution, -1 after the last
 
 
-def empty(queue: Queue, *, num_lanes: int, beam: int, steps: int, memory: int) -> tuple[Lanes, Answers]:
+def empty(
+    queue: Queue, *, num_lanes: int, beam: int, steps: int, memory: int
+) -> tuple[Lanes, Answers]:
     """Returns lanes that all wait for a task, and answers yet to be given."""
     size, num_words = queue.start.shape
     lanes = Lanes(
@@ -61,11 +69,15 @@ def empty(queue: Queue, *, num_lanes: int, beam: int, steps: int, memory: int) -
         seen=jnp.zeros((memory, num_lanes), jnp.uint32),
         trail=jnp.zeros((steps, beam, num_lanes), jnp.int32),
     )
-    return lanes, Answers(jnp.full(size + 1, -1, jnp.int32), jnp.full((size + 1, steps), -1, jnp.int32))
+    return lanes, Answers(
+        jnp.full(size + 1, -1, jnp.int32), jnp.full((size + 1, steps), -1, jnp.int32)
+    )
 
 
 def turn_over(queue: Queue, lanes: Lanes, answers: Answers) -> tuple[Lanes, Answers]:
-    """Empties every finished lane into the answers and fills it from the queue, as long as there is something in it."""
+    """Empties every finished lane into the answers and fills it from the queue, as long as there
+    is something in it.
+    """
 
     def one_lane(state: tuple[Lanes, Answers]) -> tuple[Lanes, Answers]:
         lanes, answers = state
@@ -77,8 +89,13 @@ def turn_over(queue: Queue, lanes: Lanes, answers: Answers) -> tuple[Lanes, Answ
 
 
 def _written(lanes: Lanes, answers: Answers, lane: jax.Array) -> Answers:
-    """The action chosen last is the first to execute: walking the trail back gives the plan in the order of execution."""
-    task, solved, age = (lax.dynamic_index_in_dim(x, lane, keepdims=False) for x in (lanes.task, lanes.solved, lanes.age))
+    """The action chosen last is the first to execute: walking the trail back gives the plan in
+    the order of execution.
+    """
+    task, solved, age = (
+        lax.dynamic_index_in_dim(x, lane, keepdims=False)
+        for x in (lanes.task, lanes.solved, lanes.age)
+    )
     row = jnp.where(task < 0, jnp.int32(answers.length.shape[0] - 1), task)
     steps = lanes.trail.shape[0]
 
@@ -90,13 +107,17 @@ def _written(lanes: Lanes, answers: Answers, lane: jax.Array) -> Answers:
         return number + 1, entry[0, 0, 0] & 255, plan
 
     length = jnp.where(solved, age, 0)
-    _, _, plan = lax.while_loop(lambda s: s[0] < length, back, (jnp.int32(0), jnp.int32(0), answers.plan))
+    _, _, plan = lax.while_loop(
+        lambda s: s[0] < length, back, (jnp.int32(0), jnp.int32(0), answers.plan)
+    )
     told = jnp.where(solved, age, -1)[None]
     return Answers(lax.dynamic_update_slice(answers.length, told, (row,)), plan)
 
 
 def _filled(queue: Queue, lanes: Lanes, lane: jax.Array) -> Lanes:
-    """The lane with the next task of the queue in it, or idle where there is none. A goal that holds is finished at once."""
+    """The lane with the next task of the queue in it, or idle where there is none. A goal that
+    holds is finished at once.
+    """
     is_some = lanes.waiting < queue.count
     source = jnp.minimum(lanes.waiting, queue.start.shape[0] - 1)
 

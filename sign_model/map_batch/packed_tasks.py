@@ -11,7 +11,13 @@ from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.map_algorithm.shorten import drop_detours
 from sign_model.map_batch.grouping import share_matrices
-from sign_model.map_batch.tables import SignWeights, landmark_columns, make_tables, make_weights, pack_words
+from sign_model.map_batch.tables import (
+    SignWeights,
+    landmark_columns,
+    make_tables,
+    make_weights,
+    pack_words,
+)
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
 from sign_model.plan_task import plan
@@ -19,9 +25,13 @@ from sign_model.result import PlanResult, PlanStatus
 
 
 def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
-    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their features and actions."""
+    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their
+    features and actions.
+    """
     if not share_matrices(tasks):
-        raise ValueError("the tasks must share their features and actions: ground them with the same objects")
+        raise ValueError(
+            "the tasks must share their features and actions: ground them with the same objects"
+        )
     return PackedBatch(tasks, signs)
 
 
@@ -31,20 +41,35 @@ class PackedBatch:
     def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
         began = time.perf_counter()
         self.tasks, base = tasks, tasks[0]
-        self.starts, self.goals = np.stack([task.start for task in tasks]), np.stack([task.goal for task in tasks])
+        self.starts, self.goals = (
+            np.stack([task.start for task in tasks]),
+            np.stack([task.goal for task in tasks]),
+        )
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
         self.lengths, self.plans = np.full(len(tasks), -1), np.zeros((len(tasks), 0), np.int64)
-        self.goal_kinds = {kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))}
+        self.goal_kinds = {
+            kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))
+        }
         self.columns = landmark_columns(self.space, signs, self.goal_kinds)
         self.tables = make_tables(self.space, self.columns)
-        self.words = tuple(pack_words(self.space.situations(m), self.tables.needs.shape[0]) for m in (self.starts, self.goals))
+        self.words = tuple(
+            pack_words(self.space.situations(m), self.tables.needs.shape[0])
+            for m in (self.starts, self.goals)
+        )
         self.weights = [self.weights_of(sign) for sign in signs]
         self.shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((self.tables, self.weights)))
-        self.seconds = {"parse": 0.0, "build": time.perf_counter() - began, "search": 0.0, "validate": 0.0}
+        self.seconds = {
+            "parse": 0.0,
+            "build": time.perf_counter() - began,
+            "search": 0.0,
+            "validate": 0.0,
+        }
 
     def weights_of(self, sign: HeuristicSign) -> SignWeights:
-        """The weights of a sign as the kernel reads them; it must count no landmarks but those of the batch's own signs."""
+        """The weights of a sign as the kernel reads them; it must count no landmarks but those
+        of the batch's own signs.
+        """
         schemas = [self.tasks[0].actions[a][0] for a in self.space.kept_actions]
         return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
 
@@ -65,19 +90,28 @@ class PackedBatch:
             num_words += self.tables.explains.shape[1]
         return 4 * num_words * self.tables.explains.shape[0]
 
-    def note(self, tasks: np.ndarray, lengths: np.ndarray, plans: np.ndarray, detours: np.ndarray) -> None:
+    def note(
+        self, tasks: np.ndarray, lengths: np.ndarray, plans: np.ndarray, detours: np.ndarray
+    ) -> None:
         """Notes what a search found of some tasks (numbers [n]); detours are left out.
 
-        lengths: int [n], -1 for no plan. plans: int [n, L], actions of the space, -1 after the last. detours: bool [n].
+        lengths: int [n], -1 for no plan. plans: int [n, L], actions of the space, -1 after the
+          last. detours: bool [n].
         """
         steps = plans.shape[1]
         if steps > self.plans.shape[1]:
-            self.plans = np.pad(self.plans, ((0, 0), (0, steps - self.plans.shape[1])), constant_values=-1)
+            self.plans = np.pad(
+                self.plans, ((0, 0), (0, steps - self.plans.shape[1])), constant_values=-1
+            )
         self.plans[tasks, :steps] = np.append(self.space.kept_actions, -1)[plans]
         self.lengths[tasks] = lengths
         for task in tasks[detours].tolist():
-            shorter = drop_detours(self.tasks[task], self.plans[task, : self.lengths[task]].tolist())
-            self.plans[task] = np.pad(shorter, (0, self.plans.shape[1] - len(shorter)), constant_values=-1)
+            shorter = drop_detours(
+                self.tasks[task], self.plans[task, : self.lengths[task]].tolist()
+            )
+            self.plans[task] = np.pad(
+                shorter, (0, self.plans.shape[1] - len(shorter)), constant_values=-1
+            )
             self.lengths[task] = len(shorter)
 
     def results(self, max_expansions: int) -> list[PlanResult]:
@@ -89,7 +123,9 @@ class PackedBatch:
         share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
         names = np.array(self.tasks[0].action_names, object)[self.plans[self.plans >= 0]].tolist()
         out, end = [], 0
-        for task, length, is_possible in zip(self.tasks, self.lengths.tolist(), self.possible.tolist()):
+        for task, length, is_possible in zip(
+            self.tasks, self.lengths.tolist(), self.possible.tolist()
+        ):
             if length >= 0:
                 begin, end = end, end + length
                 out.append(PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share))

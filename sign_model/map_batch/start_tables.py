@@ -1,4 +1,5 @@
-"""What each feature still needs, tabulated from the starts of a whole batch: `landmarks` on packed words, jitted.
+"""What each feature still needs, tabulated from the starts of a whole batch: `landmarks` on packed
+words, jitted.
 
 The batch is the minor axis, as everywhere in `kernel`.
 """
@@ -12,7 +13,8 @@ from sign_model.map_batch.tables import WORD, Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
 _BITS = np.arange(WORD, dtype=np.uint32)
-_MAX_SWEEPS = 4096  # a bound for the compiler: each fixpoint here ends by itself, as it only grows or only shrinks
+# a bound for the compiler: each fixpoint here ends by itself, as it only grows or only shrinks
+_MAX_SWEEPS = 4096
 
 
 def pack_rows(bits: jax.Array) -> jax.Array:
@@ -23,16 +25,23 @@ def pack_rows(bits: jax.Array) -> jax.Array:
 
 
 def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
-    """Returns uint32 [F, S, B], the landmarks of each feature as seen from each task's start (see `landmarks.landmark_table`).
+    """Returns uint32 [F, S, B], the landmarks of each feature as seen from each task's start (see
+    `landmarks.landmark_table`).
 
     Args:
       tables: of the domain.
       start: bool [F, B].
     """
     size, num_tasks = start.shape
-    at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]  # "none" needs nothing
-    comes_along = jnp.asarray(tables.column_adds)[:, :, None] & ~pack_rows(at_start[tables.column_features, 0])[None]
-    first = jnp.where(at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL))
+    # "none" needs nothing
+    at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]
+    comes_along = (
+        jnp.asarray(tables.column_adds)[:, :, None]
+        & ~pack_rows(at_start[tables.column_features, 0])[None]
+    )
+    first = jnp.where(
+        at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL)
+    )
 
     own = tables.column_own[:, :, None]
 
@@ -41,7 +50,9 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
         need = comes_along
         for p in range(tables.need_lists.shape[1]):
             need = need | table[tables.need_lists[:, p]]
-        new = jnp.where(at_start, jnp.uint32(0), _over_achievers(tables, jnp.bitwise_and, need, _ALL) | own)
+        new = jnp.where(
+            at_start, jnp.uint32(0), _over_achievers(tables, jnp.bitwise_and, need, _ALL) | own
+        )
         return new, (new != table).any(), count + 1
 
     state = (first, jnp.array(True), jnp.int32(0))
@@ -49,7 +60,8 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
 
 
 def _over_achievers(tables: Tables, combine, of_actions: jax.Array, empty) -> jax.Array:
-    """Combines a value of every action over the achievers of each feature: [A, ...] -> [F + 1, ...], `empty` without achiever.
+    """Combines a value of every action over the achievers of each feature: [A, ...] -> [F + 1,
+    ...], `empty` without achiever.
 
     A tree of fours: each level combines four rows of the level below.
     """
@@ -63,33 +75,52 @@ def _over_achievers(tables: Tables, combine, of_actions: jax.Array, empty) -> ja
 
 
 def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
-    """Returns uint32 [F, A / 32, B], the relaxed plan of each feature (see `landmarks.relaxed_plan_table`)."""
+    """Returns uint32 [F, A / 32, B], the relaxed plan of each feature (see
+    `landmarks.relaxed_plan_table`).
+    """
     size = start.shape[0]
     cost, action_cost = _relaxed_costs(tables, start)
     best = _best_achievers(tables, cost, action_cost)
     words = tables.need_lists.shape[0] // WORD
     own_word = jnp.arange(words, dtype=jnp.int32)[None, :, None] == (best >> 5)[:, None]
-    own = jnp.where(own_word & (best >= 0)[:, None], jnp.uint32(1) << (best & 31).astype(jnp.uint32)[:, None], jnp.uint32(0))
-    needs = jnp.where((best >= 0)[:, None], tables.need_lists[jnp.maximum(best, 0)].swapaxes(1, 2), size)  # [F + 1, P, B]
+    own = jnp.where(
+        own_word & (best >= 0)[:, None],
+        jnp.uint32(1) << (best & 31).astype(jnp.uint32)[:, None],
+        jnp.uint32(0),
+    )
+    # [F + 1, P, B]
+    needs = jnp.where(
+        (best >= 0)[:, None], tables.need_lists[jnp.maximum(best, 0)].swapaxes(1, 2), size
+    )
 
     def sweep(state):
         table, _, count = state
         new = own
         for p in range(needs.shape[1]):
-            new = new | jnp.take_along_axis(table, jnp.broadcast_to(needs[:, p][:, None], own.shape), 0)
+            new = new | jnp.take_along_axis(
+                table, jnp.broadcast_to(needs[:, p][:, None], own.shape), 0
+            )
         return new, (new != table).any(), count + 1
 
-    return lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (own, jnp.array(True), jnp.int32(0)))[0][:-1]
+    return lax.while_loop(
+        lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (own, jnp.array(True), jnp.int32(0))
+    )[0][:-1]
 
 
 def _best_achievers(tables: Tables, cost: jax.Array, action_cost: jax.Array) -> jax.Array:
-    """int32 [F + 1, B]: the cheapest achiever, the lowest of several; -1 for what is in the start or unreachable."""
-    numbers = jnp.broadcast_to(jnp.arange(action_cost.shape[0], dtype=jnp.float32)[:, None], action_cost.shape)
+    """int32 [F + 1, B]: the cheapest achiever, the lowest of several; -1 for what is in the
+    start or unreachable.
+    """
+    numbers = jnp.broadcast_to(
+        jnp.arange(action_cost.shape[0], dtype=jnp.float32)[:, None], action_cost.shape
+    )
 
     def cheaper(one, later):
         return jnp.where(later[:, :1] < one[:, :1], later, one)
 
-    offers = _over_achievers(tables, cheaper, jnp.stack([action_cost, numbers], axis=1), jnp.float32(jnp.inf))
+    offers = _over_achievers(
+        tables, cheaper, jnp.stack([action_cost, numbers], axis=1), jnp.float32(jnp.inf)
+    )
     found = (cost > 0) & (offers[:, 0] < jnp.inf)
     return jnp.where(found, jnp.where(found, offers[:, 1], jnp.float32(0)).astype(jnp.int32), -1)
 
@@ -104,8 +135,12 @@ def _relaxed_costs(tables: Tables, start: jax.Array) -> tuple[jax.Array, jax.Arr
 
     def sweep(state):
         cost, _, count = state
-        new = jnp.minimum(cost, _over_achievers(tables, jnp.minimum, actions_from(cost), jnp.float32(jnp.inf)))
+        new = jnp.minimum(
+            cost, _over_achievers(tables, jnp.minimum, actions_from(cost), jnp.float32(jnp.inf))
+        )
         return new, (new != cost).any(), count + 1
 
-    cost = lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (first, jnp.array(True), jnp.int32(0)))[0]
+    cost = lax.while_loop(
+        lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (first, jnp.array(True), jnp.int32(0))
+    )[0]
     return cost, actions_from(cost)

@@ -1,10 +1,13 @@
-"""A regression space packed for the batched search: words of 32 bits, padded to a bucket of shapes, the batch last.
+"""A regression space packed for the batched search: words of 32 bits, padded to a bucket of shapes,
+the batch last.
 
     explains, breaks    uint32 [F, A / 32]  OR-ed over the features of a situation (M-step)
     keeps, needs        uint32 [W, A]       gathered by action number (P-step)
-    landmarks           uint32 [F, S, B]    bit j of row f: column j is needed on every way from the start to f (A-step)
+    landmarks           uint32 [F, S, B]    bit j of row f: column j is needed on every way from the
+    start to f (A-step)
 
-The tables are arguments of the jitted search, not constants: one compilation serves every domain of the same bucket.
+The tables are arguments of the jitted search, not constants: one compilation serves every domain of
+the same bucket.
 """
 
 from typing import NamedTuple
@@ -24,7 +27,8 @@ MAX_WEIGHT = 15
 
 
 class Tables(NamedTuple):
-    """A domain in a bucket: F = 32 W features, A actions, S words of landmark columns. Feature F means "none".
+    """A domain in a bucket: F = 32 W features, A actions, S words of landmark columns. Feature F
+    means "none".
 
     Padding actions add nothing, hence are never relevant. P: the most conditions of an action.
     """
@@ -35,8 +39,10 @@ class Tables(NamedTuple):
     needs: Array  # uint32 [W, A]
     deletes: Array  # uint32 [W, A], what a plan's replay takes away
     need_lists: Array  # int32 [A, P]
-    achievers: tuple[Array, ...]  # int32 [n, 4] each: fours of actions, then fours of those fours ...
-    achieved_at: Array  # int32 [F + 1], the four that covers all achievers of a feature, numbered through all levels
+    # int32 [n, 4] each: fours of actions, then fours of those fours ...
+    achievers: tuple[Array, ...]
+    # int32 [F + 1], the four that covers all achievers of a feature, numbered through all levels
+    achieved_at: Array
     column_features: Array  # int32 [32 S]
     column_own: Array  # uint32 [F + 1, S]
     column_adds: Array  # uint32 [A, S]
@@ -58,20 +64,33 @@ def pack_words(bits: np.ndarray, num_words: int) -> np.ndarray:
     return np.packbits(padded, axis=-1, bitorder="little").view("<u4").astype(np.uint32)
 
 
-def landmark_columns(space: RegressionSpace, signs: tuple[HeuristicSign, ...], goal_kinds: set[str]) -> np.ndarray:
-    """Returns the numbers of the features that some sign counts as landmarks: the others need no column."""
-    counted = {kind for kind in map(kind_of, space.features) for s in signs if weight_of(s.landmarks, kind, goal_kinds)}
+def landmark_columns(
+    space: RegressionSpace, signs: tuple[HeuristicSign, ...], goal_kinds: set[str]
+) -> np.ndarray:
+    """Returns the numbers of the features that some sign counts as landmarks: the others need no
+    column.
+    """
+    counted = {
+        kind
+        for kind in map(kind_of, space.features)
+        for s in signs
+        if weight_of(s.landmarks, kind, goal_kinds)
+    }
     return np.flatnonzero([kind_of(atom) in counted for atom in space.features])
 
 
 def bucket(count: int) -> int:
-    """Returns the next size of 1 to 8, 10, 12, 14, 16, 20, 24 ...: few shapes to compile, at most a quarter of padding."""
+    """Returns the next size of 1 to 8, 10, 12, 14, 16, 20, 24 ...: few shapes to compile, at
+    most a quarter of padding.
+    """
     step = max(1, 1 << ((count - 1).bit_length() - 3)) if count > 8 else 1
     return max(1, -(-count // step) * step)
 
 
 def coarse_bucket(count: int, least: int) -> int:
-    """Returns the next power of two, at least `removal_gradient`: for sizes that differ from task to task and cost little."""
+    """Returns the next power of two, at least `removal_gradient`: for sizes that differ from
+    task to task and cost little.
+    """
     return max(least, 1 << max(0, count - 1).bit_length())
 
 
@@ -81,15 +100,23 @@ def words_for(count: int) -> int:
 
 
 def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
-    """Returns the tables of a space whose landmark columns are the features `columns`, padded to its bucket."""
+    """Returns the tables of a space whose landmark columns are the features `columns`, padded to
+    its bucket.
+    """
     num_actions, num_features = space.conditions.shape
     num_words, num_columns = words_for(num_features), words_for(len(columns))
     padded_actions, none = words_for(num_actions) * WORD, num_words * WORD
 
     def padded(rows: np.ndarray) -> np.ndarray:
-        return np.concatenate([rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)])
+        return np.concatenate(
+            [rows, np.zeros((padded_actions - num_actions, *rows.shape[1:]), rows.dtype)]
+        )
 
-    need_lists = np.full((padded_actions, coarse_bucket(int(space.conditions.sum(axis=1).max(initial=1)), 4)), none, np.int32)
+    need_lists = np.full(
+        (padded_actions, coarse_bucket(int(space.conditions.sum(axis=1).max(initial=1)), 4)),
+        none,
+        np.int32,
+    )
     for action, row in enumerate(space.conditions):
         held = np.flatnonzero(row)
         need_lists[action, : len(held)] = held
@@ -117,8 +144,13 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
 
 
 def _achievers(adds: np.ndarray, none: int) -> dict:
-    """The achievers of each feature as a tree of fours (the last one repeated): few steps, little padding."""
-    open_ = {feature: np.flatnonzero(adds[:, feature]) for feature in np.flatnonzero(adds.any(axis=0)).tolist()}
+    """The achievers of each feature as a tree of fours (the last one repeated): few steps,
+    little padding.
+    """
+    open_ = {
+        feature: np.flatnonzero(adds[:, feature])
+        for feature in np.flatnonzero(adds.any(axis=0)).tolist()
+    }
     levels, found_at, before = [], {}, 0
     while open_ or len(levels) < 2:  # two at least: few shapes to compile
         fours, wider = [], {}
@@ -141,14 +173,23 @@ def _achievers(adds: np.ndarray, none: int) -> dict:
 
 
 def make_weights(
-    sign: HeuristicSign, space: RegressionSpace, columns: np.ndarray, schemas: list[str], goal_kinds: set[str]
+    sign: HeuristicSign,
+    space: RegressionSpace,
+    columns: np.ndarray,
+    schemas: list[str],
+    goal_kinds: set[str],
 ) -> SignWeights:
-    """Returns the weights of a sign as the kernel reads them; ValueError for one above `MAX_WEIGHT`."""
+    """Returns the weights of a sign as the kernel reads them; ValueError for one above
+    `MAX_WEIGHT`.
+    """
     kinds = [kind_of(atom) for atom in space.features]
     for weights in (sign.landmarks, sign.plan, sign.held, sign.unmet):
         for name, weight in weights.items():
             if not 0 <= weight <= MAX_WEIGHT:
-                raise ValueError(f"weight {weight} of '{name}' in sign '{sign.name}' must lie between 0 and {MAX_WEIGHT}")
+                raise ValueError(
+                    f"weight {weight} of '{name}' in sign '{sign.name}' must lie between 0 and"
+                    f" {MAX_WEIGHT}"
+                )
 
     def spread(weights, names, size):
         out = np.zeros(size, np.int32)
@@ -157,7 +198,9 @@ def make_weights(
 
     size = words_for(len(kinds)) * WORD
     return SignWeights(
-        landmarks=spread(sign.landmarks, [kinds[c] for c in columns], words_for(len(columns)) * WORD),
+        landmarks=spread(
+            sign.landmarks, [kinds[c] for c in columns], words_for(len(columns)) * WORD
+        ),
         held=spread(sign.held, kinds, size),
         unmet=spread(sign.unmet, kinds, size),
         plan=spread(sign.plan, schemas, words_for(len(schemas)) * WORD),

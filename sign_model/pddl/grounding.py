@@ -1,7 +1,8 @@
-"""Lifted task -> `PlanningTask`: roles filled by joins over static facts, negation compiled away, the reachable kept.
+"""Lifted task -> `PlanningTask`: roles filled by joins over static facts, negation compiled away,
+the reachable kept.
 
-Atoms are integer rows of object numbers while the roles are filled: a static condition is a table, joined to the table of
-partial bindings, so that bindings that break a static condition never exist.
+Atoms are integer rows of object numbers while the roles are filled: a static condition is a table,
+joined to the table of partial bindings, so that bindings that break a static condition never exist.
 """
 
 import pathlib
@@ -16,9 +17,11 @@ from sign_model.pddl.reader import parse
 
 
 def load(domain: str | pathlib.Path, problem: str | pathlib.Path) -> PlanningTask:
-    """Returns the grounded task of a PDDL domain and problem, given as paths or text; PddlError names file and line.
+    """Returns the grounded task of a PDDL domain and problem, given as paths or text; PddlError
+    names file and line.
 
-    A goal that nothing can bring about stays in the task as a feature without achiever: the task is then unsolvable, not wrong.
+    A goal that nothing can bring about stays in the task as a feature without achiever: the task is
+    then unsolvable, not wrong.
     """
     began = time.perf_counter()
     lifted = parse(domain, problem)
@@ -31,11 +34,19 @@ def load(domain: str | pathlib.Path, problem: str | pathlib.Path) -> PlanningTas
 def ground(domain: Domain, problem: Problem) -> PlanningTask:
     """Returns the grounded task of a lifted one."""
     fluents = {atom[0] for schema in domain.schemas for atom in schema.adds + schema.deletes}
-    actions = [action for schema in domain.schemas for action in _ground_schema(schema, domain, problem, fluents)]
-    negated = {atom for action in actions for atom in action.negative} | {a for a in problem.negative_goal if a[0] in fluents}
+    actions = [
+        action
+        for schema in domain.schemas
+        for action in _ground_schema(schema, domain, problem, fluents)
+    ]
+    negated = {atom for action in actions for atom in action.negative} | {
+        a for a in problem.negative_goal if a[0] in fluents
+    }
     for action in actions:
         action.complete(negated)
-    start = {atom for atom in problem.start if atom[0] in fluents} | {_complement(a) for a in negated if a not in problem.start}
+    start = {atom for atom in problem.start if atom[0] in fluents} | {
+        _complement(a) for a in negated if a not in problem.start
+    }
     goal = {atom for atom in problem.goal if atom[0] in fluents or atom not in problem.start}
     goal |= {_complement(a) for a in problem.negative_goal if a[0] in fluents or a in problem.start}
     actions, reached = _reachable(actions, start)
@@ -69,7 +80,9 @@ class _Ground:
             self.adds |= complements_added
 
 
-def _ground_schema(schema: Schema, domain: Domain, problem: Problem, fluents: set[str]) -> list[_Ground]:
+def _ground_schema(
+    schema: Schema, domain: Domain, problem: Problem, fluents: set[str]
+) -> list[_Ground]:
     roles = [role for role, _ in schema.roles]
     actions = []
     for binding in _bindings(schema, domain, problem, fluents):
@@ -82,15 +95,23 @@ def _cost(schema: Schema, env: dict[str, str], problem: Problem) -> int:
     if not problem.counts_costs:
         return 1
     terms = schema.costs or ()
-    return sum(t if isinstance(t, int) else problem.values.get((t[0], *(env.get(x, x) for x in t[1:])), 0) for t in terms)
+    return sum(
+        t if isinstance(t, int) else problem.values.get((t[0], *(env.get(x, x) for x in t[1:])), 0)
+        for t in terms
+    )
 
 
-def _bindings(schema: Schema, domain: Domain, problem: Problem, fluents: set[str]) -> list[tuple[str, ...]]:
-    """All ways to fill the roles that types, equalities and static conditions permit, in the order of the objects."""
+def _bindings(
+    schema: Schema, domain: Domain, problem: Problem, fluents: set[str]
+) -> list[tuple[str, ...]]:
+    """All ways to fill the roles that types, equalities and static conditions permit, in the
+    order of the objects.
+    """
     names = list(problem.objects)
     number = {name: i for i, name in enumerate(names)}
     fits = {
-        role: np.array([domain.is_a(given, kinds) for given in problem.objects.values()], bool) for role, kinds in schema.roles
+        role: np.array([domain.is_a(given, kinds) for given in problem.objects.values()], bool)
+        for role, kinds in schema.roles
     }
     static = [atom for atom in schema.conditions if atom[0] not in fluents]
     bound: list[str] = []
@@ -101,10 +122,14 @@ def _bindings(schema: Schema, domain: Domain, problem: Problem, fluents: set[str
     for role, _ in schema.roles:
         if role not in bound:
             choices = np.flatnonzero(fits[role]).astype(np.int32)
-            table = np.column_stack([np.repeat(table, len(choices), axis=0), np.tile(choices, len(table))]).astype(np.int32)
+            table = np.column_stack(
+                [np.repeat(table, len(choices), axis=0), np.tile(choices, len(table))]
+            ).astype(np.int32)
             bound = [*bound, role]
         table = _equal(table, bound, schema, number)
-    table = table[:, [bound.index(role) for role, _ in schema.roles]] if schema.roles else table[:, :0]
+    table = (
+        table[:, [bound.index(role) for role, _ in schema.roles]] if schema.roles else table[:, :0]
+    )
     table = table[np.lexsort(table.T[::-1])] if schema.roles else table
     forbidden = [atom for atom in schema.negative_conditions if atom[0] not in fluents]
     roles = [role for role, _ in schema.roles]
@@ -119,19 +144,26 @@ def _holds_any(atoms: list[Atom], env: dict[str, str], problem: Problem) -> bool
 
 
 def _rows_of(atom: Atom, problem: Problem, number: dict[str, int]) -> tuple[np.ndarray, list[str]]:
-    """The start's facts that match a static condition, as a table over its variables (constants and repetitions tested)."""
+    """The start's facts that match a static condition, as a table over its variables (constants
+    and repetitions tested).
+    """
     variables = list(dict.fromkeys(x for x in atom[1:] if x.startswith("?")))
     rows = []
     for fact in problem.start:
         if fact[0] != atom[0]:
             continue
         env: dict[str, str] = {}
-        if all(y == (env.setdefault(x, y) if x.startswith("?") else x) for x, y in zip(atom[1:], fact[1:])):
+        if all(
+            y == (env.setdefault(x, y) if x.startswith("?") else x)
+            for x, y in zip(atom[1:], fact[1:])
+        ):
             rows.append([number[env[v]] for v in variables])
     return np.array(sorted(rows), np.int32).reshape(len(rows), len(variables)), variables
 
 
-def _join(left: np.ndarray, left_names: list[str], right: np.ndarray, right_names: list[str]) -> tuple[np.ndarray, list[str]]:
+def _join(
+    left: np.ndarray, left_names: list[str], right: np.ndarray, right_names: list[str]
+) -> tuple[np.ndarray, list[str]]:
     """The natural join of two tables of bindings."""
     shared = [name for name in right_names if name in left_names]
     fresh = [name for name in right_names if name not in left_names]
@@ -152,11 +184,15 @@ def _typed(table: np.ndarray, bound: list[str], fits: dict[str, np.ndarray]) -> 
     return table[fit]
 
 
-def _equal(table: np.ndarray, bound: list[str], schema: Schema, number: dict[str, int]) -> np.ndarray:
+def _equal(
+    table: np.ndarray, bound: list[str], schema: Schema, number: dict[str, int]
+) -> np.ndarray:
     """The bindings that keep the equalities whose roles are all bound."""
     for one, other, wanted in schema.equalities:
         sides = [
-            table[:, bound.index(x)] if x in bound else number[x] for x in (one, other) if x in bound or not x.startswith("?")
+            table[:, bound.index(x)] if x in bound else number[x]
+            for x in (one, other)
+            if x in bound or not x.startswith("?")
         ]
         if len(sides) == 2:
             table = table[np.broadcast_to((sides[0] == sides[1]) == wanted, len(table))]
@@ -188,7 +224,12 @@ def _reachable(actions: list[_Ground], start: set[Atom]) -> tuple[list[_Ground],
 
 
 def _as_matrices(
-    domain: Domain, problem: Problem, actions: list[_Ground], atoms: set[Atom], start: set[Atom], goal: set[Atom]
+    domain: Domain,
+    problem: Problem,
+    actions: list[_Ground],
+    atoms: set[Atom],
+    start: set[Atom],
+    goal: set[Atom],
 ) -> PlanningTask:
     features = tuple(sorted(atoms))
     index = {atom: i for i, atom in enumerate(features)}

@@ -10,8 +10,10 @@ Types = tuple[str, ...]
 class Schema:
     """An action with its roles still empty: the script that is the action's significance.
 
-    roles: (variable, types) in order. conditions, negative_conditions, adds, deletes: atoms over variables and constants.
-    equalities: (one, other, whether they must be equal). costs: the summands of the action's cost, numbers or function atoms;
+    roles: (variable, types) in order. conditions, negative_conditions, adds, deletes: atoms over
+      variables and constants.
+    equalities: (one, other, whether they must be equal). costs: the summands of the action's cost,
+      numbers or function atoms;
     None where the schema says nothing of a cost.
     """
 
@@ -27,7 +29,9 @@ class Schema:
 
 @dataclass(frozen=True)
 class Domain:
-    """What holds for every problem: types {type: parents}, constants {name: types}, predicates {name: types of its roles}."""
+    """What holds for every problem: types {type: parents}, constants {name: types}, predicates
+    {name: types of its roles}.
+    """
 
     name: str
     types: dict[str, Types]
@@ -51,7 +55,9 @@ class Domain:
 
 @dataclass(frozen=True)
 class Problem:
-    """One task of a domain: objects {name: types} (constants included), start and goal atoms, values of the cost functions."""
+    """One task of a domain: objects {name: types} (constants included), start and goal atoms,
+    values of the cost functions.
+    """
 
     name: str
     objects: dict[str, Types]

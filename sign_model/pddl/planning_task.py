@@ -1,4 +1,6 @@
-"""The grounded task: one planning problem as boolean matrices, with the names that give its bits their meaning."""
+"""The grounded task: one planning problem as boolean matrices, with the names that give its bits
+their meaning.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,9 +12,11 @@ from sign_model.pddl.lifted import Atom, Domain, Problem
 
 @dataclass(frozen=True, eq=False)
 class PlanningTask:
-    """A grounded STRIPS task. F features, A actions; an action may go when its conditions hold; then deletes, then adds.
+    """A grounded STRIPS task. F features, A actions; an action may go when its conditions hold;
+    then deletes, then adds.
 
-    features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be false.
+    features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be
+      false.
     actions: (schema, argument, ...) of each ground action.
     conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
     costs: int32 [A], 0 or more.
@@ -51,7 +55,10 @@ class PlanningTask:
         situation = np.zeros(self.num_features, bool)
         for atom in atoms:
             if atom not in index:
-                raise ValueError(f"({' '.join(atom)}) is no feature of this task: it is static, unreachable or misspelt")
+                raise ValueError(
+                    f"({' '.join(atom)}) is no feature of this task: it is static, unreachable or"
+                    " misspelt"
+                )
             situation[index[atom]] = True
         return situation
 
@@ -64,7 +71,8 @@ def task_from_arrays(
     goal: np.ndarray,
     costs: np.ndarray | None = None,
 ) -> PlanningTask:
-    """Returns a task of nameless features and actions (`(f0)`, `(a0)`); an action that deletes and adds a feature adds it.
+    """Returns a task of nameless features and actions (`(f0)`, `(a0)`); an action that deletes and
+    adds a feature adds it.
 
     Args:
       conditions, adds, deletes: bool [A, F].
@@ -72,11 +80,19 @@ def task_from_arrays(
       costs: int32 [A], 1 each where not given.
     """
     num_actions, num_features = conditions.shape
-    given = {"conditions": conditions, "adds": adds, "deletes": deletes, "start": start, "goal": goal}
+    given = {
+        "conditions": conditions,
+        "adds": adds,
+        "deletes": deletes,
+        "start": start,
+        "goal": goal,
+    }
     for name, array in given.items():
         shape = (num_features,) if name in ("start", "goal") else (num_actions, num_features)
         if array.dtype != bool or array.shape != shape:
-            raise ValueError(f"{name} must be bool {list(shape)}, got {array.dtype} {list(array.shape)}")
+            raise ValueError(
+                f"{name} must be bool {list(shape)}, got {array.dtype} {list(array.shape)}"
+            )
     return PlanningTask(
         features=tuple((f"f{i}",) for i in range(num_features)),
         actions=tuple((f"a{i}",) for i in range(num_actions)),

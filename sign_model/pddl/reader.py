@@ -1,12 +1,14 @@
-"""PDDL -> the lifted records of a planning task: typed STRIPS with constants, equality, negative conditions and action costs.
+"""PDDL -> the lifted records of a planning task: typed STRIPS with constants, equality, negative
+conditions and action costs.
 
     object -> its name, with its types            predicate -> name and the types of its roles
     action schema -> `Schema`: roles, conditions, effects as atoms over roles and constants
     start, goal -> sets of atoms (name, argument, ...)
 
-What goes beyond STRIPS (or, forall, exists, when, derived predicates, durations) is refused by name. Every error is a
-`PddlError` of one line: file, line, what is wrong, what to do. Where a domain declares no types, types that a problem names all
-the same (some IPC blocks files do) are taken for `object`.
+What goes beyond STRIPS (or, forall, exists, when, derived predicates, durations) is refused by
+name. Every error is a `PddlError` of one line: file, line, what is wrong, what to do. Where a
+domain declares no types, types that a problem names all the same (some IPC blocks files do) are
+taken for `object`.
 """
 
 import pathlib
@@ -16,13 +18,26 @@ from typing import NoReturn
 from sign_model.pddl.lifted import Atom, Domain, Problem, Schema, Types
 from sign_model.pddl.syntax import Form, PddlError, Word, read_form, read_source
 
-_BEYOND_STRIPS = ("or", "imply", "forall", "exists", "when", "preference", "assign", "decrease", "scale-up", "scale-down")
+_BEYOND_STRIPS = (
+    "or",
+    "imply",
+    "forall",
+    "exists",
+    "when",
+    "preference",
+    "assign",
+    "decrease",
+    "scale-up",
+    "scale-down",
+)
 _DOMAIN_PARTS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")
 _PROBLEM_PARTS = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
 
 
 def parse(domain: str | pathlib.Path, problem: str | pathlib.Path) -> tuple[Domain, Problem]:
-    """Returns the domain and the problem read from two paths (or texts); PddlError names file, line and rule."""
+    """Returns the domain and the problem read from two paths (or texts); PddlError names file,
+    line and rule.
+    """
     domain_text, domain_file = read_source(domain)
     problem_text, problem_file = read_source(problem)
     if domain_file == problem_file == "<text>":
@@ -39,13 +54,21 @@ class _Reader:
         form = read_form(text, file)
         if form.head != "define":
             self.fail("the file must begin with (define", form)
-        if len(form) < 2 or not isinstance(form[1], Form) or form[1].head != kind or len(form[1]) != 2:
+        if (
+            len(form) < 2
+            or not isinstance(form[1], Form)
+            or form[1].head != kind
+            or len(form[1]) != 2
+        ):
             self.fail(f"after (define must stand ({kind} NAME)", form)
         self.name = self.word(form[1][1])
         self.sections = [self.form(part) for part in form[2:]]
         for section in self.sections:
             if section.head not in parts:
-                self.fail(f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}", section)
+                self.fail(
+                    f"section '{section.head}' is not known here: a {kind} has {', '.join(parts)}",
+                    section,
+                )
 
     def fail(self, message: str, where: object) -> NoReturn:
         raise PddlError(message, file=self.file, line=getattr(where, "line", None))
@@ -64,7 +87,9 @@ class _Reader:
         return (section for section in self.sections if section.head == name)
 
     def typed(self, items: list) -> Iterator[tuple[Word, Types]]:
-        """`a b - t c` -> (a, (t,)), (b, (t,)), (c, ("object",)); `- (either t u)` gives both types."""
+        """`a b - t c` -> (a, (t,)), (b, (t,)), (c, ("object",)); `- (either t u)` gives both
+        types.
+        """
         waiting: list[Word] = []
         items = list(items)
         while items:
@@ -75,7 +100,11 @@ class _Reader:
             if not items or not waiting:
                 self.fail("'-' must stand between names and their type", item)
             kind = items.pop(0)
-            kinds = tuple(map(self.word, kind[1:])) if isinstance(kind, Form) and kind.head == "either" else (self.word(kind),)
+            kinds = (
+                tuple(map(self.word, kind[1:]))
+                if isinstance(kind, Form) and kind.head == "either"
+                else (self.word(kind),)
+            )
             yield from ((name, kinds) for name in waiting)
             waiting = []
         yield from ((name, ("object",)) for name in waiting)
@@ -88,9 +117,13 @@ class _Reader:
                 self.fail(f"type '{kind}' is not declared in (:types ...)", where)
         return kinds
 
-    def signatures(self, section: Form, types: dict[str, Types]) -> Iterator[tuple[Word, tuple[Types, ...]]]:
+    def signatures(
+        self, section: Form, types: dict[str, Types]
+    ) -> Iterator[tuple[Word, tuple[Types, ...]]]:
         for entry in (self.form(item) for item in section[1:]):
-            roles = tuple(self.known_types(types, kinds, name) for name, kinds in self.typed(entry[1:]))
+            roles = tuple(
+                self.known_types(types, kinds, name) for name, kinds in self.typed(entry[1:])
+            )
             yield self.word(entry[0]) if entry else self.word(entry), roles
 
     def conjuncts(self, formula: Form) -> Iterator[Form]:
@@ -113,8 +146,12 @@ class _Reader:
             self.fail("'not' takes exactly one atom", part)
         return part[1], False
 
-    def atom(self, form: Form, domain: Domain, arguments: dict[str, Types], table: str = "predicates") -> Atom:
-        """A checked atom: declared, of the right arity, its arguments known and of the right types."""
+    def atom(
+        self, form: Form, domain: Domain, arguments: dict[str, Types], table: str = "predicates"
+    ) -> Atom:
+        """A checked atom: declared, of the right arity, its arguments known and of the right
+        types.
+        """
         name = form.head
         roles = getattr(domain, table).get(name)
         if roles is None:
@@ -124,12 +161,19 @@ class _Reader:
         for argument, wanted in zip(map(self.word, form[1:]), roles):
             given = self.argument(argument, arguments)
             if not domain.is_a(given, wanted):
-                self.fail(f"'{argument}' is a {'/'.join(given)}, '{name}' needs a {'/'.join(wanted)}", argument)
+                self.fail(
+                    f"'{argument}' is a {'/'.join(given)}, '{name}' needs a {'/'.join(wanted)}",
+                    argument,
+                )
         return tuple(str(word) for word in form)
 
     def argument(self, word: Word, arguments: dict[str, Types]) -> Types:
         if word not in arguments:
-            remedy = "declare it in :parameters" if word.startswith("?") else "declare it in (:objects ...) or (:constants ...)"
+            remedy = (
+                "declare it in :parameters"
+                if word.startswith("?")
+                else "declare it in (:objects ...) or (:constants ...)"
+            )
             self.fail(f"'{word}' is not known: {remedy}", word)
         return arguments[word]
 
@@ -161,7 +205,9 @@ class _DomainReader(_Reader):
         for part in self.parts(":types"):
             for name, parents in self.typed(part[1:]):
                 if name != "object":
-                    types[str(name)] = tuple(dict.fromkeys(types.get(name, ()) + tuple(map(str, parents))))
+                    types[str(name)] = tuple(
+                        dict.fromkeys(types.get(name, ()) + tuple(map(str, parents)))
+                    )
             for kind in [parent for parents in types.values() for parent in parents]:
                 types.setdefault(kind, ("object",)) if kind != "object" else None
             for name in types:
@@ -178,7 +224,9 @@ class _DomainReader(_Reader):
                 seen.add(kind)
                 waiting += types.get(kind, ())
 
-    def _declared(self, section: str, types: dict[str, Types], skip_types: bool = False) -> dict[str, tuple[Types, ...]]:
+    def _declared(
+        self, section: str, types: dict[str, Types], skip_types: bool = False
+    ) -> dict[str, tuple[Types, ...]]:
         table: dict[str, tuple[Types, ...]] = {}
         for part in self.parts(section):
             if skip_types:  # `(total-cost) - number`: every function here is a number
@@ -194,7 +242,9 @@ class _DomainReader(_Reader):
             self.fail("(:action needs a name", form)
         name, fields = self.word(form[1]), {}
         if len(form) % 2:
-            self.fail(f"action '{name}': each of :parameters, :precondition, :effect takes one form", form)
+            self.fail(
+                f"action '{name}': each of :parameters, :precondition, :effect takes one form", form
+            )
         for key, value in zip(form[2::2], form[3::2]):
             if key not in (":parameters", ":precondition", ":effect") or key in fields:
                 self.fail(f"action '{name}': '{key}' is not known or stands twice", key)
@@ -211,7 +261,16 @@ class _DomainReader(_Reader):
             else:
                 (conditions if positive else negative).append(self.atom(atom, domain, arguments))
         adds, deletes, costs = self._effects(fields[":effect"], domain, arguments)
-        return Schema(str(name), roles, tuple(conditions), tuple(negative), tuple(equalities), adds, deletes, costs)
+        return Schema(
+            str(name),
+            roles,
+            tuple(conditions),
+            tuple(negative),
+            tuple(equalities),
+            adds,
+            deletes,
+            costs,
+        )
 
     def _roles(self, name: Word, form: Form, domain: Domain) -> tuple[tuple[str, Types], ...]:
         roles = []
@@ -266,12 +325,16 @@ class _ProblemReader(_Reader):
                 self.fail("'=' has no place in a goal: objects are equal only to themselves", atom)
             (goal if positive else negative).append(self.atom(atom, self.domain, objects))
         counts_costs = any(True for _ in self.parts(":metric"))
-        return Problem(str(self.name), objects, start, tuple(goal), tuple(negative), values, counts_costs)
+        return Problem(
+            str(self.name), objects, start, tuple(goal), tuple(negative), values, counts_costs
+        )
 
     def _only(self, name: str) -> Form:
         found = list(self.parts(name))
         if len(found) != 1 or (name == ":goal" and len(found[0]) != 2):
-            self.fail(f"a problem has exactly one ({name} ...)", found[-1] if found else Word("", 1))
+            self.fail(
+                f"a problem has exactly one ({name} ...)", found[-1] if found else Word("", 1)
+            )
         return found[0]
 
     def _objects(self) -> dict[str, Types]:
@@ -288,8 +351,12 @@ class _ProblemReader(_Reader):
         for form in map(self.form, self._only(":init")[1:]):
             if form.head == "=":
                 if len(form) != 3 or not isinstance(form[1], Form):
-                    self.fail("'=' in :init gives a function its number: (= (distance a b) 3)", form)
-                values[self.atom(form[1], self.domain, objects, "functions")] = whole_number(self, form[2])
+                    self.fail(
+                        "'=' in :init gives a function its number: (= (distance a b) 3)", form
+                    )
+                values[self.atom(form[1], self.domain, objects, "functions")] = whole_number(
+                    self, form[2]
+                )
             elif form.head == "not":
                 self.literal(form)  # what :init doesn't name doesn't hold: nothing to note
             else:

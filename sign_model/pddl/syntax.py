@@ -1,7 +1,7 @@
 """PDDL text -> nested forms that know their line, and the one error that all of the reader raises.
 
-PDDL ignores case, hence everything is lowered here. A form is a list of words and forms; both keep the line they began on, so
-that every later complaint can name it.
+PDDL ignores case, hence everything is lowered here. A form is a list of words and forms; both keep
+the line they began on, so that every later complaint can name it.
 """
 
 import pathlib
@@ -12,7 +12,9 @@ _TOKEN = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
 
 
 class PddlError(ValueError):
-    """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to do`."""
+    """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to
+    do`.
+    """
 
     def __init__(self, message: str, *, file: str, line: int | None = None) -> None:
         super().__init__(f"{file}:{line}: {message}" if line else f"{file}: {message}")
@@ -43,7 +45,9 @@ class Form(list):
 
 
 def read_source(source: str | pathlib.Path) -> tuple[str, str]:
-    """Returns (text, name for messages) of a path, or of PDDL text given as it is (a string that holds a parenthesis)."""
+    """Returns (text, name for messages) of a path, or of PDDL text given as it is (a string that
+    holds a parenthesis).
+    """
     if isinstance(source, str) and "(" in source:
         return source, "<text>"
     path = pathlib.Path(source)
@@ -53,23 +57,32 @@ def read_source(source: str | pathlib.Path) -> tuple[str, str]:
         raise PddlError("not a text file: give a PDDL file in UTF-8", file=str(path)) from None
     except OSError as error:
         raise PddlError(
-            f"cannot be read ({error.strerror}): give the path of a PDDL file, or its text", file=str(path)
+            f"cannot be read ({error.strerror}): give the path of a PDDL file, or its text",
+            file=str(path),
         ) from None
 
 
 def read_form(text: str, file: str) -> Form:
-    """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or there is none."""
+    """Returns the one form of `text`: (define ...); PddlError where parentheses don't match or
+    there is none.
+    """
     stack: list[Form] = []
     whole: Form | None = None
     for token, line in _tokens(text):
         if whole is not None:
             raise PddlError(
-                f"'{token}' stands after the end of (define ...): remove it, or one ')' too many", file=file, line=line
+                f"'{token}' stands after the end of (define ...): remove it, or one ')' too many",
+                file=file,
+                line=line,
             )
         if token == "(":
             stack.append(Form(line))
         elif not stack:
-            raise PddlError(f"'{token}' stands before the first '(': a PDDL file is one (define ...)", file=file, line=line)
+            raise PddlError(
+                f"'{token}' stands before the first '(': a PDDL file is one (define ...)",
+                file=file,
+                line=line,
+            )
         elif token == ")":
             done = stack.pop()
             if stack:
@@ -79,7 +92,9 @@ def read_form(text: str, file: str) -> Form:
         else:
             stack[-1].append(Word(token, line))
     if stack:
-        raise PddlError("this '(' is never closed: add the missing ')'", file=file, line=stack[-1].line)
+        raise PddlError(
+            "this '(' is never closed: add the missing ')'", file=file, line=stack[-1].line
+        )
     if whole is None:
         raise PddlError("the file is empty: a PDDL file is one (define ...)", file=file)
     return whole

@@ -1,7 +1,8 @@
-"""Replays a plan forward, step by step, from the lifted task: the independent judge of every planner here.
+"""Replays a plan forward, step by step, from the lifted task: the independent judge of every
+planner here.
 
-It reads the PDDL records and sets of atoms only. No matrix, mutex or pruning of the planners enters, so that a slip in them
-cannot hide.
+It reads the PDDL records and sets of atoms only. No matrix, mutex or pruning of the planners
+enters, so that a slip in them cannot hide.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,8 @@ from sign_model.pddl.planning_task import PlanningTask
 
 
 def validate(task: PlanningTask, actions: Sequence[str]) -> list[str]:
-    """Returns what is wrong with a plan, one sentence each; empty when it leads from the start to the goal.
+    """Returns what is wrong with a plan, one sentence each; empty when it leads from the start to
+    the goal.
 
     Args:
       task: the task; one made from arrays is replayed on its matrices, as it has no lifted form.
@@ -45,15 +47,23 @@ def _replay(domain: Domain, problem: Problem, plan: list[Atom]) -> list[str]:
         if wrong:
             return wrong
         state = (state - _filled(schema.deletes, env)) | _filled(schema.adds, env)
-    unmet = [f"the goal ({' '.join(atom)}) is not reached" for atom in problem.goal if atom not in state]
-    return unmet + [f"the goal (not ({' '.join(atom)})) is not reached" for atom in problem.negative_goal if atom in state]
+    unmet = [
+        f"the goal ({' '.join(atom)}) is not reached" for atom in problem.goal if atom not in state
+    ]
+    return unmet + [
+        f"the goal (not ({' '.join(atom)})) is not reached"
+        for atom in problem.negative_goal
+        if atom in state
+    ]
 
 
 def _filled(atoms: tuple[Atom, ...], env: dict[str, str]) -> set[Atom]:
     return {(atom[0], *(env.get(x, x) for x in atom[1:])) for atom in atoms}
 
 
-def _wrong_arguments(domain: Domain, problem: Problem, schema: Schema, arguments: Atom) -> list[str]:
+def _wrong_arguments(
+    domain: Domain, problem: Problem, schema: Schema, arguments: Atom
+) -> list[str]:
     if len(arguments) != len(schema.roles):
         return [f"{len(arguments)} argument(s), the action takes {len(schema.roles)}"]
     wrong = [f"there is no object '{name}'" for name in arguments if name not in problem.objects]
@@ -80,13 +90,22 @@ def _replay_arrays(task: PlanningTask, plan: list[Atom]) -> list[str]:
             return [f"step {number} ({' '.join(step)}): there is no such action"]
         missing = [task.features[f] for f in (task.conditions[action] & ~state).nonzero()[0]]
         if missing:
-            return [f"step {number} ({' '.join(step)}): ({' '.join(atom)}) does not hold" for atom in missing]
+            return [
+                f"step {number} ({' '.join(step)}): ({' '.join(atom)}) does not hold"
+                for atom in missing
+            ]
         state = (state & ~task.deletes[action]) | task.adds[action]
-    return [f"the goal ({' '.join(task.features[f])}) is not reached" for f in (task.goal & ~state).nonzero()[0]]
+    return [
+        f"the goal ({' '.join(task.features[f])}) is not reached"
+        for f in (task.goal & ~state).nonzero()[0]
+    ]
 
 
-def replay_batch(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plans: np.ndarray) -> None:
-    """Replays many plans of one domain side by side on its own unpruned matrices; AssertionError names the first that fails.
+def replay_batch(
+    task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plans: np.ndarray
+) -> None:
+    """Replays many plans of one domain side by side on its own unpruned matrices; AssertionError
+    names the first that fails.
 
     Args:
       task: whose matrices all share.
@@ -102,7 +121,10 @@ def replay_batch(task: PlanningTask, starts: np.ndarray, goals: np.ndarray, plan
         actions, before = actions[going], states[going]
         stuck = going[(conditions[actions] & ~before).any(axis=1)]
         if len(stuck):
-            raise AssertionError(f"plan {stuck[0]}: {task.action_names[plans[stuck[0], i]]} cannot go at step {i + 1}")
+            raise AssertionError(
+                f"plan {stuck[0]}: {task.action_names[plans[stuck[0], i]]} cannot go at step"
+                f" {i + 1}"
+            )
         states[going] = (before & ~deletes[actions]) | adds[actions]
     missed = np.flatnonzero((pack(goals) & ~states).any(axis=1))
     if len(missed):

@@ -1,8 +1,10 @@
-"""The smart relocation task on the symbolic level: areas, obstacles between them, and what "I" can do about those (PY16 §2).
+"""The smart relocation task on the symbolic level: areas, obstacles between them, and what "I" can
+do about those (PY16 §2).
 
-The same scene in two forms: PDDL, which any planner can read, and signs. Areas are what one can walk about in; an obstacle
-closes the way between two of them. Where overlapping obstacles close one way, a chain of areas with one obstacle between each
-two says so. To approach an obstacle is to leave the middle of an area for its border: nothing can be destroyed from afar.
+The same scene in two forms: PDDL, which any planner can read, and signs. Areas are what one can
+walk about in; an obstacle closes the way between two of them. Where overlapping obstacles close one
+way, a chain of areas with one obstacle between each two says so. To approach an obstacle is to
+leave the middle of an area for its border: nothing can be destroyed from afar.
 """
 
 import dataclasses
@@ -53,14 +55,17 @@ DOMAIN = """(define (domain smart-relocation)
 
 @dataclasses.dataclass(frozen=True)
 class Scene:
-    """What is known of a smart relocation task on the symbolic level. Names are lower-case words, all different.
+    """What is known of a smart relocation task on the symbolic level. Names are lower-case words,
+    all different.
 
     start, goal: areas.
     ways: pairs of areas with nothing between them, both ways.
-    blocked: (area, area, obstacle): the way between the two, both ways, is closed by that obstacle alone.
+    blocked: (area, area, obstacle): the way between the two, both ways, is closed by that obstacle
+      alone.
     kinds: the kind of each obstacle.
     abilities: the kinds that "I" can destroy.
-    seen_as: for areas and obstacles, the spatial signs that name where they are seen, such as ("afar", "ahead-left").
+    seen_as: for areas and obstacles, the spatial signs that name where they are seen, such as
+      ("afar", "ahead-left").
     """
 
     start: str
@@ -74,7 +79,9 @@ class Scene:
     @property
     def areas(self) -> tuple[str, ...]:
         """Every area named, in order of first mention."""
-        between = [area for pair in self.ways for area in pair] + [area for *pair, _ in self.blocked for area in pair]
+        between = [area for pair in self.ways for area in pair] + [
+            area for *pair, _ in self.blocked for area in pair
+        ]
         return tuple(dict.fromkeys([self.start, self.goal, *between]))
 
     @property
@@ -118,8 +125,9 @@ def scene_task(scene: Scene) -> PlanningTask:
 def scene_signs(scene: Scene) -> WorldModel:
     """Returns the scene as signs: its planning task's, with "I" and with where things are seen.
 
-    The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I can destroy. The image of an
-    area or obstacle is where it is seen, a set of spatial signs (`sign_model.space.spatial_signs` grounds them).
+    The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I
+    can destroy. The image of an area or obstacle is where it is seen, a set of spatial signs
+    (`sign_model.space.spatial_signs` grounds them).
     """
     model = with_self(world_model_of(scene_task(scene)), scene.abilities)
     places = {name for names in scene.seen_as.values() for name in names}
@@ -130,30 +138,58 @@ def scene_signs(scene: Scene) -> WorldModel:
 
 
 def with_self(model: WorldModel, abilities: Collection[str]) -> WorldModel:
-    """Returns the model in which the personal meaning of the sign `i` has one matrix more for each kind "I" can destroy."""
+    """Returns the model in which the personal meaning of the sign `i` has one matrix more for
+    each kind "I" can destroy.
+    """
     able = tuple(sequence({DESTROY, kind}) for kind in abilities)
-    signs = (dataclasses.replace(sign, meaning=sign.meaning + able) if sign.name == AGENT else sign for sign in model.signs())
+    signs = (
+        dataclasses.replace(sign, meaning=sign.meaning + able) if sign.name == AGENT else sign
+        for sign in model.signs()
+    )
     return from_signs(signs)
 
 
 def abilities_of(model: WorldModel) -> frozenset[str]:
-    """Returns the kinds of obstacles that "I" can destroy, read from the personal meanings of the sign `i`."""
+    """Returns the kinds of obstacles that "I" can destroy, read from the personal meanings of
+    the sign `i`.
+    """
     meanings = (matrix.features for matrix in model.sign(AGENT).meaning)
-    return frozenset(kind for features in meanings if DESTROY in features for kind in features - {DESTROY})
+    return frozenset(
+        kind for features in meanings if DESTROY in features for kind in features - {DESTROY}
+    )
 
 
 def _check(scene: Scene) -> None:
     missing = [obstacle for obstacle in scene.obstacles if obstacle not in scene.kinds]
     if missing:
-        raise ValueError(f"obstacle {missing[0]!r} has no kind: name one in kinds, so that it is known who can destroy it")
-    groups = (scene.areas, scene.obstacles, dict.fromkeys([*scene.kinds.values(), *scene.abilities]), (AGENT,))
+        raise ValueError(
+            f"obstacle {missing[0]!r} has no kind: name one in kinds, so that it is known who can"
+            " destroy it"
+        )
+    groups = (
+        scene.areas,
+        scene.obstacles,
+        dict.fromkeys([*scene.kinds.values(), *scene.abilities]),
+        (AGENT,),
+    )
     names = [name for group in groups for name in group]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ValueError(f"{twice!r} names two things of the scene: give areas, obstacles and kinds names of their own")
-    broken = next((name for name in names if name.split() != [name.lower()] or set(name) & set("();?")), None)
+        raise ValueError(
+            f"{twice!r} names two things of the scene: give areas, obstacles and kinds names of"
+            " their own"
+        )
+    broken = next(
+        (name for name in names if name.split() != [name.lower()] or set(name) & set("();?")), None
+    )
     if broken is not None:
-        raise ValueError(f"{broken!r} is no PDDL name: use one lower-case word without parentheses, ';' and '?'")
-    unknown = next((name for name in scene.seen_as if name not in (*scene.areas, *scene.obstacles)), None)
+        raise ValueError(
+            f"{broken!r} is no PDDL name: use one lower-case word without parentheses, ';' and '?'"
+        )
+    unknown = next(
+        (name for name in scene.seen_as if name not in (*scene.areas, *scene.obstacles)), None
+    )
     if unknown is not None:
-        raise ValueError(f"{unknown!r} is seen but is no area or obstacle of the scene: take it out of seen_as")
+        raise ValueError(
+            f"{unknown!r} is seen but is no area or obstacle of the scene: take it out of seen_as"
+        )

@@ -1,14 +1,17 @@
-"""MAP over working memory, inside any jitted loop: a batch of situations of one form, planned together (PY16 §3.1).
+"""MAP over working memory, inside any jitted loop: a batch of situations of one form, planned
+together (PY16 §3.1).
 
     S := goal situation
-    repeat  M-step  actions that explain a part of S, break nothing of it, and whose unchanging conditions hold
-            P-step  the situation before each: (S & ~adds) | conditions
-            A-step  rate each by how far off its features are, were nothing ever deleted; keep the best few that contain none
+    repeat  M-step  actions that explain a part of S, break nothing of it, and whose unchanging
+            conditions hold P-step  the situation before each: (S & ~adds) | conditions A-step  rate
+            each by how far off its features are, were nothing ever deleted; keep the best few that
+            contain none
                     expanded before
     until S is included in the start: then the plan, replayed forward; or nothing is left
 
-The matrices are constants (`working_memory`), situations are words with the batch as the minor axis. It ends after `max_steps`.
-Nothing but elementwise operations, reductions and reads and writes of whole rows: it can be compiled as a single function.
+The matrices are constants (`working_memory`), situations are words with the batch as the minor
+axis. It ends after `max_steps`. Nothing but elementwise operations, reductions and reads and writes
+of whole rows: it can be compiled as a single function.
 """
 
 from typing import NamedTuple
@@ -30,7 +33,8 @@ class MapPlans(NamedTuple):
 
     actions: int32 [T, B], rows of `Attention.space`, in the order of execution, -1 after the last.
     num_actions: int32 [B], 0 without a plan.
-    is_solved: bool [B]; the plan was replayed. is_proof: bool [B], no plan exists. Neither: the search was cut short.
+    is_solved: bool [B]; the plan was replayed. is_proof: bool [B], no plan exists. Neither: the
+      search was cut short.
     """
 
     actions: Array
@@ -40,8 +44,9 @@ class MapPlans(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """step; situations uint32 [W, K, B] and which are alive, bool [K, B]; all expanded so far, uint32 [W, T, K, B]; the trail
-    of chosen actions and their parents, int32 [T, K, B]; plan length int32 [B], _NEVER while open; was_cut bool [B]."""
+    """step; situations uint32 [W, K, B] and which are alive, bool [K, B]; all expanded so far,
+    uint32 [W, T, K, B]; the trail of chosen actions and their parents, int32 [T, K, B]; plan length
+    int32 [B], _NEVER while open; was_cut bool [B]."""
 
     step: Array
     situations: Array
@@ -53,8 +58,11 @@ class _Search(NamedTuple):
     was_cut: Array
 
 
-def plan_situations(attention: Attention, start: Array, goal: Array, *, max_steps: int, beam: int = 3) -> MapPlans:
-    """Returns a plan for each pair of situations; deterministic, and independent of the batch around a pair.
+def plan_situations(
+    attention: Attention, start: Array, goal: Array, *, max_steps: int, beam: int = 3
+) -> MapPlans:
+    """Returns a plan for each pair of situations; deterministic, and independent of the batch
+    around a pair.
 
     Ties go to the situation that came first, then to the lowest action.
 
@@ -69,14 +77,21 @@ def plan_situations(attention: Attention, start: Array, goal: Array, *, max_step
     search = _first(rules.pack(goal), given, max_steps, beam)
     # Ends: after max_steps.
     end = lax.while_loop(
-        lambda search: (search.step < max_steps) & search.is_alive.any(), lambda search: _iterate(search, rules, given), search
+        lambda search: (search.step < max_steps) & search.is_alive.any(),
+        lambda search: _iterate(search, rules, given),
+        search,
     )
     is_solved = end.length < _NEVER
     length = jnp.where(is_solved, end.length, 0)
     actions = _unwound(end.chosen, end.parent, length)
     is_solved &= _is_replayed(rules, given, actions, rules.pack(goal))
     is_proof = (end.length == _NEVER) & ~end.was_cut & ~end.is_alive.any(axis=0)
-    return MapPlans(jnp.where(is_solved[None], actions, -1), jnp.where(is_solved, length, 0), is_solved, is_proof)
+    return MapPlans(
+        jnp.where(is_solved[None], actions, -1),
+        jnp.where(is_solved, length, 0),
+        is_solved,
+        is_proof,
+    )
 
 
 class _Given(NamedTuple):
@@ -95,15 +110,21 @@ class _Given(NamedTuple):
 
 
 class _Rules:
-    """The matrices as words: what actions change apart from what they never do. uint32 [W, A, 1] each."""
+    """The matrices as words: what actions change apart from what they never do. uint32 [W, A, 1]
+    each.
+    """
 
     def __init__(self, attention: Attention) -> None:
         space = attention.space
         changes = (space.adds | space.deletes).any(axis=0)
         self.changing, self.static = np.flatnonzero(changes), np.flatnonzero(~changes)
         words = lambda rows, places: _words(rows[:, places])[:, :, None]  # noqa: E731
-        self.adds, self.deletes, self.bad = (words(m, self.changing) for m in (space.adds, space.deletes, space.bad))
-        self.needs, self.needs_static = (words(space.conditions, places) for places in (self.changing, self.static))
+        self.adds, self.deletes, self.bad = (
+            words(m, self.changing) for m in (space.adds, space.deletes, space.bad)
+        )
+        self.needs, self.needs_static = (
+            words(space.conditions, places) for places in (self.changing, self.static)
+        )
         self.num_actions = len(space.adds)
 
     def given(self, start: Array) -> _Given:
@@ -115,13 +136,21 @@ class _Rules:
         def spread(state: tuple) -> tuple:
             level, reached, _, levels = state
             can = usable & ((self.needs & ~reached[:, None]) == 0).all(axis=0)
-            gives = lax.reduce(jnp.where(can[None], self.adds, jnp.uint32(0)), jnp.uint32(0), lax.bitwise_or, (1,))
+            gives = lax.reduce(
+                jnp.where(can[None], self.adds, jnp.uint32(0)), jnp.uint32(0), lax.bitwise_or, (1,)
+            )
             fresh, is_digit = gives & ~reached, (level >> places) & 1 == 1
             levels |= jnp.where(is_digit[:, None, None], fresh[None], jnp.uint32(0))
             return level + 1, reached | fresh, (fresh != 0).any(), levels
 
-        first = (jnp.int32(1), holds, jnp.bool_(True), jnp.zeros((len(places), *holds.shape), jnp.uint32))
-        # Ends: every round but the last brings a new feature, so there are no more rounds than features.
+        first = (
+            jnp.int32(1),
+            holds,
+            jnp.bool_(True),
+            jnp.zeros((len(places), *holds.shape), jnp.uint32),
+        )
+        # Ends: every round but the last brings a new feature, so there are no more rounds than
+        # features.
         _, possible, _, levels = lax.while_loop(lambda state: state[2], spread, first)
         return _Given(holds, possible, levels, usable)
 
@@ -145,7 +174,9 @@ def _first(goal: Array, given: _Given, max_steps: int, beam: int) -> _Search:
     known = known.at[:, 0].set(jnp.where(is_alive[None], situations, jnp.uint32(0xFFFFFFFF)))
     trail = jnp.full((max_steps, beam, B), -1, jnp.int32)
     length = jnp.where(is_done, 0, _NEVER)
-    return _Search(jnp.int32(0), situations, is_alive, known, trail, trail, length, jnp.zeros(B, bool))
+    return _Search(
+        jnp.int32(0), situations, is_alive, known, trail, trail, length, jnp.zeros(B, bool)
+    )
 
 
 def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
@@ -153,15 +184,27 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
     now = search.situations[:, None]  # [W, 1, K, B]; rules [W, A, 1, 1]
     adds, bad, needs = (words[..., None] for words in (rules.adds, rules.bad, rules.needs))
     before = (now & ~adds) | needs
-    fits = ((now & adds) != 0).any(axis=0) & ((now & bad) == 0).all(axis=0) & given.usable[:, None] & search.is_alive[None]
+    fits = (
+        ((now & adds) != 0).any(axis=0)
+        & ((now & bad) == 0).all(axis=0)
+        & given.usable[:, None]
+        & search.is_alive[None]
+    )
     fits &= ((before & ~given.possible[:, None, None]) == 0).all(axis=0)
     before = before.reshape(W, A * K, B)
     rating = jnp.zeros((A * K, B), jnp.int32)
     for place, digit in enumerate(given.levels):
-        rating += lax.population_count(before & digit[:, None]).astype(jnp.int32).sum(axis=0) << place
+        rating += (
+            lax.population_count(before & digit[:, None]).astype(jnp.int32).sum(axis=0) << place
+        )
     number = jnp.arange(A * K, dtype=jnp.int32)[:, None]
     key = jnp.where(fits.reshape(A * K, B), rating * (A * K) + number, _NEVER)
-    kept = (jnp.zeros((W, K, B), jnp.uint32), jnp.full((K, B), -1, jnp.int32), jnp.zeros(B, jnp.int32), key)
+    kept = (
+        jnp.zeros((W, K, B), jnp.uint32),
+        jnp.full((K, B), -1, jnp.int32),
+        jnp.zeros(B, jnp.int32),
+        key,
+    )
 
     def pick(_: Array, kept: tuple) -> tuple:
         return _pick(kept, before, search.known)
@@ -174,7 +217,12 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
         step=step + 1,
         situations=situations,
         is_alive=is_kept & ~is_done[None],
-        known=_with_row(search.known, jnp.where(is_kept[None], situations, jnp.uint32(0xFFFFFFFF))[:, None], step + 1, 1),
+        known=_with_row(
+            search.known,
+            jnp.where(is_kept[None], situations, jnp.uint32(0xFFFFFFFF))[:, None],
+            step + 1,
+            1,
+        ),
         chosen=_with_row(search.chosen, jnp.where(is_kept, places // K, -1)[None], step, 0),
         parent=_with_row(search.parent, jnp.where(is_kept, places % K, -1)[None], step, 0),
         length=jnp.where(is_done, step + 1, search.length),
@@ -183,7 +231,9 @@ def _iterate(search: _Search, rules: _Rules, given: _Given) -> _Search:
 
 
 def _pick(kept: tuple, before: Array, known: Array) -> tuple:
-    """Takes the candidate of least key, and all that contain it; it is kept where it contains no known one and finds room."""
+    """Takes the candidate of least key, and all that contain it; it is kept where it contains no
+    known one and finds room.
+    """
     situations, places, num_kept, key = kept
     K = places.shape[0]
     least = key.min(axis=0)
@@ -194,8 +244,13 @@ def _pick(kept: tuple, before: Array, known: Array) -> tuple:
     here = (jnp.arange(K, dtype=jnp.int32)[:, None] == num_kept[None]) & goes[None]
     contains = ((one[:, None] & ~before) == 0).all(axis=0)
     situations = jnp.where(here[None], one[:, None], situations)
-    places = jnp.where(here, jnp.where(is_it, jnp.arange(key.shape[0], dtype=jnp.int32)[:, None], 0).sum(axis=0)[None], places)
-    is_out = (is_it | contains) & (goes | ~is_new)[None]  # what finds no room stays, so that it is seen to have been cut off
+    places = jnp.where(
+        here,
+        jnp.where(is_it, jnp.arange(key.shape[0], dtype=jnp.int32)[:, None], 0).sum(axis=0)[None],
+        places,
+    )
+    # what finds no room stays, so that it is seen to have been cut off
+    is_out = (is_it | contains) & (goes | ~is_new)[None]
     return situations, places, num_kept + goes.astype(jnp.int32), jnp.where(is_out, _NEVER, key)
 
 
@@ -204,7 +259,9 @@ def _with_row(array: Array, row: Array, place: Array, axis: int) -> Array:
 
 
 def _unwound(chosen: Array, parent: Array, length: Array) -> Array:
-    """Returns the actions in the order of execution, int32 [T, B]: the one chosen last goes first."""
+    """Returns the actions in the order of execution, int32 [T, B]: the one chosen last goes
+    first.
+    """
     T, K, _ = chosen.shape
     beam = jnp.arange(K, dtype=jnp.int32)[:, None]
 
@@ -212,7 +269,9 @@ def _unwound(chosen: Array, parent: Array, length: Array) -> Array:
         at, actions = state
         step = length - 1 - number  # of the search, for each task
         is_on = step >= 0
-        is_row = (jnp.arange(T, dtype=jnp.int32)[:, None, None] == step[None, None]) & (beam == at[None])[None]
+        is_row = (jnp.arange(T, dtype=jnp.int32)[:, None, None] == step[None, None]) & (
+            beam == at[None]
+        )[None]
         action, up = (jnp.where(is_row, trail, 0).sum(axis=(0, 1)) for trail in (chosen, parent))
         actions = _with_row(actions, jnp.where(is_on, action, -1)[None], number, 0)
         return jnp.where(is_on, up, at), actions
@@ -222,34 +281,44 @@ def _unwound(chosen: Array, parent: Array, length: Array) -> Array:
 
 
 def _is_replayed(rules: _Rules, given: _Given, actions: Array, goal: Array) -> Array:
-    """Returns whether each plan, carried out from the start, is possible and ends in the goal: bool [B]."""
+    """Returns whether each plan, carried out from the start, is possible and ends in the goal:
+    bool [B].
+    """
     which = jnp.arange(rules.num_actions, dtype=jnp.int32)[:, None]
 
     def act(number: Array, state: tuple) -> tuple:
         situation, is_right = state
         action = lax.dynamic_index_in_dim(actions, number, keepdims=False)
         is_on = action >= 0
-        can = (given.usable & (which == action[None])).any(axis=0) & ((rules.row(rules.needs, action) & ~situation) == 0).all(
-            axis=0
-        )
+        can = (given.usable & (which == action[None])).any(axis=0) & (
+            (rules.row(rules.needs, action) & ~situation) == 0
+        ).all(axis=0)
         after = (situation & ~rules.row(rules.deletes, action)) | rules.row(rules.adds, action)
         return jnp.where(is_on[None], after, situation), is_right & (can | ~is_on)
 
     num_steps = (actions >= 0).any(axis=1).sum(dtype=jnp.int32)
-    end, is_right = lax.fori_loop(0, num_steps, act, (given.holds, jnp.ones(actions.shape[1], bool)))
+    end, is_right = lax.fori_loop(
+        0, num_steps, act, (given.holds, jnp.ones(actions.shape[1], bool))
+    )
     return is_right & ((goal & ~end) == 0).all(axis=0)
 
 
 def _words(rows: np.ndarray) -> np.ndarray:
     """bool [A, F] -> uint32 [W, A], one word at least."""
     num_words = max(1, -(-rows.shape[1] // _WORD))
-    wide = np.pad(rows, ((0, 0), (0, num_words * _WORD - rows.shape[1]))).reshape(len(rows), num_words, _WORD)
-    return (wide.astype(np.uint32) << np.arange(_WORD, dtype=np.uint32)).sum(axis=2, dtype=np.uint32).T
+    wide = np.pad(rows, ((0, 0), (0, num_words * _WORD - rows.shape[1]))).reshape(
+        len(rows), num_words, _WORD
+    )
+    return (
+        (wide.astype(np.uint32) << np.arange(_WORD, dtype=np.uint32)).sum(axis=2, dtype=np.uint32).T
+    )
 
 
 def _packed(bits: Array) -> Array:
     """bool [F, B] -> uint32 [W, B], one word at least."""
     num_words = max(1, -(-bits.shape[0] // _WORD))
-    wide = jnp.pad(bits, ((0, num_words * _WORD - bits.shape[0]), (0, 0))).reshape(num_words, _WORD, -1)
+    wide = jnp.pad(bits, ((0, num_words * _WORD - bits.shape[0]), (0, 0))).reshape(
+        num_words, _WORD, -1
+    )
     shifts = jnp.arange(_WORD, dtype=jnp.uint32)[None, :, None]
     return (wide.astype(jnp.uint32) << shifts).sum(axis=1, dtype=jnp.uint32)

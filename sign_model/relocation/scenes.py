@@ -1,8 +1,10 @@
-"""Scenes of solved smart relocation tasks, and their plans as trees: "reach the goal area" and what it comes down to.
+"""Scenes of solved smart relocation tasks, and their plans as trees: "reach the goal area" and what
+it comes down to.
 
-The abstract act `reach` is the plan of a coarser domain with the same areas. Whether it is realised as it is or specified, its
-conditions the start and its effects the goal of a sub-plan, is decided by the metacognitive rule (`plan_specification`; PY16 §3.1): an act
-is an operation where path planning alone can carry it out, that is, where nothing is known to block.
+The abstract act `reach` is the plan of a coarser domain with the same areas. Whether it is realised
+as it is or specified, its conditions the start and its effects the goal of a sub-plan, is decided
+by the metacognitive rule (`plan_specification`; PY16 §3.1): an act is an operation where path
+planning alone can carry it out, that is, where nothing is known to block.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,9 +32,15 @@ COARSE_DOMAIN = """(define (domain reaching)
 """
 
 
-def chain_scene(obstacles: Sequence[str], *, seen_as: Mapping[str, Sequence[str]] | None = None) -> Scene:
-    """Returns areas one behind the other with a breakable obstacle between each two; one open way where there is none."""
-    blocked = tuple((area(place), area(place + 1), obstacle) for place, obstacle in enumerate(obstacles))
+def chain_scene(
+    obstacles: Sequence[str], *, seen_as: Mapping[str, Sequence[str]] | None = None
+) -> Scene:
+    """Returns areas one behind the other with a breakable obstacle between each two; one open
+    way where there is none.
+    """
+    blocked = tuple(
+        (area(place), area(place + 1), obstacle) for place, obstacle in enumerate(obstacles)
+    )
     ways = () if obstacles else ((area(0), area(1)),)
     goal = area(max(1, len(obstacles)))
     kinds = dict.fromkeys(obstacles, BREAKABLE)
@@ -40,7 +48,10 @@ def chain_scene(obstacles: Sequence[str], *, seen_as: Mapping[str, Sequence[str]
 
 
 def contour_scene(
-    breakable: Sequence[str], firm: Sequence[str] = (), *, seen_as: Mapping[str, Sequence[str]] | None = None
+    breakable: Sequence[str],
+    firm: Sequence[str] = (),
+    *,
+    seen_as: Mapping[str, Sequence[str]] | None = None,
 ) -> Scene:
     """Returns two areas and obstacles between them, each taken to be all that blocks."""
     blocked = tuple((area(0), area(1), obstacle) for obstacle in (*breakable, *firm))
@@ -58,12 +69,16 @@ def reach_task(scene: Scene) -> PlanningTask:
     )
 
 
-def reached(scene: Scene, plan: Sequence[str], *, rule: WorldModel | None = None) -> tuple[Step, ...]:
-    """Returns the tree of "reach the goal area": realised as it is, or with the plan below it; () where one is there already.
+def reached(
+    scene: Scene, plan: Sequence[str], *, rule: WorldModel | None = None
+) -> tuple[Step, ...]:
+    """Returns the tree of "reach the goal area": realised as it is, or with the plan below it; ()
+    where one is there already.
 
     Args:
       scene: what was known.
-      plan: what was carried out, actions of the scene's task; replayed first, so that a wrong one is left out.
+      plan: what was carried out, actions of the scene's task; replayed first, so that a wrong one
+        is left out.
       rule: realise or specify; by default `plan_specification.metacognition()`.
     """
     if scene.start == scene.goal:

@@ -1,10 +1,12 @@
-"""Working memory for smart relocation: a few slots for areas and obstacles, with matrices ground once (PY16 §3.1).
+"""Working memory for smart relocation: a few slots for areas and obstacles, with matrices ground
+once (PY16 §3.1).
 
-What an agent attends to at one moment is little: the obstacles on one contour, or the few that must go. So all scenes of one
-form share their actions, and differ in what holds: which slots are filled, of what kind the obstacles are, where the goal is.
-The actions are those of the planning domain (`domain.DOMAIN`), ground over the slots; here the facts that no action
-changes (`blocked-by`, `of-kind`, ...) stay among the conditions, so that a situation can say which of them hold. What "I" can
-destroy is read from the personal meaning of the sign `i`.
+What an agent attends to at one moment is little: the obstacles on one contour, or the few that must
+go. So all scenes of one form share their actions, and differ in what holds: which slots are filled,
+of what kind the obstacles are, where the goal is. The actions are those of the planning domain
+(`domain.DOMAIN`), ground over the slots; here the facts that no action changes (`blocked-by`,
+`of-kind`, ...) stay among the conditions, so that a situation can say which of them hold. What "I"
+can destroy is read from the personal meaning of the sign `i`.
 """
 
 import dataclasses
@@ -31,7 +33,8 @@ BREAKABLE, FIRM = "breakable", "firm"
 class Attention:
     """A form of scenes: everything that may hold in working memory, and the actions over it.
 
-    num_slots: obstacles it holds at most. model: the signs. task: the scene in which everything holds that may hold.
+    num_slots: obstacles it holds at most. model: the signs. task: the scene in which everything
+      holds that may hold.
     space: the matrices that MAP regresses on; conditions include what no action changes.
     """
 
@@ -41,7 +44,9 @@ class Attention:
     space: RegressionSpace
 
     def situation(self, *atoms: Atom) -> np.ndarray:
-        """Returns the atoms as a situation over the features of `space`, bool [F]; those it has no use for are left out."""
+        """Returns the atoms as a situation over the features of `space`, bool [F]; those it has
+        no use for are left out.
+        """
         return np.array([feature in atoms for feature in self.space.features], bool)
 
     def about(self, name: str, *, except_for: str) -> np.ndarray:
@@ -51,14 +56,26 @@ class Attention:
         return np.array(is_about, bool) & ~changes
 
     def task_of(self, start: Collection[Atom], goal: Collection[Atom]) -> PlanningTask:
-        """Returns the planning task from one situation to another; my abilities hold without being named."""
-        situation = self.task.situation([*start, *(self.space.features[number] for number in np.flatnonzero(self.abilities))])
-        return dataclasses.replace(self.task, start=situation, goal=self.task.situation(list(goal)), problem=None, domain=None)
+        """Returns the planning task from one situation to another; my abilities hold without
+        being named.
+        """
+        situation = self.task.situation(
+            [*start, *(self.space.features[number] for number in np.flatnonzero(self.abilities))]
+        )
+        return dataclasses.replace(
+            self.task,
+            start=situation,
+            goal=self.task.situation(list(goal)),
+            problem=None,
+            domain=None,
+        )
 
     @functools.cached_property
     def abilities(self) -> np.ndarray:
         """What "I" can do, bool [F]: holds in every situation."""
-        return self.situation(*(("can-destroy", AGENT, kind) for kind in sorted(abilities_of(self.model))))
+        return self.situation(
+            *(("can-destroy", AGENT, kind) for kind in sorted(abilities_of(self.model)))
+        )
 
     @property
     def actions(self) -> tuple[Atom, ...]:
@@ -78,18 +95,28 @@ def slot(number: int | str) -> str:
 
 @functools.cache
 def contour_attention(num_slots: int, abilities: Collection[str] = (BREAKABLE,)) -> Attention:
-    """Returns the working memory of one contour: area 0, where I am, area 1, the goal's, and obstacles between the two.
+    """Returns the working memory of one contour: area 0, where I am, area 1, the goal's, and
+    obstacles between the two.
 
-    Each obstacle is taken to be all that blocks: that more may lie behind it is not known before one looks.
+    Each obstacle is taken to be all that blocks: that more may lie behind it is not known before
+    one looks.
     """
-    return _attention([(area(0), area(1))], [(area(0), area(1), slot(number)) for number in range(num_slots)], abilities)
+    return _attention(
+        [(area(0), area(1))],
+        [(area(0), area(1), slot(number)) for number in range(num_slots)],
+        abilities,
+    )
 
 
 @functools.cache
 def chain_attention(num_slots: int, abilities: Collection[str] = (BREAKABLE,)) -> Attention:
-    """Returns the working memory of a chain: area after area, with one obstacle between each two."""
+    """Returns the working memory of a chain: area after area, with one obstacle between each
+    two.
+    """
     pairs = [(area(number), area(number + 1)) for number in range(num_slots)]
-    return _attention(pairs, [(*pair, slot(number)) for number, pair in enumerate(pairs)], abilities)
+    return _attention(
+        pairs, [(*pair, slot(number)) for number, pair in enumerate(pairs)], abilities
+    )
 
 
 def _attention(ways: list[tuple], blocked: list[tuple], abilities: Collection[str]) -> Attention:
@@ -103,7 +130,9 @@ def _attention(ways: list[tuple], blocked: list[tuple], abilities: Collection[st
 
 
 def _everything(scene: Scene, kinds: Collection[str]) -> PlanningTask:
-    """Returns the ground task of a scene in which any obstacle may be of any kind; what never changes is kept as features."""
+    """Returns the ground task of a scene in which any obstacle may be of any kind; what never
+    changes is kept as features.
+    """
     domain, problem = parse(DOMAIN, problem_text(scene))
     told = {("of-kind", obstacle, kind) for obstacle in scene.obstacles for kind in kinds}
     told |= {("can-destroy", AGENT, kind) for kind in kinds}
@@ -121,22 +150,36 @@ def _everything(scene: Scene, kinds: Collection[str]) -> PlanningTask:
         wider[..., place] = rows
         return wider
 
-    conditions = wide(task.conditions) | np.array([[atom in told for atom in features] for told in statics], bool)
+    conditions = wide(task.conditions) | np.array(
+        [[atom in told for atom in features] for told in statics], bool
+    )
     start = wide(task.start) | np.array([atom in problem.start for atom in features], bool)
     rest = {"adds": wide(task.adds), "deletes": wide(task.deletes), "goal": wide(task.goal)}
-    return dataclasses.replace(task, features=features, conditions=conditions, start=start, problem=problem, **rest)
+    return dataclasses.replace(
+        task, features=features, conditions=conditions, start=start, problem=problem, **rest
+    )
 
 
 def _static_conditions(schema: Schema, action: Atom, fluents: Collection[str]) -> set[Atom]:
     filled = {role: thing for (role, _), thing in zip(schema.roles, action[1:], strict=True)}
-    return {(atom[0], *(filled.get(x, x) for x in atom[1:])) for atom in schema.conditions if atom[0] not in fluents}
+    return {
+        (atom[0], *(filled.get(x, x) for x in atom[1:]))
+        for atom in schema.conditions
+        if atom[0] not in fluents
+    }
 
 
 def _from_signs(task: PlanningTask, model: WorldModel) -> PlanningTask:
-    """Returns the task with its rules (FC, FA, FD) as the personal meanings of its acts have them."""
+    """Returns the task with its rules (FC, FA, FD) as the personal meanings of its acts have
+    them.
+    """
     of_name = {sign.name: sign for sign in model.signs()}
     number = {fact_name(atom): place for place, atom in enumerate(task.features)}
-    kinds = {"conditions": ColumnKind.CONDITION, "adds": ColumnKind.ADDS, "deletes": ColumnKind.DELETES}
+    kinds = {
+        "conditions": ColumnKind.CONDITION,
+        "adds": ColumnKind.ADDS,
+        "deletes": ColumnKind.DELETES,
+    }
     rules = {part: np.zeros_like(task.conditions) for part in kinds}
     for row, action in enumerate(task.actions):
         (meaning,) = of_name[act_name(action)].meaning

@@ -1,4 +1,6 @@
-"""Spreading activation: an active sign activates, step by step and ever more weakly, the signs that its matrices name."""
+"""Spreading activation: an active sign activates, step by step and ever more weakly, the signs
+that its matrices name.
+"""
 
 import functools
 
@@ -11,11 +13,13 @@ from sign_model.signs.matrix import Array, Component, Matrices
 
 @functools.partial(jax.jit, static_argnames=("steps",))
 def spread_activation(matrices: Matrices, activation: Array, *, decay: Array, steps: int) -> Array:
-    """Returns the activation after `steps` steps over the three networks; all 0 where nothing was active.
+    """Returns the activation after `steps` steps over the three networks; all 0 where nothing was
+    active.
 
-    At each step a sign passes `decay` of its activation along each of its links and keeps its own; of several that reach it
-    a sign takes the strongest. So activation is the product of the decays along the best chain of at most `steps` links: it
-    stays within the strongest given, never falls, and does not depend on any order of adding up.
+    At each step a sign passes `decay` of its activation along each of its links and keeps its own;
+    of several that reach it a sign takes the strongest. So activation is the product of the decays
+    along the best chain of at most `steps` links: it stays within the strongest given, never falls,
+    and does not depend on any order of adding up.
 
     Args:
       matrices: one world model's table.
@@ -30,7 +34,9 @@ def spread_activation(matrices: Matrices, activation: Array, *, decay: Array, st
     chex.assert_axis_dimension(activation, -1, num_signs)
     chex.assert_shape(decay, (len(Component),))
     target = jnp.where(matrices.feature >= 0, matrices.feature, num_signs)
-    passed_on = jnp.where(matrices.owner >= 0, jnp.asarray(decay)[matrices.component], jnp.float32(0))
+    passed_on = jnp.where(
+        matrices.owner >= 0, jnp.asarray(decay)[matrices.component], jnp.float32(0)
+    )
 
     def step(_: Array, active: Array) -> Array:
         sent = (active[matrices.owner] * passed_on)[:, None]

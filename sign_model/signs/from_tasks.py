@@ -6,14 +6,15 @@
 | type `block` | `type block` | | one matrix per object and per subtype | |
 | predicate `on` | `predicate on` | | the types of its roles, in order of position | |
 | fact `(on a b)` | `(on a b)` | predicate, then each argument in its place | | |
-| action schema `stack` | `action stack` | | the script: roles, conditions => adds, deletes | its acts |
-| role `?x` of `stack` | `role stack ?x` | | the types that may fill it | |
-| atom of a script | `script stack (on ?x ?y)` | predicate, then each role in its place | | |
-| ground action | `act (stack a b)` | schema, then each argument in its place | | (FC, FA, FD) |
-| start, goal | `situation start`, `situation goal` | | | the facts that hold |
+| action schema `stack` | `action stack` | | the script: roles, conditions => adds, deletes | its
+acts | | role `?x` of `stack` | `role stack ?x` | | the types that may fill it | | | atom of a
+script | `script stack (on ?x ?y)` | predicate, then each role in its place | | | | ground action |
+`act (stack a b)` | schema, then each argument in its place | | (FC, FA, FD) | | start, goal |
+`situation start`, `situation goal` | | | the facts that hold |
 
-Places are columns, so an argument may stand in several. A negated atom begins with `predicate not`. No two names clash: PDDL
-names hold neither blank nor parenthesis, and the first word tells the kind. Costs are no signs and stay with the task.
+Places are columns, so an argument may stand in several. A negated atom begins with `predicate not`.
+No two names clash: PDDL names hold neither blank nor parenthesis, and the first word tells the
+kind. Costs are no signs and stay with the task.
 """
 
 from collections.abc import Iterator
@@ -31,7 +32,9 @@ START, GOAL = "situation start", "situation goal"
 
 
 class TaskMatrices(NamedTuple):
-    """The matrices of a planning task, read from a world model; names and shapes as in `PlanningTask`."""
+    """The matrices of a planning task, read from a world model; names and shapes as in
+    `PlanningTask`.
+    """
 
     features: tuple[Atom, ...]
     actions: tuple[Atom, ...]
@@ -43,19 +46,29 @@ class TaskMatrices(NamedTuple):
 
 
 def world_model_of(task: PlanningTask) -> WorldModel:
-    """Returns the signs of a planning task, by the table above; `task_matrices` reads the task's matrices back.
+    """Returns the signs of a planning task, by the table above; `task_matrices` reads the task's
+    matrices back.
 
     A task made from arrays has no lifted form: its signs have images and personal meanings only.
     """
-    lifted = () if task.domain is None or task.problem is None else _lifted_signs(task.domain, task.problem)
+    lifted = (
+        ()
+        if task.domain is None or task.problem is None
+        else _lifted_signs(task.domain, task.problem)
+    )
     facts = tuple(Sign(fact_name(atom), image=(_image(atom),)) for atom in task.features)
-    situations = (Sign(START, meaning=(_situation(task, task.start),)), Sign(GOAL, meaning=(_situation(task, task.goal),)))
+    situations = (
+        Sign(START, meaning=(_situation(task, task.start),)),
+        Sign(GOAL, meaning=(_situation(task, task.goal),)),
+    )
     schemas = _with_meanings(lifted, task.actions)
     return from_signs(with_elementary((*schemas, *facts, *_acts(task), *situations)))
 
 
 def task_matrices(model: WorldModel) -> TaskMatrices:
-    """Returns features, actions, (FC, FA, FD), start and goal of a task's world model, bit for bit as they were."""
+    """Returns features, actions, (FC, FA, FD), start and goal of a task's world model, bit for
+    bit as they were.
+    """
     facts = [number for number, name in enumerate(model.names) if name.startswith("(")]
     acts = [number for number, name in enumerate(model.names) if name.startswith("act ")]
     owners = [*acts, model.index(START), model.index(GOAL)]
@@ -90,7 +103,9 @@ def _atom(name: str) -> Atom:
 
 def _meaning_slots(model: WorldModel) -> np.ndarray:
     """Returns the slot of each sign's first personal meaning, int [S]; N where it has none."""
-    owner = np.where(np.asarray(model.matrices.component) == Component.MEANING, model.matrices.owner, -1)
+    owner = np.where(
+        np.asarray(model.matrices.component) == Component.MEANING, model.matrices.owner, -1
+    )
     slots = np.full(model.matrices.is_sign.shape[0], len(owner))
     used = np.flatnonzero(owner >= 0)[::-1]
     slots[owner[used]] = used
@@ -101,8 +116,13 @@ def _image(atom: Atom, schema: str | None = None) -> PredictionMatrix:
     """Returns the predicate and then what fills its places; roles are those of `schema`."""
     predicate, *places = atom
     if predicate == "not" and places:
-        return PredictionMatrix(sequence("predicate not").columns + _image(tuple(places), schema).columns)
-    return sequence(f"predicate {predicate}", *(f"role {schema} {x}" if x.startswith("?") else x for x in places))
+        return PredictionMatrix(
+            sequence("predicate not").columns + _image(tuple(places), schema).columns
+        )
+    return sequence(
+        f"predicate {predicate}",
+        *(f"role {schema} {x}" if x.startswith("?") else x for x in places),
+    )
 
 
 def _situation(task: PlanningTask, holds: np.ndarray) -> PredictionMatrix:
@@ -114,13 +134,20 @@ def _acts(task: PlanningTask) -> Iterator[Sign]:
     names = [fact_name(atom) for atom in task.features]
     for number, action in enumerate(task.actions):
         rule = (
-            [names[feature] for feature in np.flatnonzero(part[number])] for part in (task.conditions, task.adds, task.deletes)
+            [names[feature] for feature in np.flatnonzero(part[number])]
+            for part in (task.conditions, task.adds, task.deletes)
         )
-        yield Sign(act_name(action), image=(sequence(f"action {action[0]}", *action[1:]),), meaning=(causal(*rule),))
+        yield Sign(
+            act_name(action),
+            image=(sequence(f"action {action[0]}", *action[1:]),),
+            meaning=(causal(*rule),),
+        )
 
 
 def _with_meanings(lifted: tuple[Sign, ...], actions: tuple[Atom, ...]) -> Iterator[Sign]:
-    """Yields the lifted signs, each schema with its ground actions as personal meanings; bare schemas where there are none."""
+    """Yields the lifted signs, each schema with its ground actions as personal meanings; bare
+    schemas where there are none.
+    """
     acts: dict[str, list[PredictionMatrix]] = {}
     for action in actions:
         acts.setdefault(f"action {action[0]}", []).append(sequence(act_name(action)))
@@ -148,7 +175,9 @@ def _types(domain: Domain, problem: Problem) -> list[str]:
 
 
 def _type_sign(kind: str, domain: Domain, problem: Problem) -> Sign:
-    subtypes = [f"type {name}" for name, parents in domain.types.items() if kind in parents and name != kind]
+    subtypes = [
+        f"type {name}" for name, parents in domain.types.items() if kind in parents and name != kind
+    ]
     objects = [name for name, kinds in problem.objects.items() if kind in (kinds or ("object",))]
     return Sign(f"type {kind}", significance=tuple(map(sequence, (*subtypes, *objects))))
 
@@ -160,7 +189,10 @@ def _told_types(kinds: tuple[str, ...]) -> list[str]:
 def _schema_signs(schema: Schema) -> Iterator[Sign]:
     """Yields the sign of a schema, then its roles, then the atoms of its script."""
     negated = [("not", *atom) for atom in schema.negative_conditions]
-    equal = [("=", one, other) if wanted else ("not", "=", one, other) for one, other, wanted in schema.equalities]
+    equal = [
+        ("=", one, other) if wanted else ("not", "=", one, other)
+        for one, other, wanted in schema.equalities
+    ]
     conditions = (*schema.conditions, *negated, *equal)
 
     def told(atoms: tuple[Atom, ...]) -> list[str]:
@@ -168,7 +200,9 @@ def _schema_signs(schema: Schema) -> Iterator[Sign]:
 
     roles = sequence(*(f"role {schema.name} {role}" for role, _ in schema.roles))
     rule = causal(told(conditions), told(schema.adds), told(schema.deletes))
-    yield Sign(f"action {schema.name}", significance=(PredictionMatrix(roles.columns + rule.columns),))
+    yield Sign(
+        f"action {schema.name}", significance=(PredictionMatrix(roles.columns + rule.columns),)
+    )
     for role, kinds in schema.roles:
         yield Sign(f"role {schema.name} {role}", significance=(sequence(_told_types(kinds)),))
     for atom in dict.fromkeys((*conditions, *schema.adds, *schema.deletes)):

@@ -1,15 +1,17 @@
 """Prediction matrices, the one store of the sign world model (PY16 §3.1).
 
-A row of a prediction matrix is a feature: a link to a sign. A column is a moment: its 1-bits say which features are required
-then. A causal matrix has condition columns first, then its effects, which are one moment in two columns: what it adds and what
-it deletes.
+A row of a prediction matrix is a feature: a link to a sign. A column is a moment: its 1-bits say
+which features are required then. A causal matrix has condition columns first, then its effects,
+which are one moment in two columns: what it adds and what it deletes.
 
-All matrices of a world model lie in one table, one slot each, padded to one shape, with rows only for the features a matrix
-really has. A table needs no padding to the sign with the most matrices, as an array with an axis of signs would: an action with
-two thousand personal meanings costs two thousand slots and nothing more. Canonical order, kept by every function here: slots by
-(owner, component, age), unused ones last; rows by feature; columns first to last.
+All matrices of a world model lie in one table, one slot each, padded to one shape, with rows only
+for the features a matrix really has. A table needs no padding to the sign with the most matrices,
+as an array with an axis of signs would: an action with two thousand personal meanings costs two
+thousand slots and nothing more. Canonical order, kept by every function here: slots by (owner,
+component, age), unused ones last; rows by feature; columns first to last.
 
-Shapes: S signs, N slots, R rows, T columns. Every function takes one table; batches go through `jax.vmap`.
+Shapes: S signs, N slots, R rows, T columns. Every function takes one table; batches go through
+  `jax.vmap`.
 """
 
 import dataclasses
@@ -23,7 +25,9 @@ import jax.numpy as jnp
 import numpy as np
 
 Array = Any
-"""A `jax.Array` inside jit, a NumPy array on the host, told apart by no checker; dtype and shape stand in the docstrings."""
+"""A `jax.Array` inside jit, a NumPy array on the host, told apart by no checker; dtype and shape
+stand in the docstrings.
+"""
 
 NONE = -1
 """Stands for "no sign" in `owner` and `feature`."""
@@ -48,7 +52,9 @@ class ColumnKind(enum.IntEnum):
 
 @dataclass_transform(frozen_default=True)
 def record(cls: type) -> type:
-    """Returns the class as a frozen record of arrays, a pytree (`chex.dataclass`, in a form that type checkers read)."""
+    """Returns the class as a frozen record of arrays, a pytree (`chex.dataclass`, in a form that
+    type checkers read).
+    """
     return chex.dataclass(frozen=True)(cls)
 
 
@@ -59,7 +65,8 @@ class Matrices:
     is_sign: bool [..., S], False on padding.
     owner: int32 [..., N], the sign whose matrix lies in the slot, NONE (-1) in an unused slot.
     component: int32 [..., N], a `Component`, -1 in an unused slot.
-    feature: int32 [..., N, R], the sign that the row links to, ascending, NONE (-1) on unused rows, which come last.
+    feature: int32 [..., N, R], the sign that the row links to, ascending, NONE (-1) on unused rows,
+      which come last.
     bits: bool [..., N, R, T], False on unused rows and absent columns.
     kind: int32 [..., N, T], a `ColumnKind`, ABSENT (0) after the last column.
     """
@@ -90,11 +97,17 @@ def capacity(matrices: Matrices) -> tuple[int, int, int, int]:
     return matrices.is_sign.shape[-1], num_slots, num_rows, num_columns
 
 
-def with_capacity(matrices: Matrices, num_signs: int, num_slots: int, num_rows: int, num_columns: int) -> Matrices:
-    """Returns the same matrices in a table at least as large in every direction; the content is unchanged (host)."""
+def with_capacity(
+    matrices: Matrices, num_signs: int, num_slots: int, num_rows: int, num_columns: int
+) -> Matrices:
+    """Returns the same matrices in a table at least as large in every direction; the content is
+    unchanged (host).
+    """
     wanted = (num_signs, num_slots, num_rows, num_columns)
     if any(want < have for want, have in zip(wanted, capacity(matrices))):
-        raise ValueError(f"capacity {wanted} is smaller than {capacity(matrices)}: a table can only grow")
+        raise ValueError(
+            f"capacity {wanted} is smaller than {capacity(matrices)}: a table can only grow"
+        )
     larger = empty_matrices(*wanted)
 
     def placed(new: np.ndarray, old: Array) -> np.ndarray:
@@ -105,9 +118,13 @@ def with_capacity(matrices: Matrices, num_signs: int, num_slots: int, num_rows: 
 
 
 def picked(matrices: Matrices, slots: Array) -> Matrices:
-    """Returns a table of the chosen slots only, in the order given (host); canonical where that order ascends."""
+    """Returns a table of the chosen slots only, in the order given (host); canonical where that
+    order ascends.
+    """
     parts = ("owner", "component", "feature", "bits", "kind")
-    return dataclasses.replace(matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in parts})
+    return dataclasses.replace(
+        matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in parts}
+    )
 
 
 def num_matrices(matrices: Matrices) -> Array:
@@ -127,7 +144,8 @@ def is_causal(matrices: Matrices) -> Array:
 
 @functools.partial(jax.jit, static_argnames=("kind",))
 def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
-    """Returns the features that the columns of one kind name in each matrix; all False in unused slots.
+    """Returns the features that the columns of one kind name in each matrix; all False in unused
+    slots.
 
     With the kinds CONDITION, ADDS and DELETES these are the rule (FC, FA, FD) of a causal matrix.
 
@@ -141,14 +159,18 @@ def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
     named = (matrices.bits & (matrices.kind == kind)[:, None, :]).any(axis=2)
     num_signs = matrices.is_sign.shape[0]
     slot = jnp.arange(named.shape[0])[:, None]
-    # Unused rows point one past the end, where the update is dropped (index -1 would wrap to the last sign).
+    # Unused rows point one past the end, where the update is dropped (index -1 would wrap to the
+    # last sign).
     column = jnp.where(matrices.feature >= 0, matrices.feature, num_signs)
     return jnp.zeros((named.shape[0], num_signs), bool).at[slot, column].max(named, mode="drop")
 
 
 @jax.jit
-def insert(matrices: Matrices, owner: Array, component: Array, feature: Array, bits: Array, kind: Array) -> Matrices:
-    """Returns a table with one more matrix, the youngest of its sign's component: growth by an experience (PY16 §3.1).
+def insert(
+    matrices: Matrices, owner: Array, component: Array, feature: Array, bits: Array, kind: Array
+) -> Matrices:
+    """Returns a table with one more matrix, the youngest of its sign's component: growth by an
+    experience (PY16 §3.1).
 
     Pure; the last slot must be free (`WorldModel.grown` sees to it), else the matrix in it is lost.
 
@@ -181,23 +203,44 @@ def insert(matrices: Matrices, owner: Array, component: Array, feature: Array, b
 
 
 def faults(matrices: Matrices) -> list[str]:
-    """Returns what breaks the canonical order of a table, in words; empty when all is well (host)."""
+    """Returns what breaks the canonical order of a table, in words; empty when all is well
+    (host).
+    """
     owner, component, feature, bits, kind = (
-        np.asarray(part) for part in (matrices.owner, matrices.component, matrices.feature, matrices.bits, matrices.kind)
+        np.asarray(part)
+        for part in (
+            matrices.owner,
+            matrices.component,
+            matrices.feature,
+            matrices.bits,
+            matrices.kind,
+        )
     )
     used, is_row, is_column = owner >= 0, feature >= 0, kind != ColumnKind.ABSENT
     num_signs = matrices.is_sign.shape[0]
-    key = np.where(used, owner.astype(np.int64) * len(Component) + component, num_signs * len(Component))
+    key = np.where(
+        used, owner.astype(np.int64) * len(Component) + component, num_signs * len(Component)
+    )
     ranked = np.where(is_row, feature, num_signs)
     order = np.where(is_column, kind, len(ColumnKind))
     rules = {
         "slots lie in the order of (owner, component), unused ones last": (np.diff(key) >= 0).all(),
-        "every used slot has a component": ((component >= 0) == used).all() and (component < len(Component)).all(),
-        "every owner and feature is a sign": np.asarray(matrices.is_sign)[np.concatenate([owner[used], feature[is_row]])].all(),
-        "rows ascend without repetition, unused ones last": ((np.diff(ranked, axis=1) > 0) | ~is_row[:, 1:]).all(),
-        "unused slots have no row and no column": not (is_row | is_column[:, :1])[~used].any() and not is_column[~used].any(),
-        "columns go from conditions to effects, absent ones last": (np.diff(order, axis=1) >= 0).all(),
-        "bits lie in used rows and columns, none of which is empty": (bits.any(axis=2) == is_row).all()
+        "every used slot has a component": ((component >= 0) == used).all()
+        and (component < len(Component)).all(),
+        "every owner and feature is a sign": np.asarray(matrices.is_sign)[
+            np.concatenate([owner[used], feature[is_row]])
+        ].all(),
+        "rows ascend without repetition, unused ones last": (
+            (np.diff(ranked, axis=1) > 0) | ~is_row[:, 1:]
+        ).all(),
+        "unused slots have no row and no column": not (is_row | is_column[:, :1])[~used].any()
+        and not is_column[~used].any(),
+        "columns go from conditions to effects, absent ones last": (
+            np.diff(order, axis=1) >= 0
+        ).all(),
+        "bits lie in used rows and columns, none of which is empty": (
+            bits.any(axis=2) == is_row
+        ).all()
         and (bits.any(axis=1) == is_column).all(),
     }
     return [rule for rule, holds in rules.items() if not holds]

@@ -1,10 +1,11 @@
 """World models as JSON files: names and lists only, nothing that could run.
 
     {"format": "sign_model world model, version 1",
-     "signs": [{"name": "face", "image": [[["condition", ["nose"]], ["condition", ["mouth"]]]], "meaning": []},
-               {"name": "mouth"}, {"name": "nose"}]}
+     "signs": [{"name": "face", "image": [[["condition", ["nose"]], ["condition", ["mouth"]]]],
+               "meaning": []}, {"name": "mouth"}, {"name": "nose"}]}
 
-A sign has up to three components, a component matrices, a matrix columns, a column its kind and its features.
+A sign has up to three components, a component matrices, a matrix columns, a column its kind and its
+features.
 """
 
 import json
@@ -22,10 +23,15 @@ _KINDS = {kind.name.lower(): kind for kind in ColumnKind if kind != ColumnKind.A
 
 def save_model(model: WorldModel, path: str | pathlib.Path) -> None:
     """Writes the signs of a model; `load_model` gives them back without loss."""
-    signs = [{"name": sign.name, **{part: _to_plain(getattr(sign, part)) for part in _COMPONENTS}} for sign in model.signs()]
+    signs = [
+        {"name": sign.name, **{part: _to_plain(getattr(sign, part)) for part in _COMPONENTS}}
+        for sign in model.signs()
+    ]
     target = pathlib.Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps({"format": _FORMAT, "signs": signs}, indent=1) + "\n", encoding="utf-8")
+    temporary.write_text(
+        json.dumps({"format": _FORMAT, "signs": signs}, indent=1) + "\n", encoding="utf-8"
+    )
     os.replace(temporary, target)
 
 
@@ -33,16 +39,26 @@ def load_model(path: str | pathlib.Path) -> WorldModel:
     """Returns the world model of a file.
 
     Raises:
-      ValueError: the file is not JSON or not of this format, a sign is not as above, or the signs do not fit together; names
-        the file, the sign and the rule.
+      ValueError: the file is not JSON or not of this format, a sign is not as above, or the signs
+        do not fit together; names the file, the sign and the rule.
     """
     try:
         told = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not JSON ({error}): give a file written by save_model") from None
-    if not isinstance(told, dict) or told.get("format") != _FORMAT or not isinstance(told.get("signs"), list):
-        raise ValueError(f"{path}: not a world model: its format must be {_FORMAT!r}; give a file written by save_model")
-    signs = [_from_plain(entry, f"{path}: sign {number}") for number, entry in enumerate(told["signs"], 1)]
+    if (
+        not isinstance(told, dict)
+        or told.get("format") != _FORMAT
+        or not isinstance(told.get("signs"), list)
+    ):
+        raise ValueError(
+            f"{path}: not a world model: its format must be {_FORMAT!r}; give a file written by"
+            " save_model"
+        )
+    signs = [
+        _from_plain(entry, f"{path}: sign {number}")
+        for number, entry in enumerate(told["signs"], 1)
+    ]
     try:
         return from_signs(signs)
     except ValueError as error:
@@ -50,19 +66,31 @@ def load_model(path: str | pathlib.Path) -> WorldModel:
 
 
 def _to_plain(matrices: tuple[PredictionMatrix, ...]) -> list:
-    return [[[column.kind.name.lower(), sorted(column.features)] for column in matrix.columns] for matrix in matrices]
+    return [
+        [[column.kind.name.lower(), sorted(column.features)] for column in matrix.columns]
+        for matrix in matrices
+    ]
 
 
 def _from_plain(entry: object, where: str) -> Sign:
-    if not isinstance(entry, dict) or not isinstance(entry.get("name"), str) or set(entry) - {"name", *_COMPONENTS}:
+    if (
+        not isinstance(entry, dict)
+        or not isinstance(entry.get("name"), str)
+        or set(entry) - {"name", *_COMPONENTS}
+    ):
         raise ValueError(
-            f"{where}: must have a name, and nothing but {', '.join(_COMPONENTS)}; see sign_model.signs.model_file"
+            f"{where}: must have a name, and nothing but {', '.join(_COMPONENTS)}; see"
+            " sign_model.signs.model_file"
         )
     where = f"{where} ({entry['name']})"
     try:
-        return Sign(entry["name"], *(tuple(map(_matrix, entry.get(part, []))) for part in _COMPONENTS))
+        return Sign(
+            entry["name"], *(tuple(map(_matrix, entry.get(part, []))) for part in _COMPONENTS)
+        )
     except TypeError:
-        raise ValueError(f"{where}: each component must be a list of matrices, each a list of columns") from None
+        raise ValueError(
+            f"{where}: each component must be a list of matrices, each a list of columns"
+        ) from None
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 
@@ -73,6 +101,12 @@ def _matrix(columns: list) -> PredictionMatrix:
 
 def _column(column: object) -> Column:
     kind, names = column if isinstance(column, list) and len(column) == 2 else ("", column)
-    if kind not in _KINDS or not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"a column must be a kind ({', '.join(_KINDS)}) and a list of names, got {column!r}")
+    if (
+        kind not in _KINDS
+        or not isinstance(names, list)
+        or not all(isinstance(name, str) for name in names)
+    ):
+        raise ValueError(
+            f"a column must be a kind ({', '.join(_KINDS)}) and a list of names, got {column!r}"
+        )
     return Column(frozenset(names), _KINDS[kind])

@@ -1,9 +1,11 @@
-"""Recognition of signs in an input flow, and what each sign expects next (PY16 §3.1: "face", saccades, attention).
+"""Recognition of signs in an input flow, and what each sign expects next (PY16 §3.1: "face",
+saccades, attention).
 
-A prediction matrix is recognised when its columns appear one after the other in the flow, each at a step of its own; other
-steps may lie between them unless `contiguous` is asked for. Matching each column as early as it can be matched finds the
-earliest recognition, so one pass with one bit per prefix suffices. The effects of a causal matrix are one moment: what it
-deletes must be absent at the very step, or at one after it, at which what it adds is present.
+A prediction matrix is recognised when its columns appear one after the other in the flow, each at a
+step of its own; other steps may lie between them unless `contiguous` is asked for. Matching each
+column as early as it can be matched finds the earliest recognition, so one pass with one bit per
+prefix suffices. The effects of a causal matrix are one moment: what it deletes must be absent at
+the very step, or at one after it, at which what it adds is present.
 
 A sign recognised at a step is itself a feature of that step for the signs above it, `levels` deep.
 """
@@ -25,9 +27,12 @@ class Recognition:
 
     recognised: bool [..., S].
     step: int32 [..., S], the first step at which the sign was recognised, -1 where it was not.
-    precedent: int32 [..., S], which matrix of the component did it (0 the oldest; ties go to the older), -1 where none.
-    passed: int32 [..., N], how many columns each matrix of the component has behind it after the last step.
-    expected: bool [..., N, R], the rows that each matrix needs next; all False once its sign is recognised.
+    precedent: int32 [..., S], which matrix of the component did it (0 the oldest; ties go to the
+      older), -1 where none.
+    passed: int32 [..., N], how many columns each matrix of the component has behind it after the
+      last step.
+    expected: bool [..., N, R], the rows that each matrix needs next; all False once its sign is
+      recognised.
     """
 
     recognised: Array
@@ -47,9 +52,15 @@ _NEVER = 2**31 - 1
 
 @functools.partial(jax.jit, static_argnames=("component", "contiguous", "levels"))
 def recognise(
-    matrices: Matrices, flow: Array, *, component: Component = Component.IMAGE, contiguous: bool = False, levels: int = 1
+    matrices: Matrices,
+    flow: Array,
+    *,
+    component: Component = Component.IMAGE,
+    contiguous: bool = False,
+    levels: int = 1,
 ) -> Recognition:
-    """Returns which signs are recognised in each flow, when, by which precedent, and what is expected next.
+    """Returns which signs are recognised in each flow, when, by which precedent, and what is
+    expected next.
 
     Nothing is recognised in an empty flow, and a matrix without columns never is.
 
@@ -58,11 +69,14 @@ def recognise(
       flow: bool [..., K, S], the features (signs) present at each of K steps.
       component: whose matrices are matched.
       contiguous: whether the columns must follow each other without a step between them.
-      levels: how many times within a step what was just recognised is offered to the signs above it.
+      levels: how many times within a step what was just recognised is offered to the signs above
+        it.
     """
     chex.assert_axis_dimension(flow, -1, matrices.is_sign.shape[0])
     chex.assert_type(flow, bool)
-    one: Callable = functools.partial(_recognise_one, matrices, component=component, contiguous=contiguous, levels=levels)
+    one: Callable = functools.partial(
+        _recognise_one, matrices, component=component, contiguous=contiguous, levels=levels
+    )
     for _ in range(flow.ndim - 2):
         one = jax.vmap(one)
     return one(flow)
@@ -70,9 +84,11 @@ def recognise(
 
 @jax.jit
 def attention(matrices: Matrices, recognition: Recognition) -> Array:
-    """Returns how eagerly each sign expects each feature next; 0 where it does not, 1 where the feature would complete it.
+    """Returns how eagerly each sign expects each feature next; 0 where it does not, 1 where the
+    feature would complete it.
 
-    The greatest share of columns that any of the sign's matrices would have behind it after its next column.
+    The greatest share of columns that any of the sign's matrices would have behind it after its
+    next column.
 
     Args:
       matrices: the table that was matched.
@@ -86,18 +102,29 @@ def attention(matrices: Matrices, recognition: Recognition) -> Array:
     share = (recognition.passed + 1).astype(jnp.float32) / length
     value = jnp.where(recognition.expected, share[:, None], jnp.float32(0))
     target = jnp.where(recognition.expected, matrices.feature, num_signs)
-    return jnp.zeros((num_signs, num_signs), jnp.float32).at[matrices.owner[:, None], target].max(value, mode="drop")
+    return (
+        jnp.zeros((num_signs, num_signs), jnp.float32)
+        .at[matrices.owner[:, None], target]
+        .max(value, mode="drop")
+    )
 
 
-def _recognise_one(matrices: Matrices, flow: Array, *, component: Component, contiguous: bool, levels: int) -> Recognition:
+def _recognise_one(
+    matrices: Matrices, flow: Array, *, component: Component, contiguous: bool, levels: int
+) -> Recognition:
     num_slots, num_moments = matrices.kind.shape
     is_ours = matrices.component == component
     place = jnp.arange(num_moments + 1, dtype=jnp.int32)[None, :]
-    start = _Seen(jnp.broadcast_to(place == 0, (num_slots, num_moments + 1)), jnp.full(num_slots, _NEVER, jnp.int32))
+    start = _Seen(
+        jnp.broadcast_to(place == 0, (num_slots, num_moments + 1)),
+        jnp.full(num_slots, _NEVER, jnp.int32),
+    )
 
     def observe(seen: _Seen, observed: tuple[Array, Array]) -> tuple[_Seen, None]:
         number, features = observed
-        prefix, done = _advanced(matrices, seen.prefix, features, is_ours, contiguous=contiguous, levels=levels)
+        prefix, done = _advanced(
+            matrices, seen.prefix, features, is_ours, contiguous=contiguous, levels=levels
+        )
         return _Seen(prefix, jnp.where(done, jnp.minimum(seen.step, number), seen.step)), None
 
     steps = jnp.arange(flow.shape[0], dtype=jnp.int32)
@@ -126,7 +153,13 @@ def _is_delete_next(matrices: Matrices, is_next: Array) -> Array:
 
 
 def _advanced(
-    matrices: Matrices, prefix: Array, features: Array, is_ours: Array, *, contiguous: bool, levels: int
+    matrices: Matrices,
+    prefix: Array,
+    features: Array,
+    is_ours: Array,
+    *,
+    contiguous: bool,
+    levels: int,
 ) -> tuple[Array, Array]:
     """Returns the prefixes seen after one more step, and which matrices were completed at it."""
 
@@ -139,13 +172,16 @@ def _advanced(
     return _stepped(matrices, prefix, offered, is_ours, contiguous=contiguous)
 
 
-def _stepped(matrices: Matrices, prefix: Array, features: Array, is_ours: Array, *, contiguous: bool) -> tuple[Array, Array]:
+def _stepped(
+    matrices: Matrices, prefix: Array, features: Array, is_ours: Array, *, contiguous: bool
+) -> tuple[Array, Array]:
     present = features[matrices.feature] & (matrices.feature >= 0)
     is_absence = matrices.kind == ColumnKind.DELETES
     wrong = matrices.bits & (present[:, :, None] == is_absence[:, None, :])
     is_match = ~wrong.any(axis=1) & (matrices.kind != ColumnKind.ABSENT)
     passes = prefix[:, :-1] & is_match
-    # Deletes right after adds belong to the same moment: they may pass at the step at which the adds pass.
+    # Deletes right after adds belong to the same moment: they may pass at the step at which the
+    # adds pass.
     is_same = is_absence[:, 1:] & (matrices.kind[:, :-1] == ColumnKind.ADDS)
     passes = passes | _shifted(passes[:, :-1] & is_same & is_match[:, 1:])
     place = jnp.arange(prefix.shape[1], dtype=jnp.int32)[None, :]
@@ -160,7 +196,9 @@ def _shifted(columns: Array) -> Array:
 
 
 def _least(matrices: Matrices, value: Array, chosen: Array, nothing: int) -> Array:
-    """Returns the least value among each sign's chosen slots, `nothing` where it has none; int32 [S]."""
+    """Returns the least value among each sign's chosen slots, `nothing` where it has none; int32
+    [S].
+    """
     num_signs = matrices.is_sign.shape[0]
     owner = jnp.where(chosen, matrices.owner, num_signs)
     return jnp.full(num_signs, nothing, jnp.int32).at[owner].min(value, mode="drop")

@@ -1,6 +1,8 @@
-"""Signs as people read them: a name, and prediction matrices for image, significance and personal meaning (PY16 §3.1).
+"""Signs as people read them: a name, and prediction matrices for image, significance and personal
+meaning (PY16 §3.1).
 
-The symbolic view of what `matrix.py` stores as arrays; `world_model.py` goes from one to the other and back without loss.
+The symbolic view of what `matrix.py` stores as arrays; `world_model.py` goes from one to the other
+and back without loss.
 """
 
 import dataclasses
@@ -11,29 +13,42 @@ from sign_model.signs.matrix import ColumnKind, Component
 
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """One moment of a prediction matrix: the names of the features required (or added, or deleted) then; never empty."""
+    """One moment of a prediction matrix: the names of the features required (or added, or
+    deleted) then; never empty.
+    """
 
     features: frozenset[str]
     kind: ColumnKind = ColumnKind.CONDITION
 
     def __post_init__(self):
         if not self.features:
-            raise ValueError(f"a column of kind {self.kind.name} names no feature: leave the column out")
+            raise ValueError(
+                f"a column of kind {self.kind.name} names no feature: leave the column out"
+            )
         if self.kind == ColumnKind.ABSENT:
-            raise ValueError("a column cannot be ABSENT: that kind marks padding, leave the column out")
+            raise ValueError(
+                "a column cannot be ABSENT: that kind marks padding, leave the column out"
+            )
 
 
 @dataclasses.dataclass(frozen=True)
 class PredictionMatrix:
-    """A sequence of feature sets; causal where its last columns are effects. No column at all: nothing is required."""
+    """A sequence of feature sets; causal where its last columns are effects. No column at all:
+    nothing is required.
+    """
 
     columns: tuple[Column, ...]
 
     def __post_init__(self):
         kinds = [column.kind for column in self.columns]
-        if kinds != sorted(kinds) or any(kinds.count(effect) > 1 for effect in (ColumnKind.ADDS, ColumnKind.DELETES)):
+        if kinds != sorted(kinds) or any(
+            kinds.count(effect) > 1 for effect in (ColumnKind.ADDS, ColumnKind.DELETES)
+        ):
             told = ", ".join(kind.name for kind in kinds)
-            raise ValueError(f"columns ({told}) must be conditions, then at most one ADDS, then at most one DELETES column")
+            raise ValueError(
+                f"columns ({told}) must be conditions, then at most one ADDS, then at most one"
+                " DELETES column"
+            )
 
     @property
     def features(self) -> frozenset[str]:
@@ -41,8 +56,12 @@ class PredictionMatrix:
         return frozenset().union(*(column.features for column in self.columns))
 
     def named(self, kind: ColumnKind) -> frozenset[str]:
-        """Returns the features named in the columns of one kind; empty where there is no such column."""
-        return frozenset().union(*(column.features for column in self.columns if column.kind == kind))
+        """Returns the features named in the columns of one kind; empty where there is no such
+        column.
+        """
+        return frozenset().union(
+            *(column.features for column in self.columns if column.kind == kind)
+        )
 
     @property
     def is_causal(self) -> bool:
@@ -52,7 +71,9 @@ class PredictionMatrix:
 
 @dataclasses.dataclass(frozen=True)
 class Sign:
-    """A sign: each component is a tuple of matrices, oldest first. A sign with no image is an elementary datum or operation."""
+    """A sign: each component is a tuple of matrices, oldest first. A sign with no image is an
+    elementary datum or operation.
+    """
 
     name: str
     image: tuple[PredictionMatrix, ...] = ()
@@ -71,19 +92,29 @@ class Sign:
 
 
 def sequence(*moments: Iterable[str] | str) -> PredictionMatrix:
-    """Returns the matrix that requires the given feature sets one after the other; a single name is a set of one."""
+    """Returns the matrix that requires the given feature sets one after the other; a single name
+    is a set of one.
+    """
     return PredictionMatrix(tuple(Column(_as_set(moment)) for moment in moments))
 
 
-def causal(conditions: Iterable[str] = (), adds: Iterable[str] = (), deletes: Iterable[str] = ()) -> PredictionMatrix:
+def causal(
+    conditions: Iterable[str] = (), adds: Iterable[str] = (), deletes: Iterable[str] = ()
+) -> PredictionMatrix:
     """Returns the causal matrix (FC, FA, FD); a set that is empty gets no column."""
-    parts = ((conditions, ColumnKind.CONDITION), (adds, ColumnKind.ADDS), (deletes, ColumnKind.DELETES))
+    parts = (
+        (conditions, ColumnKind.CONDITION),
+        (adds, ColumnKind.ADDS),
+        (deletes, ColumnKind.DELETES),
+    )
     columns = ((_as_set(features), kind) for features, kind in parts)
     return PredictionMatrix(tuple(Column(features, kind) for features, kind in columns if features))
 
 
 def with_elementary(signs: Iterable[Sign]) -> tuple[Sign, ...]:
-    """Returns the signs, followed by a bare sign for each feature that none of them carries, in order of name."""
+    """Returns the signs, followed by a bare sign for each feature that none of them carries, in
+    order of name.
+    """
     signs = tuple(signs)
     known = {sign.name for sign in signs}
     features = frozenset().union(*(matrix.features for sign in signs for _, matrix in sign))

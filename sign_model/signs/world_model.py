@@ -1,4 +1,6 @@
-"""The sign world model: names on top, prediction matrices below (PY16 §3.1), and the way between the two, without loss."""
+"""The sign world model: names on top, prediction matrices below (PY16 §3.1), and the way between
+the two, without loss.
+"""
 
 import dataclasses
 import functools
@@ -30,11 +32,16 @@ class WorldModel:
     def index(self, name: str) -> int:
         """Returns the number of the sign with this name; ValueError where there is none."""
         if name not in self._index:
-            raise ValueError(f"no sign is called {name!r}: the world model has {len(self.names)} signs, {self.names[:3]} first")
+            raise ValueError(
+                f"no sign is called {name!r}: the world model has {len(self.names)} signs,"
+                f" {self.names[:3]} first"
+            )
         return self._index[name]
 
     def features(self, names: Iterable[str]) -> np.ndarray:
-        """Returns the set of the named signs as bool [S]: a situation, or one step of an input flow."""
+        """Returns the set of the named signs as bool [S]: a situation, or one step of an input
+        flow.
+        """
         chosen = np.zeros(self.matrices.is_sign.shape[0], bool)
         chosen[[self.index(name) for name in names]] = True
         return chosen
@@ -57,30 +64,48 @@ class WorldModel:
         return tuple(_decoded(self, index, own) for index, own in enumerate(slots))
 
     def with_signs(self, signs: Iterable[Sign]) -> "WorldModel":
-        """Returns a model that has these signs as well, after its own; ValueError where a name is taken."""
+        """Returns a model that has these signs as well, after its own; ValueError where a name
+        is taken.
+        """
         return from_signs((*self.signs(), *signs))
 
     def grown(self, name: str, component: Component, matrix: PredictionMatrix) -> "WorldModel":
-        """Returns a model in which an experience has added a matrix to a component of one sign; the old model is unchanged.
+        """Returns a model in which an experience has added a matrix to a component of one sign; the
+        old model is unchanged.
 
         The table doubles where it is full, so few shapes are ever compiled.
         """
         rows = sorted(self.index(feature) for feature in matrix.features)
         num_signs, num_slots, num_rows, num_columns = tables.capacity(self.matrices)
-        needed = (num_signs, int(tables.num_matrices(self.matrices)) + 1, len(rows), len(matrix.columns))
-        larger = tuple(max(have, _bucket(need)) for have, need in zip((num_signs, num_slots, num_rows, num_columns), needed))
-        table = self.matrices if larger == tables.capacity(self.matrices) else tables.with_capacity(self.matrices, *larger)
+        needed = (
+            num_signs,
+            int(tables.num_matrices(self.matrices)) + 1,
+            len(rows),
+            len(matrix.columns),
+        )
+        larger = tuple(
+            max(have, _bucket(need))
+            for have, need in zip((num_signs, num_slots, num_rows, num_columns), needed)
+        )
+        table = (
+            self.matrices
+            if larger == tables.capacity(self.matrices)
+            else tables.with_capacity(self.matrices, *larger)
+        )
         encoded = _encoded(matrix, self._index, *larger[2:])
         grown = tables.insert(table, np.int32(self.index(name)), np.int32(component), *encoded)
         return WorldModel(self.names, jax.tree.map(np.asarray, grown))
 
 
-def from_signs(signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | None = None) -> WorldModel:
+def from_signs(
+    signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | None = None
+) -> WorldModel:
     """Returns the world model of these signs; `WorldModel.signs` gives them back.
 
     Args:
       signs: every feature of a matrix must be one of them (`with_elementary` adds what is missing).
-      capacity: numbers of signs, slots, rows and columns to make room for; by default powers of two, 4 at least.
+      capacity: numbers of signs, slots, rows and columns to make room for; by default powers of
+        two, 4 at least.
 
     Raises:
       ValueError: two signs share a name, a feature is no sign, or the capacity is too small.
@@ -91,14 +116,20 @@ def from_signs(signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | N
     if len(index) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise ValueError(f"two signs are called {twice!r}: names must be unique")
-    stored = [(number, component, matrix) for number, sign in enumerate(signs) for component, matrix in sign]
+    stored = [
+        (number, component, matrix)
+        for number, sign in enumerate(signs)
+        for component, matrix in sign
+    ]
     needed = (
         len(signs),
         len(stored),
         max((len(matrix.features) for _, _, matrix in stored), default=0),
         max((len(matrix.columns) for _, _, matrix in stored), default=0),
     )
-    table = tables.with_capacity(tables.empty_matrices(*needed), *(capacity or tuple(map(_bucket, needed))))
+    table = tables.with_capacity(
+        tables.empty_matrices(*needed), *(capacity or tuple(map(_bucket, needed)))
+    )
     table.is_sign[: len(signs)] = True
     for slot, (number, component, matrix) in enumerate(stored):
         table.owner[slot], table.component[slot] = number, component
@@ -106,13 +137,16 @@ def from_signs(signs: Iterable[Sign], *, capacity: tuple[int, int, int, int] | N
     return WorldModel(names, table)
 
 
-def _fill(table: Matrices, slot: int, matrix: PredictionMatrix, index: dict[str, int], owner: str) -> None:
+def _fill(
+    table: Matrices, slot: int, matrix: PredictionMatrix, index: dict[str, int], owner: str
+) -> None:
     """Writes one matrix into a slot of a NumPy table that is still being built."""
     try:
         rows = sorted(index[feature] for feature in matrix.features)
     except KeyError as missing:
         raise ValueError(
-            f"sign {owner!r} has the feature {missing.args[0]!r}, which is no sign: add it, or call with_elementary first"
+            f"sign {owner!r} has the feature {missing.args[0]!r}, which is no sign: add it, or call"
+            " with_elementary first"
         ) from None
     row_of = {sign: row for row, sign in enumerate(rows)}
     table.feature[slot, : len(rows)] = rows
@@ -121,7 +155,9 @@ def _fill(table: Matrices, slot: int, matrix: PredictionMatrix, index: dict[str,
         table.bits[slot, [row_of[index[feature]] for feature in column.features], moment] = True
 
 
-def _encoded(matrix: PredictionMatrix, index: dict[str, int], num_rows: int, num_columns: int) -> tuple[np.ndarray, ...]:
+def _encoded(
+    matrix: PredictionMatrix, index: dict[str, int], num_rows: int, num_columns: int
+) -> tuple[np.ndarray, ...]:
     """Returns feature [R], bits [R, T] and kind [T] of one matrix."""
     single = tables.empty_matrices(0, 1, num_rows, num_columns)
     _fill(single, 0, matrix, index, "?")
@@ -132,9 +168,14 @@ def _decoded(model: WorldModel, index: int, slots: Iterable[int]) -> Sign:
     table = model.matrices
     components: tuple[list[PredictionMatrix], ...] = ([], [], [])
     for slot in slots:
-        feature, bits, kind = (np.asarray(part[slot]) for part in (table.feature, table.bits, table.kind))
+        feature, bits, kind = (
+            np.asarray(part[slot]) for part in (table.feature, table.bits, table.kind)
+        )
         columns = (
-            Column(frozenset(model.names[row] for row in feature[bits[:, moment]]), ColumnKind(kind[moment]))
+            Column(
+                frozenset(model.names[row] for row in feature[bits[:, moment]]),
+                ColumnKind(kind[moment]),
+            )
             for moment in np.flatnonzero(kind)
         )
         components[int(table.component[slot])].append(PredictionMatrix(tuple(columns)))

@@ -1,11 +1,14 @@
-"""Fuzzy directions, distances and relocations of points, areas and paths in the agent's frame (PY16 §2, Figure 1).
+"""Fuzzy directions, distances and relocations of points, areas and paths in the agent's frame (PY16
+§2, Figure 1).
 
-A fuzzy term belongs to each direction or distance to a degree between 0 and 1, 0.5 at the borders of its row of the table; the
-term of greatest degree names a point, so a point's sign is the row in which it lies (the lower border belongs to it). A region
-is a pair of terms, a distance and a direction: a sector.
+A fuzzy term belongs to each direction or distance to a degree between 0 and 1, 0.5 at the borders
+of its row of the table; the term of greatest degree names a point, so a point's sign is the row in
+which it lies (the lower border belongs to it). A region is a pair of terms, a distance and a
+direction: a sector.
 
-A path is an instance of the narrowest relocation that permits it: the fuzzy distance from where it starts to where it ends is
-the relocation's, and nowhere does it stray from the straight link by more than the relocation's permitted deviation H.
+A path is an instance of the narrowest relocation that permits it: the fuzzy distance from where it
+starts to where it ends is the relocation's, and nowhere does it stray from the straight link by
+more than the relocation's permitted deviation H.
 
 NumPy or JAX arrays, any batch dimensions, as in `polar`.
 """
@@ -14,21 +17,35 @@ import math
 
 from sign_model.signs.matrix import Array
 from sign_model.space.fuzzy_table import FuzzyTable
-from sign_model.space.polar import FULL_TURN, Sector, array_namespace, path_deviation, path_link, wrapped
+from sign_model.space.polar import (
+    FULL_TURN,
+    Sector,
+    array_namespace,
+    path_deviation,
+    path_link,
+    wrapped,
+)
 
 _DEGREES = 180 / math.pi
 
 
 def direction_membership(phi: Array, table: FuzzyTable) -> Array:
-    """Returns to what degree each direction is each fuzzy direction, float [..., directions], 0 to 1."""
+    """Returns to what degree each direction is each fuzzy direction, float [..., directions], 0
+    to 1.
+    """
     middles = [(row.start + row.end) / 2 for row in table.directions]
     halves = [(row.end - row.start) / 2 for row in table.directions]
-    inside = [half - abs(wrapped(phi - middle / _DEGREES)) * _DEGREES for middle, half in zip(middles, halves)]
+    inside = [
+        half - abs(wrapped(phi - middle / _DEGREES)) * _DEGREES
+        for middle, half in zip(middles, halves)
+    ]
     return _degree(inside, table.soft_degrees)
 
 
 def distance_membership(r: Array, table: FuzzyTable) -> Array:
-    """Returns to what degree each distance is each fuzzy distance, float [..., distances], 0 to 1."""
+    """Returns to what degree each distance is each fuzzy distance, float [..., distances], 0 to
+    1.
+    """
     xp = array_namespace(r)
     rows, inside = table.distances, []
     for number, row in enumerate(rows):
@@ -50,7 +67,8 @@ def distance_of(r: Array, table: FuzzyTable) -> Array:
 
 
 def region_of(polar: Array, table: FuzzyTable) -> Array:
-    """Returns the region of each point (r, phi): the row of its distance times the number of directions, plus its direction.
+    """Returns the region of each point (r, phi): the row of its distance times the number of
+    directions, plus its direction.
 
     Args:
       polar: float [..., 2], as of `to_polar`.
@@ -58,43 +76,67 @@ def region_of(polar: Array, table: FuzzyTable) -> Array:
     Returns:
       int32 [...].
     """
-    return distance_of(polar[..., 0], table) * len(table.directions) + direction_of(polar[..., 1], table)
+    return distance_of(polar[..., 0], table) * len(table.directions) + direction_of(
+        polar[..., 1], table
+    )
 
 
 def sector_of(region: Array, table: FuzzyTable) -> Sector:
-    """Returns the sectors of regions, int [...], so that every point of a sector is given that region back by `region_of`."""
+    """Returns the sectors of regions, int [...], so that every point of a sector is given that
+    region back by `region_of`.
+    """
     xp = array_namespace(region)
     number, direction = region // len(table.directions), region % len(table.directions)
     starts = xp.asarray([math.radians(row.start) for row in table.directions])
     widths = xp.asarray([math.radians(row.end - row.start) for row in table.directions])
     near = xp.asarray([row.start for row in table.distances])
     far = xp.asarray([row.end for row in table.distances])
-    return Sector(near=near[number], far=far[number], start=wrapped(starts[direction]), width=widths[direction])
+    return Sector(
+        near=near[number],
+        far=far[number],
+        start=wrapped(starts[direction]),
+        width=widths[direction],
+    )
 
 
 def regions_touched(sector: Sector, table: FuzzyTable) -> Array:
-    """Returns which regions an area shares points with, such as an obstacle seen as a sector; bool [..., regions]."""
+    """Returns which regions an area shares points with, such as an obstacle seen as a sector;
+    bool [..., regions].
+    """
     xp = array_namespace(sector.near)
     every = sector_of(xp.arange(table.num_regions), table)
-    near, far, start, width = (part[..., None] for part in (sector.near, sector.far, sector.start, sector.width))
+    near, far, start, width = (
+        part[..., None] for part in (sector.near, sector.far, sector.start, sector.width)
+    )
     rank = (1,) * (near.ndim - 1)
     other_near, other_far, other_start, other_width = (
-        part.reshape(*rank, -1).astype(near.dtype) for part in (every.near, every.far, every.start, every.width)
+        part.reshape(*rank, -1).astype(near.dtype)
+        for part in (every.near, every.far, every.start, every.width)
     )
-    is_last = xp.arange(table.num_regions).reshape(*rank, -1) >= table.num_regions - len(table.directions)
+    is_last = xp.arange(table.num_regions).reshape(*rank, -1) >= table.num_regions - len(
+        table.directions
+    )
     at_distance = (far >= other_near) & ((near < other_far) | is_last)
-    # Two arcs meet when one starts within the other; a row of the table does not hold its upper border.
-    meets = ((other_start - start) % FULL_TURN <= width) | ((start - other_start) % FULL_TURN < other_width)
+    # Two arcs meet when one starts within the other; a row of the table does not hold its upper
+    # border.
+    meets = ((other_start - start) % FULL_TURN <= width) | (
+        (start - other_start) % FULL_TURN < other_width
+    )
     return at_distance & meets
 
 
 def region_names(table: FuzzyTable) -> tuple[str, ...]:
     """Returns the names of the regions in order: "afar, ahead-left"."""
-    return tuple(f"{distance.name}, {direction.name}" for distance in table.distances for direction in table.directions)
+    return tuple(
+        f"{distance.name}, {direction.name}"
+        for distance in table.distances
+        for direction in table.directions
+    )
 
 
 def relocation_of(path: Array, num_points: Array, table: FuzzyTable) -> Array:
-    """Returns the narrowest relocation of which each path is an instance; -1 where the table has none, or the path no point.
+    """Returns the narrowest relocation of which each path is an instance; -1 where the table has
+    none, or the path no point.
 
     Args:
       path: float [..., N, 2], (x, y).
@@ -108,15 +150,21 @@ def relocation_of(path: Array, num_points: Array, table: FuzzyTable) -> Array:
     distance = distance_of(path_link(path, num_points), table)
     names = [row.name for row in table.distances]
     chosen = xp.full(strays.shape, -1, xp.int32)
-    for number in sorted(range(len(table.relocations)), key=lambda i: (-table.relocations[i].deviation, -i)):
+    for number in sorted(
+        range(len(table.relocations)), key=lambda i: (-table.relocations[i].deviation, -i)
+    ):
         row = table.relocations[number]
-        fits = (distance == names.index(row.distance)) & (strays <= row.deviation) & (num_points > 0)
+        fits = (
+            (distance == names.index(row.distance)) & (strays <= row.deviation) & (num_points > 0)
+        )
         chosen = xp.where(fits, xp.int32(number), chosen)
     return chosen
 
 
 def _row(value: Array, starts: list[float]) -> Array:
-    """Returns the last row that has started at each value; `starts` ascend, the first row has no lower border."""
+    """Returns the last row that has started at each value; `starts` ascend, the first row has no
+    lower border.
+    """
     xp = array_namespace(value)
     row = xp.zeros(value.shape, xp.int32)
     for start in starts[1:]:
@@ -125,6 +173,8 @@ def _row(value: Array, starts: list[float]) -> Array:
 
 
 def _degree(inside: list[Array], softness: float) -> Array:
-    """Returns degrees of membership from how far inside its row each value lies: 0.5 at a border, rising over `softness`."""
+    """Returns degrees of membership from how far inside its row each value lies: 0.5 at a
+    border, rising over `softness`.
+    """
     xp = array_namespace(*inside)
     return xp.clip(0.5 + xp.stack(inside, axis=-1) / softness, 0, 1)

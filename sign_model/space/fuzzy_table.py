@@ -1,8 +1,9 @@
-"""The table that grounds fuzzy directions, distances and relocation actions in degrees and metres; data that can be replaced.
+"""The table that grounds fuzzy directions, distances and relocation actions in degrees and metres;
+data that can be replaced.
 
     {"directions": [["ahead", -45, 45], ...], "distances": [["close", 0, 50], ...],
-     "relocations": [["moving closer on a curve", "close", 60], ["moving closer by a detour", "close", null], ...],
-     "soft_degrees": 10, "soft_metres": 5}
+     "relocations": [["moving closer on a curve", "close", 60], ["moving closer by a detour",
+     "close", null], ...], "soft_degrees": 10, "soft_metres": 5}
 
 is the same as a JSON file; null permits any deviation.
 """
@@ -17,7 +18,9 @@ import pathlib
 
 @dataclasses.dataclass(frozen=True)
 class Direction:
-    """A fuzzy direction: from `start` to `end`, degrees leftwards from the heading; the next row starts where this one ends."""
+    """A fuzzy direction: from `start` to `end`, degrees leftwards from the heading; the next row
+    starts where this one ends.
+    """
 
     name: str
     start: float
@@ -26,7 +29,9 @@ class Direction:
 
 @dataclasses.dataclass(frozen=True)
 class Distance:
-    """A fuzzy distance: from `start` to `end`, metres; whatever is farther than the last row bears its name too."""
+    """A fuzzy distance: from `start` to `end`, metres; whatever is farther than the last row
+    bears its name too.
+    """
 
     name: str
     start: float
@@ -35,7 +40,9 @@ class Distance:
 
 @dataclasses.dataclass(frozen=True)
 class Relocation:
-    """A kind of relocation: the fuzzy distance it covers, and the deviation H from the straight link it permits, in metres."""
+    """A kind of relocation: the fuzzy distance it covers, and the deviation H from the straight
+    link it permits, in metres.
+    """
 
     name: str
     distance: str
@@ -44,11 +51,13 @@ class Relocation:
 
 @dataclasses.dataclass(frozen=True)
 class FuzzyTable:
-    """The table that grounds the fuzzy signs. Softness: over how many degrees or metres one term fades into the next.
+    """The table that grounds the fuzzy signs. Softness: over how many degrees or metres one term
+    fades into the next.
 
     Raises:
-      ValueError: a row does not start where the one before ends, the directions do not close the circle, the distances do not
-        start at 0, a name stands twice, or a relocation has an unknown distance or a negative deviation.
+      ValueError: a row does not start where the one before ends, the directions do not close the
+        circle, the distances do not start at 0, a name stands twice, or a relocation has an unknown
+        distance or a negative deviation.
     """
 
     directions: tuple[Direction, ...]
@@ -63,14 +72,25 @@ class FuzzyTable:
         for rows, kind in ((self.directions, "direction"), (self.distances, "distance")):
             for row, following in itertools.pairwise(rows):
                 if row.end != following.start:
-                    raise ValueError(f"{kind} {following.name!r} must start at {row.end}, where {row.name!r} ends")
+                    raise ValueError(
+                        f"{kind} {following.name!r} must start at {row.end}, where {row.name!r}"
+                        " ends"
+                    )
             for row in rows:
                 if not row.start < row.end < math.inf:
-                    raise ValueError(f"{kind} {row.name!r} must end after it starts, got {row.start} to {row.end}")
+                    raise ValueError(
+                        f"{kind} {row.name!r} must end after it starts, got {row.start} to"
+                        f" {row.end}"
+                    )
         if self.directions[-1].end - self.directions[0].start != 360:
-            raise ValueError("the directions must close the circle: the last must end 360 degrees after the first starts")
+            raise ValueError(
+                "the directions must close the circle: the last must end 360 degrees after the"
+                " first starts"
+            )
         if self.distances[0].start != 0:
-            raise ValueError(f"the first distance, {self.distances[0].name!r}, must start at 0 metres")
+            raise ValueError(
+                f"the first distance, {self.distances[0].name!r}, must start at 0 metres"
+            )
         if self.soft_degrees <= 0 or self.soft_metres <= 0:
             raise ValueError("soft_degrees and soft_metres must be positive")
         self._check_relocations()
@@ -79,12 +99,19 @@ class FuzzyTable:
         names = [row.name for row in (*self.directions, *self.distances, *self.relocations)]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise ValueError(f"the name {twice!r} stands twice in the table: names of signs are unique")
+            raise ValueError(
+                f"the name {twice!r} stands twice in the table: names of signs are unique"
+            )
         for row in self.relocations:
             if row.distance not in [distance.name for distance in self.distances]:
-                raise ValueError(f"relocation {row.name!r} has the distance {row.distance!r}, which is in no row")
+                raise ValueError(
+                    f"relocation {row.name!r} has the distance {row.distance!r}, which is in no row"
+                )
             if not row.deviation >= 0:
-                raise ValueError(f"relocation {row.name!r} must permit a deviation of 0 metres or more, got {row.deviation}")
+                raise ValueError(
+                    f"relocation {row.name!r} must permit a deviation of 0 metres or more, got"
+                    f" {row.deviation}"
+                )
 
     @property
     def num_regions(self) -> int:
@@ -92,26 +119,45 @@ class FuzzyTable:
         return len(self.distances) * len(self.directions)
 
 
-_COMPASS = ("ahead", "ahead-left", "leftward", "behind-left", "behind", "behind-right", "rightward", "ahead-right")
+_COMPASS = (
+    "ahead",
+    "ahead-left",
+    "leftward",
+    "behind-left",
+    "behind",
+    "behind-right",
+    "rightward",
+    "ahead-right",
+)
 _MANNERS = (("in a straight line", 10.0), ("on a curve", 60.0), ("by a detour", math.inf))
 
 DEFAULT_TABLE = FuzzyTable(
-    directions=tuple(Direction(name, 45.0 * i - 22.5, 45.0 * i + 22.5) for i, name in enumerate(_COMPASS)),
-    distances=(Distance("close", 0.0, 50.0), Distance("midway", 50.0, 200.0), Distance("afar", 200.0, 1000.0)),
+    directions=tuple(
+        Direction(name, 45.0 * i - 22.5, 45.0 * i + 22.5) for i, name in enumerate(_COMPASS)
+    ),
+    distances=(
+        Distance("close", 0.0, 50.0),
+        Distance("midway", 50.0, 200.0),
+        Distance("afar", 200.0, 1000.0),
+    ),
     relocations=tuple(
         Relocation(f"moving {change} {manner}", distance, deviation)
         for change, distance in (("closer", "close"), ("midway", "midway"), ("afar", "afar"))
         for manner, deviation in _MANNERS
     ),
 )
-"""Eight directions of 45 degrees, three distances, and for each distance three permitted deviations (H1, H2, any)."""
+"""Eight directions of 45 degrees, three distances, and for each distance three permitted
+deviations (H1, H2, any).
+"""
 
 
 def save_table(table: FuzzyTable, path: str | pathlib.Path) -> None:
     """Writes the table as JSON."""
     told = dataclasses.asdict(table)
     for part in ("directions", "distances", "relocations"):
-        told[part] = [[None if value == math.inf else value for value in row.values()] for row in told[part]]
+        told[part] = [
+            [None if value == math.inf else value for value in row.values()] for row in told[part]
+        ]
     target = pathlib.Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
     temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
@@ -122,16 +168,27 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
     """Returns the table of a JSON file.
 
     Raises:
-      ValueError: the file is not JSON, a row has not one name and two values, or the rows do not fit together (`FuzzyTable`).
+      ValueError: the file is not JSON, a row has not one name and two values, or the rows do not
+        fit together (`FuzzyTable`).
     """
     try:
         told = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-        numbers = {part: float(told.pop(part)) for part in ("soft_degrees", "soft_metres") if part in told}
+        numbers = {
+            part: float(told.pop(part)) for part in ("soft_degrees", "soft_metres") if part in told
+        }
         return FuzzyTable(
-            directions=tuple(Direction(str(name), float(start), float(end)) for name, start, end in _rows(told, "directions")),
-            distances=tuple(Distance(str(name), float(start), float(end)) for name, start, end in _rows(told, "distances")),
+            directions=tuple(
+                Direction(str(name), float(start), float(end))
+                for name, start, end in _rows(told, "directions")
+            ),
+            distances=tuple(
+                Distance(str(name), float(start), float(end))
+                for name, start, end in _rows(told, "distances")
+            ),
             relocations=tuple(
-                Relocation(str(name), str(distance), math.inf if deviation is None else float(deviation))
+                Relocation(
+                    str(name), str(distance), math.inf if deviation is None else float(deviation)
+                )
                 for name, distance, deviation in _rows(told, "relocations")
             ),
             **numbers,
@@ -139,11 +196,13 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
         )
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ValueError(
-            f"{path}: not JSON ({error}): write the table as in the docstring of sign_model.space.fuzzy_table"
+            f"{path}: not JSON ({error}): write the table as in the docstring of"
+            " sign_model.space.fuzzy_table"
         ) from None
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(
-            f"{path}: not a table of fuzzy terms ({error}): see the docstring of sign_model.space.fuzzy_table"
+            f"{path}: not a table of fuzzy terms ({error}): see the docstring of"
+            " sign_model.space.fuzzy_table"
         ) from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
@@ -152,6 +211,8 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
 def _rows(told: dict, part: str) -> list:
     """Takes one part out of the table that was read."""
     rows = told.pop(part)
-    if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 3 for row in rows):
+    if not isinstance(rows, list) or not all(
+        isinstance(row, list) and len(row) == 3 for row in rows
+    ):
         raise ValueError(f"{part}: each row needs a name and two values")
     return rows

@@ -1,8 +1,10 @@
-"""The agent-centred polar frame: points, sectors, squares that hold them, and corridors along a straight link (PY16 §2).
+"""The agent-centred polar frame: points, sectors, squares that hold them, and corridors along a
+straight link (PY16 §2).
 
-A point is (x, y) in metres, y to the left of x. In the agent's frame it is (r, phi): metres from the agent, and radians counted
-counter-clockwise (leftwards) from its heading, in (-pi, pi]. Every function takes NumPy arrays (float64 unless told otherwise)
-or JAX arrays with any batch dimensions, and gives back the kind it was given.
+A point is (x, y) in metres, y to the left of x. In the agent's frame it is (r, phi): metres from
+the agent, and radians counted counter-clockwise (leftwards) from its heading, in (-pi, pi]. Every
+function takes NumPy arrays (float64 unless told otherwise) or JAX arrays with any batch dimensions,
+and gives back the kind it was given.
 """
 
 import math
@@ -22,7 +24,8 @@ class Sector:
     """What lies between two distances and two directions from the agent: a fuzzy area made crisp.
 
     near, far: float [...], metres, 0 <= near <= far.
-    start: float [...], radians, the direction of the side that lies rightmost, as seen from the agent.
+    start: float [...], radians, the direction of the side that lies rightmost, as seen from the
+      agent.
     width: float [...], radians from there leftwards, 0 to a full turn.
     """
 
@@ -35,7 +38,8 @@ class Sector:
 def wrapped(angle: Array) -> Array:
     """Returns the same directions in (-pi, pi], float [...]."""
     turned = math.pi - (math.pi - angle) % FULL_TURN
-    # The remainder of a tiny negative number rounds to a full turn, which would leave the half-open range.
+    # The remainder of a tiny negative number rounds to a full turn, which would leave the half-open
+    # range.
     xp = array_namespace(angle)
     return xp.where(turned <= -math.pi, turned + FULL_TURN, turned)
 
@@ -66,7 +70,9 @@ def from_polar(polar: Array, origin: Array, heading: Array) -> Array:
 
 
 def sector_corners(sector: Sector) -> Array:
-    """Returns the four pairs (r, phi) that describe a sector: near right, near left, far left, far right; float [..., 4, 2]."""
+    """Returns the four pairs (r, phi) that describe a sector: near right, near left, far left,
+    far right; float [..., 4, 2].
+    """
     xp = array_namespace(sector.near)
     end = wrapped(sector.start + sector.width)
     start = wrapped(sector.start)
@@ -75,15 +81,20 @@ def sector_corners(sector: Sector) -> Array:
 
 
 def in_sector(polar: Array, sector: Sector) -> Array:
-    """Returns which points of the agent's frame lie in the sector, bool [...]; its border belongs to it."""
+    """Returns which points of the agent's frame lie in the sector, bool [...]; its border
+    belongs to it.
+    """
     r, phi = polar[..., 0], polar[..., 1]
     is_between = (sector.near <= r) & (r <= sector.far)
     # The agent's own place has every direction.
-    return is_between & (((phi - sector.start) % FULL_TURN <= sector.width) | (sector.width >= FULL_TURN) | (r <= 0))
+    return is_between & (
+        ((phi - sector.start) % FULL_TURN <= sector.width) | (sector.width >= FULL_TURN) | (r <= 0)
+    )
 
 
 def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) -> Sector:
-    """Returns the smallest sector that holds an upright square; all directions from 0 m on where the agent stands in it.
+    """Returns the smallest sector that holds an upright square; all directions from 0 m on where
+    the agent stands in it.
 
     Args:
       centre: float [..., 2]. side: float [...], metres.
@@ -97,7 +108,8 @@ def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) 
     turns = xp.concatenate([-half, -half], axis=-1), xp.concatenate([-half, half], axis=-1)
     corners = xp.stack([centre + turn * sign for turn in turns for sign in (1, -1)], axis=-2)
     corners = to_polar(corners, origin[..., None, :], heading[..., None])
-    # Seen from outside a square fills a half turn at most, so no corner lies a half turn or more from its middle's direction.
+    # Seen from outside a square fills a half turn at most, so no corner lies a half turn or more
+    # from its middle's direction.
     middle = to_polar(centre, origin, heading)[..., 1]
     beside = wrapped(corners[..., 1] - middle[..., None])
     is_inside = near == 0
@@ -107,10 +119,12 @@ def sector_of_square(centre: Array, side: Array, origin: Array, heading: Array) 
 
 
 def sector_of_points(points: Array, is_point: Array, origin: Array, heading: Array) -> Sector:
-    """Returns the smallest sector that holds a set of points, such as a contour; all zeros where there is no point.
+    """Returns the smallest sector that holds a set of points, such as a contour; all zeros where
+    there is no point.
 
-    Its directions are the turn less the widest gap between neighbouring points; ties go to the gap that starts rightmost,
-    counted from behind. A point at the agent's own place has no direction and only brings the sector near.
+    Its directions are the turn less the widest gap between neighbouring points; ties go to the gap
+    that starts rightmost, counted from behind. A point at the agent's own place has no direction
+    and only brings the sector near.
 
     Args:
       points: float [..., N, 2], (x, y).
@@ -123,21 +137,28 @@ def sector_of_points(points: Array, is_point: Array, origin: Array, heading: Arr
     near = xp.where(is_point, r, math.inf).min(axis=-1)
     far = xp.where(is_point, r, 0.0).max(axis=-1)
     phi = xp.sort(xp.where(has_direction, polar[..., 1], math.inf), axis=-1)
-    first, following = phi[..., :1] + FULL_TURN, xp.concatenate([phi[..., 1:], xp.full_like(phi[..., :1], math.inf)], axis=-1)
+    first, following = (
+        phi[..., :1] + FULL_TURN,
+        xp.concatenate([phi[..., 1:], xp.full_like(phi[..., :1], math.inf)], axis=-1),
+    )
     is_known = xp.isfinite(phi)
     following = xp.where(xp.isfinite(following), following, first)
     gap = xp.where(is_known, following, 0.0) - xp.where(is_known, phi, 0.0)
     widest = gap.argmax(axis=-1)[..., None]
     start = xp.take_along_axis(xp.where(is_known, following, 0.0), widest, axis=-1)[..., 0]
     width = xp.where(is_known.any(axis=-1), xp.maximum(FULL_TURN - gap.max(axis=-1), 0.0), 0.0)
-    return Sector(near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrapped(start), width=width)
+    return Sector(
+        near=xp.where(xp.isfinite(near), near, 0.0), far=far, start=wrapped(start), width=width
+    )
 
 
 def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Array, Array]:
-    """Returns the smallest upright square round the middle of the sector's extent that holds the sector (PY16 Figure 1).
+    """Returns the smallest upright square round the middle of the sector's extent that holds the
+    sector (PY16 Figure 1).
 
     Args:
-      sector: in the frame of the agent that stands at `origin`, float [..., 2], and looks along `heading`, float [...].
+      sector: in the frame of the agent that stands at `origin`, float [..., 2], and looks along
+        `heading`, float [...].
 
     Returns:
       centre: float [..., 2], (x, y).
@@ -148,7 +169,9 @@ def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Arr
     low, high = corners.min(axis=-2), corners.max(axis=-2)
 
     def reach(quarter: int, sign: int, border: Array) -> Array:
-        """The border, which lies where the far arc crosses an axis if it does so between the sector's two sides."""
+        """The border, which lies where the far arc crosses an axis if it does so between the
+        sector's two sides.
+        """
         is_crossed = (quarter * math.pi / 2 - heading - sector.start) % FULL_TURN <= sector.width
         tip = origin[..., quarter % 2] + sign * sector.far
         return xp.where(is_crossed, tip, border)
@@ -159,12 +182,15 @@ def square_of_sector(sector: Sector, origin: Array, heading: Array) -> tuple[Arr
 
 
 def in_square(points: Array, centre: Array, side: Array) -> Array:
-    """Returns which points (x, y) lie in the upright square, bool [...]; its border belongs to it."""
+    """Returns which points (x, y) lie in the upright square, bool [...]; its border belongs to
+    it.
+    """
     return (abs(points - centre) <= side[..., None] / 2).all(axis=-1)
 
 
 def distance_to_link(points: Array, start: Array, goal: Array) -> Array:
-    """Returns how far points lie from the straight link start-goal, in metres, float [...]; from the point where they are one.
+    """Returns how far points lie from the straight link start-goal, in metres, float [...]; from
+    the point where they are one.
 
     Args:
       points, start, goal: float [..., 2], (x, y); batch dimensions broadcast.
@@ -178,14 +204,18 @@ def distance_to_link(points: Array, start: Array, goal: Array) -> Array:
 
 
 def in_corridor(points: Array, start: Array, goal: Array, deviation: Array) -> Array:
-    """Returns which points deviate from the link start-goal by no more than `deviation` metres, bool [...]."""
+    """Returns which points deviate from the link start-goal by no more than `deviation` metres,
+    bool [...].
+    """
     return distance_to_link(points, start, goal) <= deviation
 
 
 def path_deviation(path: Array, num_points: Array) -> Array:
-    """Returns how far a path strays from the straight link of its ends, in metres; 0 for one point or none.
+    """Returns how far a path strays from the straight link of its ends, in metres; 0 for one point
+    or none.
 
-    The distance from a segment is convex, so on each leg of the path it is greatest at one of the leg's ends.
+    The distance from a segment is convex, so on each leg of the path it is greatest at one of the
+    leg's ends.
 
     Args:
       path: float [..., N, 2], (x, y), anything after the last point.
@@ -196,13 +226,17 @@ def path_deviation(path: Array, num_points: Array) -> Array:
     """
     xp = array_namespace(path)
     away = distance_to_link(path, path[..., :1, :], _end(path, num_points))
-    number = xp.arange(path.shape[-2], dtype=num_points.dtype).reshape((1,) * num_points.ndim + (-1,))
+    number = xp.arange(path.shape[-2], dtype=num_points.dtype).reshape(
+        (1,) * num_points.ndim + (-1,)
+    )
     is_point = number < num_points[..., None]
     return xp.where(is_point, away, xp.zeros_like(away)).max(axis=-1)
 
 
 def path_link(path: Array, num_points: Array) -> Array:
-    """Returns the length of the straight link between the ends of a path, in metres, float [...]; arguments as above."""
+    """Returns the length of the straight link between the ends of a path, in metres, float
+    [...]; arguments as above.
+    """
     gone = (_end(path, num_points) - path[..., :1, :])[..., 0, :]
     return array_namespace(path).hypot(gone[..., 0], gone[..., 1])
 

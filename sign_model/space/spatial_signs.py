@@ -1,4 +1,5 @@
-"""Spatial signs: the fuzzy terms of a table as signs whose images lead down to degrees and metres (PY16 §2).
+"""Spatial signs: the fuzzy terms of a table as signs whose images lead down to degrees and metres
+(PY16 §2).
 
 | sign | image |
 |---|---|
@@ -8,7 +9,8 @@
 | region `close, ahead` | `close` and `ahead` at one moment |
 | relocation `moving closer on a curve` | `close` and `deviation <= 60 m` at one moment |
 
-What is measured is turned into elementary features, and recognition does the rest: `recognise(..., levels=3)`.
+What is measured is turned into elementary features, and recognition does the rest: `recognise(...,
+levels=3)`.
 """
 
 import numpy as np
@@ -22,13 +24,24 @@ from sign_model.space.polar import array_namespace, path_deviation, path_link
 
 
 def spatial_signs(table: FuzzyTable) -> tuple[Sign, ...]:
-    """Returns the signs of a table: directions, distances, regions, relocations, and the elementary features below them."""
-    directions = tuple(Sign(row.name, image=(sequence(_measured(row)),)) for row in table.directions)
+    """Returns the signs of a table: directions, distances, regions, relocations, and the
+    elementary features below them.
+    """
+    directions = tuple(
+        Sign(row.name, image=(sequence(_measured(row)),)) for row in table.directions
+    )
     distances = tuple(Sign(row.name, image=(sequence(_measured(row)),)) for row in table.distances)
-    pairs = ({distance.name, direction.name} for distance in table.distances for direction in table.directions)
-    regions = tuple(Sign(name, image=(sequence(pair),)) for name, pair in zip(region_names(table), pairs))
+    pairs = (
+        {distance.name, direction.name}
+        for distance in table.distances
+        for direction in table.directions
+    )
+    regions = tuple(
+        Sign(name, image=(sequence(pair),)) for name, pair in zip(region_names(table), pairs)
+    )
     relocations = tuple(
-        Sign(row.name, image=(sequence({row.distance, _permitted(row.deviation)}),)) for row in table.relocations
+        Sign(row.name, image=(sequence({row.distance, _permitted(row.deviation)}),))
+        for row in table.relocations
     )
     return with_elementary((*regions, *relocations, *directions, *distances))
 
@@ -52,7 +65,8 @@ def point_features(model: WorldModel, table: FuzzyTable, polar: Array) -> Array:
 
 
 def path_features(model: WorldModel, table: FuzzyTable, path: Array, num_points: Array) -> Array:
-    """Returns the elementary features of paths: how far they lead, and every permitted deviation they keep within.
+    """Returns the elementary features of paths: how far they lead, and every permitted deviation
+    they keep within.
 
     Args:
       model: has the signs of the table.
@@ -61,7 +75,8 @@ def path_features(model: WorldModel, table: FuzzyTable, path: Array, num_points:
       num_points: int [...], 1 or more.
 
     Returns:
-      bool [..., S]; recognition finds every relocation that permits the path, `fuzzy.relocation_of` the narrowest.
+      bool [..., S]; recognition finds every relocation that permits the path, `fuzzy.relocation_of`
+      the narrowest.
     """
     xp = array_namespace(path)
     distances = xp.asarray(_feature_rows(model, [_measured(row) for row in table.distances]))
@@ -69,7 +84,9 @@ def path_features(model: WorldModel, table: FuzzyTable, path: Array, num_points:
     strays = path_deviation(path, num_points)
     for deviation in sorted({row.deviation for row in table.relocations}):
         (row,) = _feature_rows(model, [_permitted(deviation)])
-        found = found | ((strays <= deviation)[..., None] & xp.asarray(row).reshape((1,) * strays.ndim + (-1,)))
+        found = found | (
+            (strays <= deviation)[..., None] & xp.asarray(row).reshape((1,) * strays.ndim + (-1,))
+        )
     return found
 
 

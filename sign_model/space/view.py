@@ -1,7 +1,9 @@
-"""What the agent sees, in words: goal area, obstacles and paths named by spatial signs of its own frame (PY16 §2, Figure 1).
+"""What the agent sees, in words: goal area, obstacles and paths named by spatial signs of its own
+frame (PY16 §2, Figure 1).
 
-Going down and up again: an area is seen as a sector of the agent's frame, four pairs (r, phi), and the square that holds that
-sector leads back to the plane. All on the host; points are (x, y) in metres.
+Going down and up again: an area is seen as a sector of the agent's frame, four pairs (r, phi), and
+the square that holds that sector leads back to the plane. All on the host; points are (x, y) in
+metres.
 """
 
 import dataclasses
@@ -28,7 +30,8 @@ class Seen:
 
     seen_as: the spatial signs, a distance and a direction, of its nearest point.
     spans: the regions of all its points that were looked at, by name, in the order of the table.
-    sector: four pairs (r, phi), metres and radians leftwards: near right, near left, far left, far right.
+    sector: four pairs (r, phi), metres and radians leftwards: near right, near left, far left, far
+      right.
     square: centre (x, y) and side of the square that holds the sector.
     """
 
@@ -40,7 +43,9 @@ class Seen:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """The agent's frame: where it stands, where it looks (radians counter-clockwise from the x axis), and its words."""
+    """The agent's frame: where it stands, where it looks (radians counter-clockwise from the x
+    axis), and its words.
+    """
 
     origin: np.ndarray
     heading: float = np.pi / 2
@@ -48,22 +53,31 @@ class View:
 
     def of_square(self, centre: np.ndarray, side: float) -> Seen:
         """Returns how an upright square is seen; its signs are those of its centre."""
-        sector = sector_of_square(np.asarray(centre, float), np.array(float(side)), self.origin, np.array(self.heading))
+        sector = sector_of_square(
+            np.asarray(centre, float), np.array(float(side)), self.origin, np.array(self.heading)
+        )
         return self._seen(sector, np.asarray(centre, float)[None])
 
     def of_points(self, points: np.ndarray) -> Seen:
-        """Returns how a set of points is seen, float [N, 2], such as a contour; ValueError where there is none."""
+        """Returns how a set of points is seen, float [N, 2], such as a contour; ValueError where
+        there is none.
+        """
         points = np.asarray(points, float)
         if not len(points):
             raise ValueError("what has no point cannot be seen: give at least one")
-        sector = sector_of_points(points, np.ones(len(points), bool), self.origin, np.array(self.heading))
+        sector = sector_of_points(
+            points, np.ones(len(points), bool), self.origin, np.array(self.heading)
+        )
         return self._seen(sector, points)
 
     def relocation(self, path: np.ndarray) -> dict:
-        """Returns the relocation that a path (float [N, 2], one point at least) is an instance of, as plain data.
+        """Returns the relocation that a path (float [N, 2], one point at least) is an instance of,
+        as plain data.
 
-        name: of the narrowest that permits it, None where the table has none; deviation: how far the path strays from the
-        straight link; permitted: H of that relocation, None for any; change: the fuzzy distance covered; link: its length.
+        name: of the narrowest that permits it, None where the table has none; deviation: how far
+          the path strays from the
+        straight link; permitted: H of that relocation, None for any; change: the fuzzy distance
+        covered; link: its length.
         """
         path = np.asarray(path, float)
         count = np.array(len(path))

@@ -1,4 +1,6 @@
-"""What a solution says, as plain data: where the goal lies, what blocks, what was done, and what would follow otherwise."""
+"""What a solution says, as plain data: where the goal lies, what blocks, what was done, and what
+would follow otherwise.
+"""
 
 from typing import Any
 
@@ -23,19 +25,24 @@ def explanation(
     cell_side: float = 1.0,
     table: places.FuzzyTable = places.DEFAULT_TABLE,
 ) -> Any:
-    """Returns why the way was blocked and what was done about it, as a dict of JSON types; a list of dicts for a batch.
+    """Returns why the way was blocked and what was done about it, as a dict of JSON types; a list
+    of dicts for a batch.
 
-    Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square}; blockage {seed, contour_cells,
-    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index, removal_cost}]; removal_cost,
-    removal_bound, is_proven_least; num_needed, the obstacles that have to go where max_destroyed is less, else None;
-    route {num_cells, length, relocation} or None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With
-    `what_if` also if_firm: for each obstacle destroyed how the task would end if it stood firm {id, status, destroyed,
-    removal_cost}; and alternatives: the other sets of obstacles found so, cheapest first.
-    What is seen is named from where the agent starts; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
+    Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square};
+      blockage {seed, contour_cells,
+    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that
+    have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
+    None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
+    if_firm: for each obstacle destroyed how the task would end if it stood firm {id, status,
+    destroyed, removal_cost}; and alternatives: the other sets of obstacles found so, cheapest
+    first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
+    `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
-      heading: where the agent looks, in degrees counter-clockwise from the right of the map; 90, the default, is up.
+      heading: where the agent looks, in degrees counter-clockwise from the right of the map; 90,
+        the default, is up.
       cell_side: metres a cell (`World.goal_side`); the words of the table are in metres.
       table: the grounding of the fuzzy words.
 
@@ -44,15 +51,23 @@ def explanation(
     """
     batch = np.shape(solution.status)
     if np.shape(task.start)[:-1] != batch:
-        raise ValueError(f"the task has batch dimensions {list(np.shape(task.start)[:-1])}, the solution {list(batch)}")
+        raise ValueError(
+            f"the task has batch dimensions {list(np.shape(task.start)[:-1])}, the solution"
+            f" {list(batch)}"
+        )
     options = {"what_if": what_if, "heading": heading, "cell_side": cell_side, "table": table}
     if not batch:
         return _of_one(task, solution, **options)
-    parts = (jax.tree.map(lambda array, i=index: np.asarray(array)[i], (task, solution)) for index in np.ndindex(batch))
+    parts = (
+        jax.tree.map(lambda array, i=index: np.asarray(array)[i], (task, solution))
+        for index in np.ndindex(batch)
+    )
     return [_of_one(*part, **options) for part in parts]
 
 
-def _of_one(task: Task, solution: Solution, *, what_if: bool, heading: float, cell_side: float, table) -> dict[str, Any]:
+def _of_one(
+    task: Task, solution: Solution, *, what_if: bool, heading: float, cell_side: float, table
+) -> dict[str, Any]:
     status = Status(int(solution.status))
     view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=table)
     cost, bound = float(solution.removal_cost), float(solution.removal_bound)
@@ -60,7 +75,11 @@ def _of_one(task: Task, solution: Solution, *, what_if: bool, heading: float, ce
         "status": status.name,
         "meaning": status.meaning,
         "start": _cell(task.start),
-        "goal": {"cell": _cell(task.goal), **_apart(task, cell_side), **_seen(places.of_goal(view, task.goal, cell_side))},
+        "goal": {
+            "cell": _cell(task.goal),
+            **_apart(task, cell_side),
+            **_seen(places.of_goal(view, task.goal, cell_side)),
+        },
         "blockage": _blockage(task, solution, view, cell_side),
         "destroyed": _destroyed(task, solution),
         "removal_cost": _finite(cost),
@@ -74,12 +93,20 @@ def _of_one(task: Task, solution: Solution, *, what_if: bool, heading: float, ce
     if status.is_solved:
         cells = np.asarray(solution.cells)[: int(solution.num_cells)]
         moved = places.relocation(view, cells, cell_side)
-        told["route"] = {"num_cells": len(cells), "length": float(solution.cost) * cell_side, "relocation": moved}
+        told["route"] = {
+            "num_cells": len(cells),
+            "length": float(solution.cost) * cell_side,
+            "relocation": moved,
+        }
     return told | (_what_if(task, solution) if what_if else {})
 
 
-def obstacle_data(task: Task, solution: Solution, obstacle: int, view: places.View, cell_side: float) -> dict[str, Any]:
-    """Returns what is known of one obstacle: flags, cost, and where its part of the contour is seen, if it has one."""
+def obstacle_data(
+    task: Task, solution: Solution, obstacle: int, view: places.View, cell_side: float
+) -> dict[str, Any]:
+    """Returns what is known of one obstacle: flags, cost, and where its part of the contour is
+    seen, if it has one.
+    """
     told = {
         "id": obstacle,
         "is_destroyable": bool(np.asarray(task.destroyable)[obstacle]),
@@ -100,7 +127,9 @@ def contour_of(task: Task, solution: Solution, obstacle: int) -> np.ndarray:
     return np.argwhere(np.asarray(solution.contour)[:height, :width] & beside)
 
 
-def _blockage(task: Task, solution: Solution, view: places.View, cell_side: float) -> dict[str, Any] | None:
+def _blockage(
+    task: Task, solution: Solution, view: places.View, cell_side: float
+) -> dict[str, Any] | None:
     seed = _cell(solution.seed)
     if seed[0] < 0:
         return None
@@ -120,7 +149,9 @@ def _destroyed(task: Task, solution: Solution) -> list[dict[str, Any]]:
     ]
 
 
-def _step(step: PlannedStep, solution: Solution, view: places.View, cell_side: float) -> dict[str, Any]:
+def _step(
+    step: PlannedStep, solution: Solution, view: places.View, cell_side: float
+) -> dict[str, Any]:
     cells = np.asarray(solution.cells)[step.begin : step.end + 1]
     told = {
         "act": step.act.name,
@@ -129,27 +160,51 @@ def _step(step: PlannedStep, solution: Solution, view: places.View, cell_side: f
         "to": _cell(cells[-1]),
         "cells": [step.begin, step.end],
     }
-    return told if step.act is Act.DESTROY else told | {"relocation": places.relocation(view, cells, cell_side)["name"]}
+    return (
+        told
+        if step.act is Act.DESTROY
+        else told | {"relocation": places.relocation(view, cells, cell_side)["name"]}
+    )
 
 
 def _what_if(task: Task, solution: Solution) -> dict[str, Any]:
     destroyed = [i for i in np.asarray(solution.destroyed).tolist() if i >= 0]
-    outcomes = [(obstacle, if_flag(task, solution, obstacle, is_destroyable=False)) for obstacle in destroyed]
-    others = {frozenset(outcome.destroyed): outcome for _, outcome in outcomes if outcome.status.is_solved}
+    outcomes = [
+        (obstacle, if_flag(task, solution, obstacle, is_destroyable=False))
+        for obstacle in destroyed
+    ]
+    others = {
+        frozenset(outcome.destroyed): outcome for _, outcome in outcomes if outcome.status.is_solved
+    }
     others.pop(frozenset(destroyed), None)
     return {
         "if_firm": [{"id": obstacle, **outcome.as_data()} for obstacle, outcome in outcomes],
-        "alternatives": [outcome.as_data() for outcome in sorted(others.values(), key=lambda other: other.removal_cost)],
+        "alternatives": [
+            outcome.as_data()
+            for outcome in sorted(others.values(), key=lambda other: other.removal_cost)
+        ],
     }
 
 
 def _apart(task: Task, cell_side: float) -> dict[str, Any]:
     down, right = (np.asarray(task.goal, int) - np.asarray(task.start, int)).tolist()
     octant = round(np.arctan2(-down, right) / (np.pi / 4)) % 8
-    return {"distance": float(np.hypot(down, right)) * cell_side, "direction": _COMPASS[octant] if down or right else None}
+    return {
+        "distance": float(np.hypot(down, right)) * cell_side,
+        "direction": _COMPASS[octant] if down or right else None,
+    }
 
 
-_COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+_COMPASS = (
+    "east",
+    "north-east",
+    "north",
+    "north-west",
+    "west",
+    "south-west",
+    "south",
+    "south-east",
+)
 
 
 def _seen(seen: places.Seen) -> dict[str, Any]:

@@ -18,7 +18,8 @@ _STEP = ("action", "obstacle", "index")
 
 
 def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
-    """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value is None.
+    """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value
+    is None.
 
     `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
     """
@@ -31,7 +32,9 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
         "name": name,
         "status": Status(int(solution.status)).name,
         "cost": _finite(solution.cost),
-        "cells": np.asarray(solution.cells)[: int(solution.num_cells)].tolist() if is_solved else [],
+        "cells": (
+            np.asarray(solution.cells)[: int(solution.num_cells)].tolist() if is_solved else []
+        ),
         "destroyed": np.asarray(solution.destroyed)[:count].tolist(),
         "destroyed_at": np.asarray(solution.destroyed_at)[:count].tolist(),
         "removal_cost": _finite(solution.removal_cost),
@@ -46,7 +49,8 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
 
 
 def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
-    """Writes records as `as_record` makes them: {"tasks": records} as JSON, or a row a task where the name ends in .parquet.
+    """Writes records as `as_record` makes them: {"tasks": records} as JSON, or a row a task where
+    the name ends in .parquet.
 
     The file appears whole or not at all. Parquet needs pyarrow.
 
@@ -55,7 +59,10 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
     """
     if _is_parquet(path):
         arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
-        rows = [record | {"plan": [dict(zip(_STEP, step)) for step in record["plan"]]} for record in records]
+        rows = [
+            record | {"plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
+            for record in records
+        ]
         table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
         parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")
         with written(path, "wb") as file:
@@ -83,15 +90,24 @@ def read_results(path: PathLike) -> list[dict[str, Any]]:
         table = parquet.read_table(arrow.BufferReader(content))
         rows = table.select(_schema(arrow).names).to_pylist()
     except (arrow.ArrowException, OSError, KeyError) as error:
-        raise ValueError(f"{path}: no whole Parquet file of results: {' '.join(str(error).split())}") from error
-    return [row | {"plan": [[step[name] for name in _STEP] for step in row["plan"]]} for row in rows]
+        raise ValueError(
+            f"{path}: no whole Parquet file of results: {' '.join(str(error).split())}"
+        ) from error
+    return [
+        row | {"plan": [[step[name] for name in _STEP] for step in row["plan"]]} for row in rows
+    ]
 
 
 def require_name(path: PathLike) -> None:
-    """Raises ValueError, before anything is solved, where results could not be written to `path`."""
+    """Raises ValueError, before anything is solved, where results could not be written to
+    `path`.
+    """
     _is_parquet(path)
     if not pathlib.Path(path).parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that exists")
+        raise ValueError(
+            f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that"
+            " exists"
+        )
 
 
 def _is_parquet(path: PathLike) -> bool:
@@ -103,12 +119,32 @@ def _is_parquet(path: PathLike) -> bool:
 
 def _schema(arrow: Any) -> Any:
     """Returns the columns of a table of results, named as in `as_record`."""
-    cell, ids, text, number = arrow.list_(arrow.int32(), 2), arrow.list_(arrow.int32()), arrow.string(), arrow.float64()
+    cell, ids, text, number = (
+        arrow.list_(arrow.int32(), 2),
+        arrow.list_(arrow.int32()),
+        arrow.string(),
+        arrow.float64(),
+    )
     cells = arrow.list_(cell)
-    columns = {"name": text, "status": text, "cost": number, "cells": cells, "destroyed": ids, "destroyed_at": ids}
-    columns |= {"removal_cost": number, "removal_bound": number, "seed": cell, "contour": cells, "blocking": ids}
+    columns = {
+        "name": text,
+        "status": text,
+        "cost": number,
+        "cells": cells,
+        "destroyed": ids,
+        "destroyed_at": ids,
+    }
+    columns |= {
+        "removal_cost": number,
+        "removal_bound": number,
+        "seed": cell,
+        "contour": cells,
+        "blocking": ids,
+    }
     step = arrow.struct(dict(zip(_STEP, (text, arrow.int32(), arrow.int32()))))
-    return arrow.schema(columns | {"plan": arrow.list_(step), "separating": ids, "explanation": text})
+    return arrow.schema(
+        columns | {"plan": arrow.list_(step), "separating": ids, "explanation": text}
+    )
 
 
 def _finite(value: Any) -> float | None:

@@ -1,4 +1,6 @@
-"""The plan carried out, as a tree one can read: symbolic steps, and the cells under each (PY16 §3.1, plan specification)."""
+"""The plan carried out, as a tree one can read: symbolic steps, and the cells under each (PY16
+§3.1, plan specification).
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,20 +9,37 @@ import numpy as np
 
 from srt_jax.answers.facts import NORTH
 from srt_jax.symbols import places
-from srt_jax.symbols.scene_of_task import SPECIFY, PlannedStep, plan_lines, planned_steps, reached, scene_of, scene_texts
+from srt_jax.symbols.scene_of_task import (
+    SPECIFY,
+    PlannedStep,
+    plan_lines,
+    planned_steps,
+    reached,
+    scene_of,
+    scene_texts,
+)
 from srt_jax.types import Act, Solution, Status, Task
 
 
-def story(task: Task, solution: Solution, *, heading: float = NORTH, cell_side: float = 1.0, rule: Any = None) -> str:
-    """Returns what was planned and done for one task, as an indented tree; one line that says why where there is no route.
+def story(
+    task: Task,
+    solution: Solution,
+    *,
+    heading: float = NORTH,
+    cell_side: float = 1.0,
+    rule: Any = None,
+) -> str:
+    """Returns what was planned and done for one task, as an indented tree; one line that says why
+    where there is no route.
 
-    At the top stands the abstract act, to reach the goal area. A metacognitive rule, itself a sign, decides whether it is
-    realised as it is, by path planning, or specified; then its sub-plan stands below it, each step with its relocation sign and
-    the cells of the route.
+    At the top stands the abstract act, to reach the goal area. A metacognitive rule, itself a sign,
+    decides whether it is realised as it is, by path planning, or specified; then its sub-plan
+    stands below it, each step with its relocation sign and the cells of the route.
 
     Args:
       heading, cell_side: as in `explanation`.
-      rule: signs that decide; by default `sign_model.map_algorithm.plan_specification.metacognition()`.
+      rule: signs that decide; by default
+        `sign_model.map_algorithm.plan_specification.metacognition()`.
 
     Raises:
       ValueError: a batch instead of one task.
@@ -34,11 +53,15 @@ def story(task: Task, solution: Solution, *, heading: float = NORTH, cell_side: 
     if not steps:
         return f"{goal}: nothing to do"
     (reach,) = reached(scene_of(task, solution), plan_lines(solution), rule=rule)
-    view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=places.DEFAULT_TABLE)
+    view = places.view_from(
+        task.start, heading=heading, cell_side=cell_side, table=places.DEFAULT_TABLE
+    )
     cells = np.asarray(solution.cells)
     if reach.decision != SPECIFY or reach.steps is None:
         whole = PlannedStep(Act.RELOCATE, -1, 0, int(solution.num_cells) - 1)
-        return f"{goal} (realised: path planning alone)\n  {_stretch(whole, cells, view, cell_side)}"
+        return (
+            f"{goal} (realised: path planning alone)\n  {_stretch(whole, cells, view, cell_side)}"
+        )
     lines = [f"{goal} (specified: {len(steps)} steps)"]
     for step in steps:
         lines += [f"  {line}" for line in _step(step, cells, view, cell_side)]
@@ -46,17 +69,23 @@ def story(task: Task, solution: Solution, *, heading: float = NORTH, cell_side: 
 
 
 def scene_pddl(task: Task, solution: Solution) -> tuple[str, str, list[str]]:
-    """Returns one task on the symbolic level, as any PDDL planner reads it: domain, problem, and the plan carried out.
+    """Returns one task on the symbolic level, as any PDDL planner reads it: domain, problem, and
+    the plan carried out.
 
-    The plan's lines are the actions of a plan file, `(approach i obstacle-7 area-0)`; none where there is no route. The problem
-    of an unsolvable task holds the firm obstacles that separate and has no plan.
+    The plan's lines are the actions of a plan file, `(approach i obstacle-7 area-0)`; none where
+    there is no route. The problem of an unsolvable task holds the firm obstacles that separate and
+    has no plan.
     """
     if np.ndim(solution.status):
-        raise ValueError("scene_pddl takes one task and its solution: take them from the batch first")
+        raise ValueError(
+            "scene_pddl takes one task and its solution: take them from the batch first"
+        )
     return *scene_texts(scene_of(task, solution)), plan_lines(solution)
 
 
-def _step(step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float) -> Iterator[str]:
+def _step(
+    step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float
+) -> Iterator[str]:
     about = f" obstacle {step.obstacle}" if step.obstacle >= 0 else ""
     if step.act is Act.DESTROY:
         yield f"destroy{about} from {_cell(cells[step.end])}"
@@ -66,7 +95,9 @@ def _step(step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: fl
 
 
 def _stretch(step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float) -> str:
-    """Returns a stretch of route in words: its ends, its length, and the relocation it is an instance of."""
+    """Returns a stretch of route in words: its ends, its length, and the relocation it is an
+    instance of.
+    """
     part = cells[step.begin : step.end + 1]
     if len(part) == 1:
         return f"stay at {_cell(part[0])}"

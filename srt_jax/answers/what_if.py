@@ -10,7 +10,9 @@ from srt_jax.types import FREE, Solution, Status, Task
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """How a changed task ends. destroyed: in order; removal_cost: of all of it, inf without a route."""
+    """How a changed task ends. destroyed: in order; removal_cost: of all of it, inf without a
+    route.
+    """
 
     status: Status
     destroyed: tuple[int, ...]
@@ -26,33 +28,48 @@ class Outcome:
         if self.status is Status.PATH_EXISTS:
             return "a path exists"
         if self.status is Status.SOLVED:
-            return f"{' + '.join(map(str, self.destroyed))} would have to go, at cost {self.removal_cost:g}"
-        return {Status.BUDGET_SPENT: "more than max_destroyed would have to go"}.get(self.status, "unsolvable")
+            return (
+                f"{' + '.join(map(str, self.destroyed))} would have to go, at cost"
+                f" {self.removal_cost:g}"
+            )
+        return {Status.BUDGET_SPENT: "more than max_destroyed would have to go"}.get(
+            self.status, "unsolvable"
+        )
 
 
 def if_flag(task: Task, solution: Solution, obstacle: int, *, is_destroyable: bool) -> Outcome:
-    """Returns how the task ends if one obstacle can be destroyed, or cannot: the least removal then."""
+    """Returns how the task ends if one obstacle can be destroyed, or cannot: the least removal
+    then.
+    """
     flags = np.array(task.destroyable)
     flags[obstacle] = is_destroyable
     return _solved(task.replace(destroyable=flags), solution)
 
 
 def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
-    """Returns the least removal among those that destroy this obstacle: it goes first, and its cost is part of the sum."""
+    """Returns the least removal among those that destroy this obstacle: it goes first, and its
+    cost is part of the sum.
+    """
     labels = np.array(task.labels)
     labels[labels == obstacle] = FREE
     rest = _solved(task.replace(labels=labels), solution)
     if not rest.status.is_solved:
         return rest
     own = float(np.asarray(task.removal_cost)[obstacle])
-    return Outcome(Status.SOLVED, (obstacle, *rest.destroyed), own + (rest.removal_cost if rest.destroyed else 0.0))
+    return Outcome(
+        Status.SOLVED,
+        (obstacle, *rest.destroyed),
+        own + (rest.removal_cost if rest.destroyed else 0.0),
+    )
 
 
 def outcome_of(solution: Solution) -> Outcome:
     """Returns the outcome of one solution."""
     destroyed = np.asarray(solution.destroyed)
     destroyed = destroyed[destroyed >= 0]
-    return Outcome(Status(int(solution.status)), tuple(destroyed.tolist()), float(solution.removal_cost))
+    return Outcome(
+        Status(int(solution.status)), tuple(destroyed.tolist()), float(solution.removal_cost)
+    )
 
 
 def _solved(task: Task, solution: Solution) -> Outcome:

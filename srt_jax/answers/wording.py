@@ -1,4 +1,6 @@
-"""What a solution says, in words: where the goal lies, what blocks, what was destroyed, and how good that is."""
+"""What a solution says, in words: where the goal lies, what blocks, what was destroyed, and how
+good that is.
+"""
 
 from typing import Any
 
@@ -11,11 +13,19 @@ from srt_jax.symbols import places
 from srt_jax.types import Array, Solution, Status, Task
 
 
-def explain(task: Task, solution: Solution, *, what_if: bool = False, heading: float = NORTH, cell_side: float = 1.0) -> str:
+def explain(
+    task: Task,
+    solution: Solution,
+    *,
+    what_if: bool = False,
+    heading: float = NORTH,
+    cell_side: float = 1.0,
+) -> str:
     """Returns why the way was blocked and what was done about it; one line per task of a batch.
 
-    Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as in `explanation`, which has
-    the same as data, and the same options. Lengths are in cell sides; in metres where `cell_side` is given.
+    Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as
+    in `explanation`, which has the same as data, and the same options. Lengths are in cell sides;
+    in metres where `cell_side` is given.
 
     Raises:
       ValueError: task and solution have different batch dimensions.
@@ -32,7 +42,8 @@ def explain(task: Task, solution: Solution, *, what_if: bool = False, heading: f
 
 
 def why(task: Task, solution: Solution, obstacle: int) -> str:
-    """Returns what part an obstacle has in the answer to one task: why it was destroyed, or why it stands in the report.
+    """Returns what part an obstacle has in the answer to one task: why it was destroyed, or why it
+    stands in the report.
 
     What would follow if it were otherwise is found by solving again.
 
@@ -47,23 +58,36 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
         before = ", ".join(map(str, destroyed[:place]))
         met = f"behind {before}, which had to go first" if before else "the first in the way"
         firm = if_flag(task, solution, obstacle, is_destroyable=False)
-        return f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} stood firm: {firm.told()}."
+        return (
+            f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} stood firm:"
+            f" {firm.told()}."
+        )
     separating = [i for i in np.asarray(solution.separating).tolist() if i >= 0]
     if obstacle in separating:
         others = [i for i in separating if i != obstacle]
         company = f" together with {', '.join(map(str, others))}" if others else ""
         weak = if_flag(task, solution, obstacle, is_destroyable=True)
-        return f"{named} keeps start and goal apart{company}. If {obstacle} could be destroyed: {weak.told()}."
+        return (
+            f"{named} keeps start and goal apart{company}. If {obstacle} could be destroyed:"
+            f" {weak.told()}."
+        )
     if obstacle in np.asarray(solution.blocking).tolist():
         if not bool(np.asarray(task.destroyable)[obstacle]):
             weak = if_flag(task, solution, obstacle, is_destroyable=True)
-            return f"{named} is part of what blocks first and stands firm. If it could be destroyed: {weak.told()}."
-        return f"{named} is part of what blocks first, but need not go: {_why_it_may_stand(task, solution, obstacle)}."
+            return (
+                f"{named} is part of what blocks first and stands firm. If it could be destroyed:"
+                f" {weak.told()}."
+            )
+        return (
+            f"{named} is part of what blocks first, but need not go:"
+            f" {_why_it_may_stand(task, solution, obstacle)}."
+        )
     return f"{named} has no part in it."
 
 
 def why_not(task: Task, solution: Solution, obstacle: int) -> str:
-    """Returns why an obstacle was not destroyed in the answer to one task, and what would follow if it were.
+    """Returns why an obstacle was not destroyed in the answer to one task, and what would follow if
+    it were.
 
     Raises:
       ValueError: no obstacle has that id.
@@ -95,7 +119,9 @@ def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
 def _named(task: Task, solution: Solution, obstacle: int) -> str:
     known = np.shape(task.destroyable)[-1]
     if np.ndim(task.destroyable) != 1:
-        raise ValueError("why and why_not take one task and its solution: take them from the batch first")
+        raise ValueError(
+            "why and why_not take one task and its solution: take them from the batch first"
+        )
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     view = places.view_from(task.start, heading=NORTH, cell_side=1.0, table=places.DEFAULT_TABLE)
@@ -105,14 +131,22 @@ def _named(task: Task, solution: Solution, obstacle: int) -> str:
 def _in_words(task: Task, told: dict[str, Any]) -> str:
     status = Status[told["status"]]
     if status is Status.START_BLOCKED:
-        return f"The start {_cell(told['start'])} {_what_covers(task, task.start)}, so the agent cannot move."
+        return (
+            f"The start {_cell(told['start'])} {_what_covers(task, task.start)}, so the agent"
+            " cannot move."
+        )
     lines = [_where_goal_is(told)]
     if status is Status.PATH_EXISTS:
-        lines.append(f"A path exists, {told['route']['length']:.1f} long; nothing has to be destroyed.")
+        lines.append(
+            f"A path exists, {told['route']['length']:.1f} long; nothing has to be destroyed."
+        )
     else:
         lines += [_what_blocks(told["blockage"]), _what_was_done(task, told, status)]
     for other in told.get("alternatives", ()):
-        lines.append(f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost {other['removal_cost']:g}.")
+        lines.append(
+            f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost"
+            f" {other['removal_cost']:g}."
+        )
     for firm in told.get("if_firm", ()):
         if firm["removal_cost"] is None:
             lines.append(f"If {firm['id']} stood firm: {firm['status'].lower().replace('_', ' ')}.")
@@ -132,8 +166,9 @@ def _what_blocks(blockage: dict[str, Any]) -> str:
     named = ", ".join(map(_obstacle, obstacles[:6]))
     more = f" and {len(obstacles) - 6} more" if len(obstacles) > 6 else ""
     return (
-        f"No path leads there: the agent gets as near as {_cell(blockage['seed'])}, where it is cut off along "
-        f"{_count(blockage['contour_cells'], 'cell')} by {_count(len(obstacles), 'obstacle')}: {named}{more}."
+        f"No path leads there: the agent gets as near as {_cell(blockage['seed'])}, where it is cut"
+        f" off along {_count(blockage['contour_cells'], 'cell')} by"
+        f" {_count(len(obstacles), 'obstacle')}: {named}{more}."
     )
 
 
@@ -141,18 +176,36 @@ def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
     bound = told["removal_bound"]
     if status is Status.UNSOLVABLE:
         num_destroyable = int(np.sum(task.destroyable))
-        firm = ", ".join(map(str, told["separating"][:6])) + (" and more" if len(told["separating"]) > 6 else "")
-        proof = f": {firm} alone keep{'' if len(told['separating']) > 1 else 's'} start and goal apart" if firm else ""
-        return f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is no path{proof}."
+        firm = ", ".join(map(str, told["separating"][:6])) + (
+            " and more" if len(told["separating"]) > 6 else ""
+        )
+        proof = (
+            f": {firm} alone keep{'' if len(told['separating']) > 1 else 's'} start and goal apart"
+            if firm
+            else ""
+        )
+        return (
+            f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is"
+            f" no path{proof}."
+        )
     if status is Status.GOAL_BLOCKED:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
     if status is Status.BUDGET_SPENT and told["num_needed"]:
-        needed = f"the least removal needs {_count(told['num_needed'], 'obstacle')} destroyed, more than max_destroyed allows"
+        needed = (
+            f"the least removal needs {_count(told['num_needed'], 'obstacle')} destroyed, more than"
+            " max_destroyed allows"
+        )
         return f"Not answered: {needed} (removal cost at least {bound:g})."
     if status is Status.BUDGET_SPENT:
-        return f"Not answered: the way needs more than max_destroyed or max_cells allow (removal cost at least {bound:g})."
+        return (
+            "Not answered: the way needs more than max_destroyed or max_cells allow (removal cost"
+            f" at least {bound:g})."
+        )
     if status is Status.STOPPED_SHORT:
-        return f"Stopped short: what lies ahead is firm, though a way can be opened (removal cost at least {bound:g})."
+        return (
+            "Stopped short: what lies ahead is firm, though a way can be opened (removal cost at"
+            f" least {bound:g})."
+        )
     steps = [f"obstacle {one['id']} from {_cell(one['from'])}" for one in told["destroyed"]]
     proven = "proven least" if told["is_proven_least"] else f"the least is at least {bound:g}"
     route = told["route"]
@@ -169,12 +222,18 @@ def _what_covers(task: Task, cell: Array) -> str:
     if not (0 <= row < height and 0 <= col < width):
         return f"lies outside the map of {height} x {width} cells"
     owners, flags = np.asarray(task.labels)[:, row, col], np.asarray(task.destroyable)
-    return "lies in " + ", ".join(f"{i} ({_kind(bool(flags[i]))})" for i in sorted(owners[owners >= 0].tolist()))
+    return "lies in " + ", ".join(
+        f"{i} ({_kind(bool(flags[i]))})" for i in sorted(owners[owners >= 0].tolist())
+    )
 
 
 def _obstacle(known: dict[str, Any]) -> str:
     """Returns an obstacle in words: `7 (destroyable, 12 cells of contour, close, ahead)`."""
-    seen = [f"{_count(known['contour_cells'], 'cell')} of contour", *known["seen_as"]] if known["contour_cells"] else []
+    seen = (
+        [f"{_count(known['contour_cells'], 'cell')} of contour", *known["seen_as"]]
+        if known["contour_cells"]
+        else []
+    )
     return f"{known['id']} ({', '.join([_kind(known['is_destroyable']), *seen])})"
 
 

@@ -1,1 +1,3 @@
-"""Side-by-side measurements against the native peers installed; nothing in the library imports them."""
+"""Side-by-side measurements against the native peers installed; nothing in the library imports
+them.
+"""

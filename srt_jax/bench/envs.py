@@ -1,8 +1,10 @@
-"""`srt-jax bench envs`: steps a second of SmartRelocation-v0 beside jumanji's Maze and navix, each in a process of its own.
+"""`srt-jax bench envs`: steps a second of SmartRelocation-v0 beside jumanji's Maze and navix, each
+in a process of its own.
 
-All do the same: 64 environments under jit, vmap and scan, half of them on each of two CPU devices (two cores), actions from
-the random bits of a key each, fresh episodes begun by themselves (but for "no resets"), rewards summed so that nothing is
-dropped as unused; "seen" rows sum every number of the observations as well.
+All do the same: 64 environments under jit, vmap and scan, half of them on each of two CPU devices
+(two cores), actions from the random bits of a key each, fresh episodes begun by themselves (but for
+"no resets"), rewards summed so that nothing is dropped as unused; "seen" rows sum every number of
+the observations as well.
 """
 
 import argparse
@@ -28,7 +30,14 @@ BAR = 1e6
 """Steps a second that ours is to reach on two cores."""
 
 ROWS = (
-    *("ours", "ours, window seen", "ours, map seen", "jumanji Maze", "jumanji Maze, seen", "jumanji Maze, no resets"),
+    *(
+        "ours",
+        "ours, window seen",
+        "ours, map seen",
+        "jumanji Maze",
+        "jumanji Maze, seen",
+        "jumanji Maze, no resets",
+    ),
     *("jumanji Maze, no resets, seen", "navix Empty", "navix Empty, seen"),
 )
 _SLOW = ("jumanji Maze", "jumanji Maze, seen")
@@ -40,7 +49,8 @@ _DEVICES = 2
 def run(quick: bool = False) -> dict[str, Any]:
     """Returns {"machine", "rows": [{name, steps_per_second, spread} or {name, missing}]}.
 
-    steps_per_second: the best run, by which all are compared; spread: {"median", "low", "high", "count"} of all runs.
+    steps_per_second: the best run, by which all are compared; spread: {"median", "low", "high",
+      "count"} of all runs.
     """
     names = [name for name in ROWS if not (quick and name in _SLOW)]
     facts = machine("jumanji", "navix") | {"device": jax.devices()[0].platform}
@@ -52,19 +62,29 @@ def _row(name: str, steps: int) -> dict[str, Any]:
     print(f"bench envs: {name}", file=sys.stderr, flush=True)
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={_DEVICES}"
     command = [sys.executable, "-m", "srt_jax.bench.envs", name, "--steps", str(steps)]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "XLA_FLAGS": flags})
+    done = subprocess.run(
+        command, capture_output=True, text=True, env={**os.environ, "XLA_FLAGS": flags}
+    )
     if done.returncode:
-        return {"name": name, "missing": (done.stderr.strip().splitlines() or ["no reason told"])[-1]}
+        return {
+            "name": name,
+            "missing": (done.stderr.strip().splitlines() or ["no reason told"])[-1],
+        }
     rates = json.loads(done.stdout.splitlines()[-1])["rates"]
     return {"name": name, "steps_per_second": max(rates), "spread": spread(rates)}
 
 
 def table(result: dict[str, Any]) -> str:
-    """Returns the measurements as text, and as multiples of the fastest peer that does as much (seen or not)."""
+    """Returns the measurements as text, and as multiples of the fastest peer that does as much
+    (seen or not).
+    """
     facts, rows = result["machine"], [row for row in result["rows"] if "missing" not in row]
     lines = [
         told_machine(facts),
-        f"on {facts['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; bar for ours {BAR:.0e}; best run, and the median",
+        (
+            f"on {facts['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; bar for ours"
+            f" {BAR:.0e}; best run, and the median"
+        ),
         f"{'environment':30s}{'steps a second':>16s}{'x fastest peer':>16s}  median (quartiles)",
     ]
     for row in result["rows"]:
@@ -72,10 +92,17 @@ def table(result: dict[str, Any]) -> str:
             lines.append(f"{row['name']:30s}  {row['missing']}")
             continue
         peers = [other for other in rows if not other["name"].startswith("ours")]
-        alike = [other["steps_per_second"] for other in peers if _is_seen(other["name"]) == _is_seen(row["name"])]
+        alike = [
+            other["steps_per_second"]
+            for other in peers
+            if _is_seen(other["name"]) == _is_seen(row["name"])
+        ]
         ratio = f"{row['steps_per_second'] / max(alike):.2f}" if alike else ""
         median, low, high = (f"{row['spread'][part]:,.0f}" for part in ("median", "low", "high"))
-        lines.append(f"{row['name']:30s}{row['steps_per_second']:16,.0f}{ratio:>16s}  {median} ({low}-{high})")
+        lines.append(
+            f"{row['name']:30s}{row['steps_per_second']:16,.0f}{ratio:>16s}  {median}"
+            f" ({low}-{high})"
+        )
     return "\n".join(lines)
 
 
@@ -93,7 +120,8 @@ def _ours(seen: str) -> tuple[Callable, Callable]:
         return env.reset(key, params)[1]
 
     def step(key, state):
-        action, used = jax.random.bits(key, (2,), jnp.uint32)  # a whole key for each would cost more than the step
+        # a whole key for each would cost more than the step
+        action, used = jax.random.bits(key, (2,), jnp.uint32)
         observation, state, reward, *_ = env.step(
             jax.random.wrap_key_data(jnp.stack([action, used])), state, action % 16, params
         )
@@ -108,7 +136,8 @@ def _jumanji(seen: str) -> tuple[Callable, Callable]:
     from jumanji.wrappers import VmapAutoResetWrapper, VmapWrapper
 
     maze: Any = Maze(RandomGenerator(_SIZE, _SIZE))
-    env = VmapWrapper(maze) if "no resets" in seen else VmapAutoResetWrapper(maze)  # begins anew one by one: its fastest
+    # begins anew one by one: its fastest
+    env = VmapWrapper(maze) if "no resets" in seen else VmapAutoResetWrapper(maze)
 
     def begin(keys):
         return env.reset(keys)[0]
@@ -143,7 +172,9 @@ def _navix(seen: str) -> tuple[Callable, Callable]:
 def measured(name: str, steps: int) -> list[float]:
     """Returns the steps a second of one of ROWS in each of five runs."""
     who, _, seen = name.partition(",")
-    begin, step = {"ours": _ours, "jumanji Maze": _jumanji, "navix Empty": _navix}[who](seen.strip())
+    begin, step = {"ours": _ours, "jumanji Maze": _jumanji, "navix Empty": _navix}[who](
+        seen.strip()
+    )
     if who != "jumanji Maze":
         begin, step = jax.vmap(begin), jax.vmap(step)
 
@@ -152,7 +183,11 @@ def measured(name: str, steps: int) -> list[float]:
 
     @jax.jit
     @functools.partial(
-        jax.shard_map, mesh=mesh, in_specs=PartitionSpec("cores"), out_specs=PartitionSpec("cores"), check_vma=False
+        jax.shard_map,
+        mesh=mesh,
+        in_specs=PartitionSpec("cores"),
+        out_specs=PartitionSpec("cores"),
+        check_vma=False,
     )
     def roll(keys, states):
         def body(carry, key):
@@ -160,7 +195,9 @@ def measured(name: str, steps: int) -> list[float]:
             states, reward = step(jax.random.split(key, number), states)
             return (states, total + reward.sum()), None
 
-        states, total = jax.lax.scan(body, (states, jnp.float32(0)), jax.random.split(keys[0], steps))[0]
+        states, total = jax.lax.scan(
+            body, (states, jnp.float32(0)), jax.random.split(keys[0], steps)
+        )[0]
         return states, total[None]
 
     def keys(seed: int):

@@ -1,7 +1,9 @@
-"""Least costs over cells of unequal cost, forwards and backwards, beside SciPy's Dijkstra: `python -m srt_jax.bench.gradients`.
+"""Least costs over cells of unequal cost, forwards and backwards, beside SciPy's Dijkstra: `python
+-m srt_jax.bench.gradients`.
 
-Medians of several runs in one process, one thread each; `back / forward` is value_and_grad less the value, over the value. The
-last line is the compiled memory of value_and_grad, without arguments and results, for a snake and an open map of equal size.
+Medians of several runs in one process, one thread each; `back / forward` is value_and_grad less the
+value, over the value. The last line is the compiled memory of value_and_grad, without arguments and
+results, for a snake and an open map of equal size.
 """
 
 import sys
@@ -23,12 +25,19 @@ SIDE = 512
 def graph(free: np.ndarray, costs: np.ndarray) -> sparse.csr_matrix:
     """The moves of one map as SciPy takes them; building it is not timed."""
     cell = np.arange(free.size).reshape(free.shape)
-    up, down, left, right = slice(-1), slice(1, None), (slice(None), slice(-1)), (slice(None), slice(1, None))
+    up, down, left, right = (
+        slice(-1),
+        slice(1, None),
+        (slice(None), slice(-1)),
+        (slice(None), slice(1, None)),
+    )
     square = free[up, up] & free[up, down] & free[down, up] & free[down, down]
     pairs = [(left, right, free[left] & free[right], 1.0), (up, down, free[up] & free[down], 1.0)]
     pairs += [((up, up), (down, down), square, 2**0.5), ((up, down), (down, up), square, 2**0.5)]
     tail, head = (np.concatenate([cell[pair[side]][pair[2]] for pair in pairs]) for side in (0, 1))
-    cost = np.concatenate([(costs[a].astype(float) + costs[b])[ok] / 2 * length for a, b, ok, length in pairs])
+    cost = np.concatenate(
+        [(costs[a].astype(float) + costs[b])[ok] / 2 * length for a, b, ok, length in pairs]
+    )
     return sparse.coo_matrix((cost, (tail, head)), (free.size, free.size)).tocsr()
 
 
@@ -51,7 +60,10 @@ def costs_of(kind: str, rng: np.random.Generator) -> np.ndarray:
 
 def measure(kind: str, cost_kind: str) -> str:
     free, start = (array[0] for array in maps_of("noise 0 %" if kind == "open" else kind, SIDE, 1))
-    costs, weights = costs_of(cost_kind, np.random.default_rng(0)), np.ones((SIDE, SIDE), np.float32)
+    costs, weights = (
+        costs_of(cost_kind, np.random.default_rng(0)),
+        np.ones((SIDE, SIDE), np.float32),
+    )
     peer = graph(free, costs)
     field = jax.jit(srt_jax.cost_to_come)
 
@@ -61,9 +73,13 @@ def measure(kind: str, cost_kind: str) -> str:
 
     both = jax.jit(jax.value_and_grad(total))
     args = [jnp.asarray(array) for array in (free, start, costs, weights)]
-    scipys = median_seconds(lambda: csgraph.dijkstra(peer, directed=False, indices=start[0] * SIDE + start[1]))
+    scipys = median_seconds(
+        lambda: csgraph.dijkstra(peer, directed=False, indices=start[0] * SIDE + start[1])
+    )
     forward = median_seconds(lambda: jax.block_until_ready(field(*args[:3])))
-    there_and_back = median_seconds(lambda: jax.block_until_ready(both(args[2], args[0], args[1], args[3])))
+    there_and_back = median_seconds(
+        lambda: jax.block_until_ready(both(args[2], args[0], args[1], args[3]))
+    )
     return (
         f"{kind:12}{cost_kind:8}{scipys * 1e3:10.1f}{forward * 1e3:10.1f}{(there_and_back - forward) * 1e3:10.1f}"
         f"{scipys / forward:16.2f}{there_and_back / forward - 1:16.2f}"
@@ -82,13 +98,18 @@ def temporary_bytes(free: np.ndarray) -> int:
 
 
 def main() -> int:
-    print(f"{'map':12}{'costs':8}{'SciPy ms':>10}{'forward':>10}{'backward':>10}{'SciPy / forward':>16}{'back / forward':>16}")
+    print(
+        f"{'map':12}{'costs':8}{'SciPy ms':>10}{'forward':>10}{'backward':>10}{'SciPy / forward':>16}{'back / forward':>16}"
+    )
     for kind in ("open", *KINDS):
         for cost_kind in ("hills", "noise"):
             print(measure(kind, cost_kind), flush=True)
     snake = np.zeros((SIDE, SIDE), bool)
     snake[::2] = snake[1::4, -1] = snake[3::4, 0] = True
-    print(f"temporary bytes: snake {temporary_bytes(snake)}, open map {temporary_bytes(np.ones_like(snake))}")
+    print(
+        f"temporary bytes: snake {temporary_bytes(snake)}, open map"
+        f" {temporary_bytes(np.ones_like(snake))}"
+    )
     return 0
 
 

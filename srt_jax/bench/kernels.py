@@ -1,4 +1,6 @@
-"""`srt-jax bench kernels`: each kernel beside its native peers, in one run, one thread each, taken in turn."""
+"""`srt-jax bench kernels`: each kernel beside its native peers, in one run, one thread each,
+taken in turn.
+"""
 
 import argparse
 import json
@@ -9,38 +11,61 @@ from srt_jax.bench import scaling
 from srt_jax.bench.machine import machine, spread, told
 from srt_jax.bench.timing import in_turn, measured_apart
 
-PACKAGES = ("opencv-python-headless", "connected-components-3d", "scipy", "dijkstra3d", "scikit-image")
+PACKAGES = (
+    "opencv-python-headless",
+    "connected-components-3d",
+    "scipy",
+    "dijkstra3d",
+    "scikit-image",
+)
 
 BARS = {"reach, packed": 4.0, "reach": 2.5, "cost_to_come": 1.5, "contour": 1.5, "seed_cell": 5.0}
-"""What the best native peer's time over ours is to be, on streets of 512 x 512; for cost_to_come the C++ peer's."""
+"""What the best native peer's time over ours is to be, on streets of 512 x 512; for cost_to_come
+the C++ peer's.
+"""
 
 
 def run(quick: bool = False) -> dict[str, Any]:
     """Returns {"machine", "fast_form", "rows", "scaling"}; each in a process of its own.
 
-    A row: {kernel, kind, size, batch, ms, quartiles [low, high], peers {name: ms}, ratio, bar}, kept on one core; medians.
-    For "scaling" see `scaling`.
+    A row: {kernel, kind, size, batch, ms, quartiles [low, high], peers {name: ms}, ratio, bar},
+    kept on one core; medians. For "scaling" see `scaling`.
     """
     alone = {"XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false", "OMP_NUM_THREADS": "1"}
-    return {**measured_apart("srt_jax.bench.kernels", quick, **alone), "scaling": scaling.run(quick)}
+    return {
+        **measured_apart("srt_jax.bench.kernels", quick, **alone),
+        "scaling": scaling.run(quick),
+    }
 
 
 def table(result: dict[str, Any]) -> str:
-    """Returns the measurements as text, ratios first: over 1 means faster than the best native peer."""
+    """Returns the measurements as text, ratios first: over 1 means faster than the best native
+    peer.
+    """
     lines = [
-        f"{told(result['machine'])}, one thread; loops compiled whole: {'yes' if result['fast_form'] > 2 else 'NO'} "
-        f"({result['fast_form']:.1f}x the plain form)",
-        f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'bar':>6s}{'ours ms':>10s}{'quartiles':>16s}  "
-        "peers, ms (their time over ours)",
+        (
+            f"{told(result['machine'])}, one thread; loops compiled whole:"
+            f" {'yes' if result['fast_form'] > 2 else 'NO'} ({result['fast_form']:.1f}x the plain"
+            " form)"
+        ),
+        (
+            f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'bar':>6s}{'ours ms':>10s}{'quartiles':>16s}"
+            "  peers, ms (their time over ours)"
+        ),
     ]
     for row in result["rows"]:
-        peers = ", ".join(f"{name} {ms:.3f} ({ms / row['ms']:.1f}x)" for name, ms in row["peers"].items())
+        peers = ", ".join(
+            f"{name} {ms:.3f} ({ms / row['ms']:.1f}x)" for name, ms in row["peers"].items()
+        )
         bar = f"{row['bar']:.1f}" if row["bar"] else ""
         ratio = f"{row['ratio']:.2f}" if row["ratio"] else "-"
         place = f"{row['kernel']:15s}{row['kind']:12s}{row['size']:6d}"
         low, high = row["quartiles"]
         between = f"{low:.3f}-{high:.3f}"
-        lines.append(f"{place}{ratio:>8s}{bar:>6s}{row['ms']:10.3f}{between:>16s}  {peers or 'none installed'}")
+        lines.append(
+            f"{place}{ratio:>8s}{bar:>6s}{row['ms']:10.3f}{between:>16s} "
+            f" {peers or 'none installed'}"
+        )
     if result.get("scaling"):
         lines += ["", scaling.table(result["scaling"])]
     return "\n".join(lines)
@@ -75,7 +100,9 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     words = jax.jit(packing.pack)(free)
     reached = srt_jax.reach(free, start)
     seeds = srt_jax.seed_cell(reached, goal)
-    walls = np.stack([np.argwhere(~one)[len(np.argwhere(~one)) // 2] for one in maps]).astype(np.int32)
+    walls = np.stack([np.argwhere(~one)[len(np.argwhere(~one)) // 2] for one in maps]).astype(
+        np.int32
+    )
     beside, towards = _beside(maps, walls)
     ahead = np.asarray(obstacle_ahead(free, jax.device_put(beside), jax.device_put(towards)))
     packed = jax.jit(lambda words, start: reach_words(words, start, width=size))
@@ -83,14 +110,23 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
         "reach, packed": (lambda: packed(words, start), peers.floods(maps, starts)),
         "reach": (lambda: srt_jax.reach(free, start), peers.floods(maps, starts)),
         "cost_to_come": (lambda: srt_jax.cost_to_come(free, start), peers.distances(maps, starts)),
-        "contour": (lambda: srt_jax.contour(free, beside, towards), peers.contours(maps, beside, ahead)),
-        "seed_cell": (lambda: srt_jax.seed_cell(reached, goal), peers.nearest(np.asarray(reached), goals)),
+        "contour": (
+            lambda: srt_jax.contour(free, beside, towards),
+            peers.contours(maps, beside, ahead),
+        ),
+        "seed_cell": (
+            lambda: srt_jax.seed_cell(reached, goal),
+            peers.nearest(np.asarray(reached), goals),
+        ),
     }
     assert seeds.shape == (batch, 2)
     out = []
     for name, (function, others) in ours.items():
         functions = {"ours": lambda function=function: jax.block_until_ready(function()), **others}
-        spreads = {key: spread([1e3 * value / batch for value in taken]) for key, taken in in_turn(functions, repeats).items()}
+        spreads = {
+            key: spread([1e3 * value / batch for value in taken])
+            for key, taken in in_turn(functions, repeats).items()
+        }
         own = spreads.pop("ours")
         mine, times = own["median"], {key: value["median"] for key, value in spreads.items()}
         bar = BARS[name] if (kind, size) == ("street", 512) else None
@@ -126,7 +162,9 @@ def _beside(maps: Any, walls: Any) -> tuple[Any, Any]:
 
 
 def _fast_form() -> float:
-    """How many times faster a flood is with the marks of `kernel` than without: about 1 where they are not in force."""
+    """How many times faster a flood is with the marks of `kernel` than without: about 1 where
+    they are not in force.
+    """
     import jax
     import numpy as np
 
@@ -139,7 +177,13 @@ def _fast_form() -> float:
     plain = jax.jit(lambda free, start: reach_maps(free, start)).lower(free, start).compile()
     del os.environ["SRT_JAX_PLAIN"]
     forms = {"marked": marked, "plain": plain}
-    times = in_turn({name: lambda form=form: jax.block_until_ready(form(free, start)) for name, form in forms.items()}, 5)
+    times = in_turn(
+        {
+            name: lambda form=form: jax.block_until_ready(form(free, start))
+            for name, form in forms.items()
+        },
+        5,
+    )
     return spread(times["plain"])["median"] / spread(times["marked"])["median"]
 
 
@@ -153,7 +197,8 @@ def main() -> None:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     import jax
 
-    # A thread of JAX's that is about to sleep spins: nothing beside other cores, but half a light kernel on this one.
+    # A thread of JAX's that is about to sleep spins: nothing beside other cores, but half a light
+    # kernel on this one.
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     print(json.dumps(_measure(options.quick)) if options.json else table(_measure(options.quick)))
 

@@ -1,4 +1,6 @@
-"""What a measurement is worth nothing without: the machine, the versions, and how far the times scatter."""
+"""What a measurement is worth nothing without: the machine, the versions, and how far the times
+scatter.
+"""
 
 import importlib.metadata
 import os
@@ -11,9 +13,11 @@ import numpy as np
 
 
 def machine(*packages: str) -> dict[str, Any]:
-    """Returns {"cpu", "cores", "load", "system", "python", "packages": {name: version}}; None for a package that is absent.
+    """Returns {"cpu", "cores", "load", "system", "python", "packages": {name: version}}; None for a
+    package that is absent.
 
-    `load` is the number of processes that wanted a core in the minute before: well over 0, times are too long.
+    `load` is the number of processes that wanted a core in the minute before: well over 0, times
+    are too long.
     """
     return {
         "cpu": _cpu(),
@@ -27,13 +31,20 @@ def machine(*packages: str) -> dict[str, Any]:
 
 def told(facts: dict[str, Any]) -> str:
     """Returns the facts of `machine` in one line."""
-    versions = ", ".join(f"{name} {version}" for name, version in facts["packages"].items() if version)
+    versions = ", ".join(
+        f"{name} {version}" for name, version in facts["packages"].items() if version
+    )
     load = f", load {facts['load']:.1f}" if facts["load"] is not None else ""
-    return f"{facts['cpu']}, {facts['cores']} cores{load}, {facts['system']}, Python {facts['python']}, {versions}"
+    return (
+        f"{facts['cpu']}, {facts['cores']} cores{load}, {facts['system']}, Python"
+        f" {facts['python']}, {versions}"
+    )
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:
-    """Returns {"median", "low", "high", "count"}: the middle value and the quartiles round it; NaN where there is no value."""
+    """Returns {"median", "low", "high", "count"}: the middle value and the quartiles round it;
+    NaN where there is no value.
+    """
     if not len(values):
         return {"median": float("nan"), "low": float("nan"), "high": float("nan"), "count": 0}
     low, median, high = np.percentile(values, (25, 50, 75)).tolist()
@@ -43,7 +54,10 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 def _cpu() -> str:
     listing = pathlib.Path("/proc/cpuinfo")
     lines = listing.read_text().splitlines() if listing.is_file() else []
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
+    return next(
+        (line.partition(":")[2].strip() for line in lines if line.startswith("model name")),
+        platform.processor(),
+    )
 
 
 def _version(name: str) -> str | None:

@@ -1,4 +1,6 @@
-"""The maps that are measured: streets, noise, rooms, mazes; free [B, H, W] and a start in the largest part of each."""
+"""The maps that are measured: streets, noise, rooms, mazes; free [B, H, W] and a start in the
+largest part of each.
+"""
 
 import os
 import pathlib
@@ -13,8 +15,8 @@ KINDS = ("street", "noise 20 %", "noise 35 %", "rooms", "maze 8", "maze 1")
 def maps_of(kind: str, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Returns bool [count, size, size] and int32 [count, 2].
 
-    Streets are MovingAI's (folder street/ in the directory that SRT_SHARED_DATA names) where they are at hand in this size,
-    else made up.
+    Streets are MovingAI's (folder street/ in the directory that SRT_SHARED_DATA names) where they
+    are at hand in this size, else made up.
     """
     maps = np.stack([_one(kind, size, np.random.default_rng(seed), seed) for seed in range(count)])
     return maps, np.stack([_start(free, seed) for seed, free in enumerate(maps)])
@@ -41,7 +43,9 @@ def _town(rng: np.random.Generator, size: int) -> np.ndarray:
     angle, pitch = rng.uniform(0, np.pi / 2), 32
     y, x = np.mgrid[:size, :size]
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
-    lot = (np.floor(u / pitch).astype(int) * 7919 + np.floor(v / pitch).astype(int) * 104_729) % 4096
+    lot = (
+        np.floor(u / pitch).astype(int) * 7919 + np.floor(v / pitch).astype(int) * 104_729
+    ) % 4096
     wide, deep = rng.integers(12, pitch - 4, 4096)[lot], rng.integers(12, pitch - 4, 4096)[lot]
     return ~((u % pitch < wide) & (v % pitch < deep))
 
@@ -66,7 +70,11 @@ def _maze(rng: np.random.Generator, size: int, corridor: int) -> np.ndarray:
     stack = [(1, 1)]
     while stack:
         row, col = stack[-1]
-        steps = [(r, c) for r, c in ((-2, 0), (2, 0), (0, -2), (0, 2)) if 0 < row + r < side - 1 and 0 < col + c < side - 1]
+        steps = [
+            (r, c)
+            for r, c in ((-2, 0), (2, 0), (0, -2), (0, 2))
+            if 0 < row + r < side - 1 and 0 < col + c < side - 1
+        ]
         steps = [(r, c) for r, c in steps if not free[row + r, col + c]]
         if not steps:
             stack.pop()

@@ -1,4 +1,6 @@
-"""The paper's pipeline in C++, compiled on the spot: what `solve` and the reference algorithms are measured against."""
+"""The paper's pipeline in C++, compiled on the spot: what `solve` and the reference algorithms
+are measured against.
+"""
 
 import ctypes
 import functools
@@ -19,15 +21,23 @@ class PaperPipeline:
         self._library = library
 
     def jps(self, free: np.ndarray, start: Cell, goal: Cell) -> tuple[float, int]:
-        """Returns the length of a shortest path, inf where there is none, and the cells expanded."""
+        """Returns the length of a shortest path, inf where there is none, and the cells
+        expanded.
+        """
         cost = ctypes.c_double()
-        expanded = self._library.paper_jps(_at(free), *free.shape, *start, *goal, ctypes.byref(cost))
+        expanded = self._library.paper_jps(
+            _at(free), *free.shape, *start, *goal, ctypes.byref(cost)
+        )
         return cost.value, expanded
 
     def astar(self, free: np.ndarray, start: Cell, goal: Cell) -> tuple[float, np.ndarray]:
-        """Returns the same length, and CLOSED, bool [H, W]: every cell that can be reached where there is no path."""
+        """Returns the same length, and CLOSED, bool [H, W]: every cell that can be reached where
+        there is no path.
+        """
         cost, closed = ctypes.c_double(), np.empty(free.shape, bool)
-        self._library.paper_astar(_at(free), *free.shape, *start, *goal, ctypes.byref(cost), _at(closed))
+        self._library.paper_astar(
+            _at(free), *free.shape, *start, *goal, ctypes.byref(cost), _at(closed)
+        )
         return cost.value, closed
 
     def seed(self, closed: np.ndarray, goal: Cell) -> Cell:
@@ -39,7 +49,9 @@ class PaperPipeline:
     def contour(self, free: np.ndarray, seed: Cell, goal: Cell) -> np.ndarray:
         """Returns the cells that wall following passes, bool [H, W]."""
         contour = np.zeros(free.shape, bool)
-        self._library.paper_contour(_at(free), *free.shape, (ctypes.c_int32 * 2)(*seed), *goal, _at(contour))
+        self._library.paper_contour(
+            _at(free), *free.shape, (ctypes.c_int32 * 2)(*seed), *goal, _at(contour)
+        )
         return contour
 
 
@@ -49,7 +61,17 @@ def paper_pipeline() -> PaperPipeline | None:
     source = pathlib.Path(__file__).with_name("paper_pipeline.cpp")
     with tempfile.TemporaryDirectory() as folder:
         built = pathlib.Path(folder) / "paper_pipeline.so"
-        command = ["g++", "-O3", "-march=native", "-std=c++17", "-shared", "-fPIC", str(source), "-o", str(built)]
+        command = [
+            "g++",
+            "-O3",
+            "-march=native",
+            "-std=c++17",
+            "-shared",
+            "-fPIC",
+            str(source),
+            "-o",
+            str(built),
+        ]
         try:
             subprocess.run(command, check=True, capture_output=True)
         except (OSError, subprocess.CalledProcessError):
@@ -59,5 +81,7 @@ def paper_pipeline() -> PaperPipeline | None:
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:
     if array.dtype != bool or not array.flags.c_contiguous:
-        raise ValueError(f"maps must be contiguous bool arrays, got {array.dtype}: call numpy.ascontiguousarray")
+        raise ValueError(
+            f"maps must be contiguous bool arrays, got {array.dtype}: call numpy.ascontiguousarray"
+        )
     return ctypes.c_void_p(array.ctypes.data)

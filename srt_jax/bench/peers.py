@@ -1,4 +1,6 @@
-"""The native peers, each a function that does all maps of a batch; those that are not installed are left out by name."""
+"""The native peers, each a function that does all maps of a batch; those that are not installed
+are left out by name.
+"""
 
 import ctypes
 import importlib
@@ -37,7 +39,9 @@ def floods(maps: np.ndarray, starts: np.ndarray) -> Peers:
             lambda free: cv2.connectedComponents(free, connectivity=4)[1], byte, starts
         )
     if cc3d := module("cc3d"):
-        peers["cc3d"] = _labelled(lambda free: cc3d.connected_components(free, connectivity=4), byte, starts)
+        peers["cc3d"] = _labelled(
+            lambda free: cc3d.connected_components(free, connectivity=4), byte, starts
+        )
     if ndimage := module("scipy.ndimage"):
         peers["scipy.ndimage.label"] = _labelled(lambda free: ndimage.label(free)[0], byte, starts)
     return peers
@@ -51,13 +55,18 @@ def _filled(cv2: Any, mask: np.ndarray, cell: np.ndarray, connectivity: int) -> 
 
 def _labelled(label: Callable, byte: np.ndarray, starts: np.ndarray) -> Callable:
     def run() -> list:
-        return [labels == labels[tuple(start)] for labels, start in ((label(free), start) for free, start in zip(byte, starts))]
+        return [
+            labels == labels[tuple(start)]
+            for labels, start in ((label(free), start) for free, start in zip(byte, starts))
+        ]
 
     return run
 
 
 def contours(maps: np.ndarray, seeds: np.ndarray, ahead: np.ndarray) -> Peers:
-    """Peers of contour: flood the obstacle through corners, flood the seed's side, widen, intersect."""
+    """Peers of contour: flood the obstacle through corners, flood the seed's side, widen,
+    intersect.
+    """
     cv2 = module("cv2")
     if cv2 is None:
         return {}
@@ -90,18 +99,21 @@ def distances(maps: np.ndarray, starts: np.ndarray) -> Peers:
     if dijkstra3d := module("dijkstra3d"):
         byte = [np.asfortranarray(free.astype(np.uint8)) for free in maps]
         peers["dijkstra3d"] = lambda: [
-            dijkstra3d.euclidean_distance_field(free, tuple(map(int, start))) for free, start in zip(byte, starts)
+            dijkstra3d.euclidean_distance_field(free, tuple(map(int, start)))
+            for free, start in zip(byte, starts)
         ]
     if csgraph := module("scipy.sparse.csgraph"):
         graphs = [move_graph(free) for free in maps]
         places = starts[:, 0] * maps.shape[2] + starts[:, 1]
         peers["scipy csgraph, graph given"] = lambda: [
-            csgraph.dijkstra(graph, directed=False, indices=int(place)) for graph, place in zip(graphs, places)
+            csgraph.dijkstra(graph, directed=False, indices=int(place))
+            for graph, place in zip(graphs, places)
         ]
     if graph := module("skimage.graph"):
         costs = np.where(maps, 1.0, -1.0)
         peers["skimage MCP_Geometric"] = lambda: [
-            graph.MCP_Geometric(cost).find_costs([tuple(start)])[0] for cost, start in zip(costs, starts)
+            graph.MCP_Geometric(cost).find_costs([tuple(start)])[0]
+            for cost, start in zip(costs, starts)
         ]
     return peers
 
@@ -120,7 +132,10 @@ def move_graph(free: np.ndarray) -> Any:
         (cell[:-1, 1:], cell[1:, :-1], square, diagonal),
     )
     tail, head, cost = (
-        np.concatenate(parts) for parts in zip(*((a[ok], b[ok], np.full(ok.sum(), float(cost))) for a, b, ok, cost in kinds))
+        np.concatenate(parts)
+        for parts in zip(
+            *((a[ok], b[ok], np.full(ok.sum(), float(cost))) for a, b, ok, cost in kinds)
+        )
     )
     return sparse.coo_matrix((cost, (tail, head)), (free.size, free.size)).tocsr()
 
@@ -139,7 +154,13 @@ def bucket_dijkstra() -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
     def run(maps: np.ndarray, starts: np.ndarray) -> np.ndarray:
         byte, cost = maps.view(np.uint8), np.empty(maps.shape, np.int32)
         for free, (row, col), out in zip(byte, starts, cost):
-            native(ctypes.c_void_p(free.ctypes.data), *free.shape, int(row), int(col), ctypes.c_void_p(out.ctypes.data))
+            native(
+                ctypes.c_void_p(free.ctypes.data),
+                *free.shape,
+                int(row),
+                int(col),
+                ctypes.c_void_p(out.ctypes.data),
+            )
         return cost
 
     return run

@@ -1,4 +1,6 @@
-"""Whole answers by other means: the paper's pipeline in C++, and what is put together from OpenCV, SciPy and scikit-image."""
+"""Whole answers by other means: the paper's pipeline in C++, and what is put together from
+OpenCV, SciPy and scikit-image.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,10 +23,12 @@ GIVES = {
 
 
 def pipelines(free: Maps, opened: Maps, ends: Ends) -> dict[str, Callable[[], list[Any]] | None]:
-    """Returns what does all tasks, by name; None for one that is not installed (or needs g++, which is not there).
+    """Returns what does all tasks, by name; None for one that is not installed (or needs g++, which
+    is not there).
 
     Args:
-      free, opened: bool [H, W], with the blocker and without it: the peers are told what to destroy.
+      free, opened: bool [H, W], with the blocker and without it: the peers are told what to
+        destroy.
       ends: start and goal, (row, col), of each.
     """
     makers = {"PY16 in C++": _cpp, "SciPy": _scipy, "scikit-image": _skimage, "OpenCV": _opencv}
@@ -36,7 +40,9 @@ def _cpp(free: Maps, opened: Maps, ends: Ends) -> Callable[[], list[Any]] | None
     if native is None:
         return None
 
-    def one(blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell) -> tuple[Cell, np.ndarray, float]:
+    def one(
+        blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell
+    ) -> tuple[Cell, np.ndarray, float]:
         native.jps(blocked, start, goal)
         _, closed = native.astar(blocked, start, goal)
         seed = native.seed(closed, goal)
@@ -51,7 +57,9 @@ def _scipy(free: Maps, opened: Maps, ends: Ends) -> Callable[[], list[Any]] | No
         return None
     square = np.ones((3, 3), bool)
 
-    def one(blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell) -> tuple[Cell, np.ndarray, float]:
+    def one(
+        blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell
+    ) -> tuple[Cell, np.ndarray, float]:
         regions, _ = ndimage.label(blocked)
         reached = regions == regions[start]
         seed = _nearest(reached, goal)
@@ -68,7 +76,9 @@ def _dijkstra(csgraph: Any, free: np.ndarray, start: Cell, goal: Cell) -> float:
     from srt_jax.moves import FIXED_POINTS
 
     width = free.shape[1]
-    lengths = csgraph.dijkstra(move_graph(free), directed=False, indices=start[0] * width + start[1])
+    lengths = csgraph.dijkstra(
+        move_graph(free), directed=False, indices=start[0] * width + start[1]
+    )
     return float(lengths[goal[0] * width + goal[1]]) / FIXED_POINTS[0][0]
 
 
@@ -77,9 +87,13 @@ def _skimage(free: Maps, opened: Maps, ends: Ends) -> Callable[[], list[Any]] | 
     if measure is None or graph is None:
         return None
 
-    def one(blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell) -> tuple[bool, float]:
+    def one(
+        blocked: np.ndarray, unblocked: np.ndarray, start: Cell, goal: Cell
+    ) -> tuple[bool, float]:
         regions = measure.label(blocked, connectivity=1)
-        _, length = graph.route_through_array(np.where(unblocked, 1.0, -1.0), start, goal, fully_connected=True, geometric=True)
+        _, length = graph.route_through_array(
+            np.where(unblocked, 1.0, -1.0), start, goal, fully_connected=True, geometric=True
+        )
         return bool(regions[start] == regions[goal]), float(length)
 
     return lambda: [one(a, b, start, goal) for a, b, (start, goal) in zip(free, opened, ends)]
@@ -116,4 +130,8 @@ def _nearest(reached: np.ndarray, goal: Cell) -> Cell:
 def _ahead(seed: Cell, goal: Cell) -> Cell:
     """The blocked cell beside the seed on the longer way to the goal."""
     rows, cols = goal[0] - seed[0], goal[1] - seed[1]
-    return (seed[0] + int(np.sign(rows)), seed[1]) if abs(rows) >= abs(cols) else (seed[0], seed[1] + int(np.sign(cols)))
+    return (
+        (seed[0] + int(np.sign(rows)), seed[1])
+        if abs(rows) >= abs(cols)
+        else (seed[0], seed[1] + int(np.sign(cols)))
+    )

@@ -1,4 +1,6 @@
-"""`srt-jax bench plan`: lengths against known optima, throughput, learning, cold start, beside peers in own processes."""
+"""`srt-jax bench plan`: lengths against known optima, throughput, learning, cold start, beside
+peers in own processes.
+"""
 
 import csv
 import importlib.util
@@ -32,23 +34,36 @@ _SECONDS_A_ROW = 15.0
 
 
 def run(
-    quick: bool = False, *, data: str | os.PathLike | None = None, log: Callable[[str], None] = lambda told: None
+    quick: bool = False,
+    *,
+    data: str | os.PathLike | None = None,
+    log: Callable[[str], None] = lambda told: None,
 ) -> dict[str, Any]:
-    """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start", "peers" [...],
-    "missing": names of peers not installed}.
+    """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start",
+    "peers" [...], "missing": names of peers not installed}.
 
     Args:
       quick: fewer and smaller tasks, under a minute on idle cores; else about three.
-      data: a folder with blocks/, hanoi/, ferry/ and goldminer/ and `fd_optimal.csv`; the environment's SRT_SHARED_DATA/pddl
-        where None. Without it the known optima are those of random blocks tasks alone.
+      data: a folder with blocks/, hanoi/, ferry/ and goldminer/ and `fd_optimal.csv`; the
+        environment's SRT_SHARED_DATA/pddl where None. Without it the known optima are those of
+        random blocks tasks alone.
       log: told of progress.
     """
     began = time.perf_counter()
     training = random_blocks_tasks(6, 256 if quick else 1024, seed=100)
     sign = learn(training, generations=10 if quick else 30, log=log)
-    learning = {"seconds": time.perf_counter() - began, "tasks": len(training), "blocks": 6, "sign": _as_dict(sign)}
+    learning = {
+        "seconds": time.perf_counter() - began,
+        "tasks": len(training),
+        "blocks": 6,
+        "sign": _as_dict(sign),
+    }
     sizes = {8: 1024} if quick else {8: 4096, 10: 4096, 15: 2048}
-    folder = pathlib.Path(data) if data is not None else pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl"
+    folder = (
+        pathlib.Path(data)
+        if data is not None
+        else pathlib.Path(os.environ.get("SRT_SHARED_DATA", "")) / "pddl"
+    )
     return {
         "machine": {
             "jax": jax.__version__,
@@ -57,12 +72,22 @@ def run(
             "cores": os.cpu_count(),
         },
         "learning": learning,
-        "random_blocks": [_throughput(n, count, chosen, log) for n, count in sizes.items() for chosen in (sign, None)],
-        "known_optima": list(_known_optima(folder, sign, quick, log)) if (folder / "fd_optimal.csv").is_file() else [],
+        "random_blocks": [
+            _throughput(n, count, chosen, log)
+            for n, count in sizes.items()
+            for chosen in (sign, None)
+        ],
+        "known_optima": (
+            list(_known_optima(folder, sign, quick, log))
+            if (folder / "fd_optimal.csv").is_file()
+            else []
+        ),
         "cold_start": _cold_start(),
         "peers": list(_peers(3 if quick else 10, log)),
         "missing": [
-            peer for peer in ("pyperplan", "Fast Downward") if not any(name.startswith(peer) for name in _peer_commands())
+            peer
+            for peer in ("pyperplan", "Fast Downward")
+            if not any(name.startswith(peer) for name in _peer_commands())
         ],
     }
 
@@ -72,27 +97,34 @@ def table(result: dict[str, Any]) -> str:
     learning = result["learning"]
     facts = result["machine"]
     lines = [
-        f"jax {facts['jax']}, numpy {facts['numpy']}, Python {facts['python']}, {facts['cores']} cores; medians (quartiles)",
-        f"learning on {learning['tasks']} tasks of {learning['blocks']} blocks: {learning['seconds']:.1f} s",
+        (
+            f"jax {facts['jax']}, numpy {facts['numpy']}, Python {facts['python']},"
+            f" {facts['cores']} cores; medians (quartiles)"
+        ),
+        (
+            f"learning on {learning['tasks']} tasks of {learning['blocks']} blocks:"
+            f" {learning['seconds']:.1f} s"
+        ),
     ]
     for row in result["random_blocks"]:
         bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
         lines.append(
-            f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s "
-            f"({row['quartiles'][0]:,.0f}-{row['quartiles'][1]:,.0f}){bar}, "
-            f"{row['tasks_a_cpu_second']:,.0f} a second of CPU, "
-            f"solved {row['solved']:.2%}, length / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, "
-            f"compile {row['compile_seconds']:.1f} s"
+            f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s"
+            f" ({row['quartiles'][0]:,.0f}-{row['quartiles'][1]:,.0f}){bar},"
+            f" {row['tasks_a_cpu_second']:,.0f} a second of CPU, solved {row['solved']:.2%}, length"
+            f" / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, compile"
+            f" {row['compile_seconds']:.1f} s"
         )
     for row in result["known_optima"]:
         lines.append(
-            f"{row['domain']:10s} {row['sign']:9s} solved {row['solved']} of {row['tasks']}, "
-            f"length / optimum {row['ratio']:.3f} (worst {row['worst']:.2f}), optimal {row['optimal']:.0%}, "
-            f"slowest {row['slowest_seconds']:.2f} s"
+            f"{row['domain']:10s} {row['sign']:9s} solved {row['solved']} of {row['tasks']}, length"
+            f" / optimum {row['ratio']:.3f} (worst {row['worst']:.2f}), optimal"
+            f" {row['optimal']:.0%}, slowest {row['slowest_seconds']:.2f} s"
         )
     cold = result["cold_start"]
     lines.append(
-        f"cold start (import, parse, plan, replay; 6 blocks): {cold['seconds']:.2f} s, {cold['cpu_seconds']:.2f} s of CPU"
+        f"cold start (import, parse, plan, replay; 6 blocks): {cold['seconds']:.2f} s,"
+        f" {cold['cpu_seconds']:.2f} s of CPU"
     )
     for row in result["peers"]:
         lines.append(
@@ -100,7 +132,10 @@ def table(result: dict[str, Any]) -> str:
             f"length / optimum {row['ratio']:.2f}, {row['seconds']:.3f} s each "
             f"({row['quartiles'][0]:.3f}-{row['quartiles'][1]:.3f})"
         )
-    lines += [f"{name} is not installed and left out (pip install 'srt-jax[bench]')" for name in result["missing"]]
+    lines += [
+        f"{name} is not installed and left out (pip install 'srt-jax[bench]')"
+        for name in result["missing"]
+    ]
     return "\n".join(lines)
 
 
@@ -115,21 +150,35 @@ def _problem(task: PlanningTask) -> Problem:
 
 def _optima(tasks: list[PlanningTask], num_blocks: int) -> np.ndarray:
     problems = map(_problem, tasks)
-    return np.array([optimal_length(state_of(p.start, num_blocks), state_of(p.goal, num_blocks)) for p in problems])
+    return np.array(
+        [
+            optimal_length(state_of(p.start, num_blocks), state_of(p.goal, num_blocks))
+            for p in problems
+        ]
+    )
 
 
-def _throughput(num_blocks: int, count: int, sign: HeuristicSign | None, log: Callable[[str], None]) -> dict[str, Any]:
-    """Random tasks through `plan_batch`: packing, search, replay and results counted, compilation apart; the median run."""
+def _throughput(
+    num_blocks: int, count: int, sign: HeuristicSign | None, log: Callable[[str], None]
+) -> dict[str, Any]:
+    """Random tasks through `plan_batch`: packing, search, replay and results counted,
+    compilation apart; the median run.
+    """
     tasks, seconds, cpu_seconds = random_blocks_tasks(num_blocks, count, seed=1), [], []
     while len(seconds) < 3 or (len(seconds) < 7 and sum(seconds) < _SECONDS_A_ROW):
         began, cpu_began = time.perf_counter(), time.process_time()
         results = plan_batch(tasks, heuristic=sign)
         seconds.append(time.perf_counter() - began)
         cpu_seconds.append(time.process_time() - cpu_began)
-    if any(validate(task, result.actions) for task, result in zip(tasks, results) if result.is_solved):
+    if any(
+        validate(task, result.actions) for task, result in zip(tasks, results) if result.is_solved
+    ):
         raise AssertionError("a plan failed its independent replay")
     sample = list(range(0, count, max(1, count // 512)))
-    lengths, optima = np.array([len(results[i].actions) for i in sample]), _optima([tasks[i] for i in sample], num_blocks)
+    lengths, optima = (
+        np.array([len(results[i].actions) for i in sample]),
+        _optima([tasks[i] for i in sample], num_blocks),
+    )
     row = {
         "blocks": num_blocks,
         "sign": "unlearned" if sign is None else "learned",
@@ -142,7 +191,10 @@ def _throughput(num_blocks: int, count: int, sign: HeuristicSign | None, log: Ca
         "ratio": float(lengths.sum() / optima.sum()),
         "optimal": float((lengths == optima).mean()),
     }
-    log(f"{num_blocks} blocks, {row['sign']}: {row['tasks_a_second']:,.0f} tasks/s, length / optimum {row['ratio']:.3f}")
+    log(
+        f"{num_blocks} blocks, {row['sign']}: {row['tasks_a_second']:,.0f} tasks/s, length /"
+        f" optimum {row['ratio']:.3f}"
+    )
     return row
 
 
@@ -160,17 +212,25 @@ def _known_optima(
     most = {"blocks": 40 if quick else 60, "hanoi": 63 if quick else 255}
     for domain in ("blocks", "hanoi", "ferry", "goldminer"):
         chosen = {
-            name: optimum for name, optimum in optima.items() if name.startswith(domain) and optimum <= most.get(domain, 1000)
+            name: optimum
+            for name, optimum in optima.items()
+            if name.startswith(domain) and optimum <= most.get(domain, 1000)
         }
         for used in (None, sign) if domain == "blocks" else (None,):
             results = []
             for name in chosen:
                 task = load(folder / domain / "domain.pddl", folder / name)
                 began = time.perf_counter()
-                results.append((plan(task, heuristic=used, max_seconds=30.0), time.perf_counter() - began))
+                results.append(
+                    (plan(task, heuristic=used, max_seconds=30.0), time.perf_counter() - began)
+                )
                 if len(results) % 10 == 0:
                     log(f"{domain}: {len(results)} of {len(chosen)} tasks")
-            ratios = [len(r.actions) / optimum for (r, _), optimum in zip(results, chosen.values()) if r.is_solved]
+            ratios = [
+                len(r.actions) / optimum
+                for (r, _), optimum in zip(results, chosen.values())
+                if r.is_solved
+            ]
             row = {
                 "domain": domain,
                 "sign": "unlearned" if used is None else "learned",
@@ -181,20 +241,31 @@ def _known_optima(
                 "optimal": float(np.mean([ratio == 1 for ratio in ratios])),
                 "slowest_seconds": max(seconds for _, seconds in results),
             }
-            log(f"{domain}: {row['solved']} of {row['tasks']} solved, length / optimum {row['ratio']:.3f}")
+            log(
+                f"{domain}: {row['solved']} of {row['tasks']} solved, length / optimum"
+                f" {row['ratio']:.3f}"
+            )
             yield row
 
 
 def _cold_start() -> dict[str, float]:
-    """A fresh process that loads one task of 6 blocks and plans it: the best of three, on the clock and of CPU."""
+    """A fresh process that loads one task of 6 blocks and plans it: the best of three, on the
+    clock and of CPU.
+    """
     with tempfile.TemporaryDirectory() as place:
         domain, problem = _written(pathlib.Path(place), random_blocks_tasks(6, 1, seed=3)[0])
-        code = f"import sign_model as s, time; t = s.load({str(domain)!r}, {str(problem)!r}); assert s.plan(t).is_solved"
+        code = (
+            f"import sign_model as s, time; t = s.load({str(domain)!r}, {str(problem)!r}); assert"
+            " s.plan(t).is_solved"
+        )
         seconds, cpu_seconds = [], []
         for _ in range(3):
             began = time.perf_counter()
             done = subprocess.run(
-                [sys.executable, "-c", code + "; print(time.process_time())"], check=True, capture_output=True, text=True
+                [sys.executable, "-c", code + "; print(time.process_time())"],
+                check=True,
+                capture_output=True,
+                text=True,
             )
             seconds.append(time.perf_counter() - began)
             cpu_seconds.append(float(done.stdout))
@@ -209,21 +280,42 @@ def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pat
 
 
 def _peers(count: int, log: Callable[[str], None]) -> Iterator[dict[str, Any]]:
-    """Each peer that is installed, and MAP, one by one on the same random tasks; a peer's process start is in its time."""
+    """Each peer that is installed, and MAP, one by one on the same random tasks; a peer's
+    process start is in its time.
+    """
     num_blocks, tasks = 8, random_blocks_tasks(8, count, seed=7)
     optima = _optima(tasks, num_blocks)
     for name, command in {"MAP, one by one": None, **_peer_commands()}.items():
         lengths, taken = [], []
         for task in tasks:
             began = time.perf_counter()
-            lengths.append(len(plan(task).actions) if command is None else _peer_length(command, task))
+            lengths.append(
+                len(plan(task).actions) if command is None else _peer_length(command, task)
+            )
             taken.append(time.perf_counter() - began)
         quartiles = np.percentile(taken, (25, 75)).tolist()
         spent = float(np.median(taken))
-        solved = [(length, optimum) for length, optimum in zip(lengths, optima.tolist()) if length is not None]
-        ratio = float(np.mean([length / optimum for length, optimum in solved])) if solved else float("nan")
-        log(f"{name}: solved {len(solved)} of {count}, length / optimum {ratio:.2f}, {spent:.2f} s each")
-        row = {"name": name, "blocks": num_blocks, "tasks": count, "solved": len(solved), "ratio": ratio}
+        solved = [
+            (length, optimum)
+            for length, optimum in zip(lengths, optima.tolist())
+            if length is not None
+        ]
+        ratio = (
+            float(np.mean([length / optimum for length, optimum in solved]))
+            if solved
+            else float("nan")
+        )
+        log(
+            f"{name}: solved {len(solved)} of {count}, length / optimum {ratio:.2f}, {spent:.2f} s"
+            " each"
+        )
+        row = {
+            "name": name,
+            "blocks": num_blocks,
+            "tasks": count,
+            "solved": len(solved),
+            "ratio": ratio,
+        }
         yield row | {"seconds": spent, "quartiles": quartiles}
 
 
@@ -231,7 +323,15 @@ def _peer_commands() -> dict[str, list[str]]:
     commands: dict[str, list[str]] = {}
     if importlib.util.find_spec("pyperplan"):
         for search, heuristic in (("gbf", "hff"), ("wastar", "hadd")):
-            commands[f"pyperplan {search} {heuristic}"] = [sys.executable, "-m", "pyperplan", "-s", search, "-H", heuristic]
+            commands[f"pyperplan {search} {heuristic}"] = [
+                sys.executable,
+                "-m",
+                "pyperplan",
+                "-s",
+                search,
+                "-H",
+                heuristic,
+            ]
     found = importlib.util.find_spec("up_fast_downward")
     if found is not None and found.origin:
         driver = pathlib.Path(found.origin).parent / "downward" / "fast-downward.py"
@@ -252,11 +352,21 @@ def _peer_length(command: list[str], task: PlanningTask, seconds: float = 30.0) 
     with tempfile.TemporaryDirectory() as place:
         domain, problem = _written(pathlib.Path(place), task)
         try:
-            subprocess.run([*command, str(domain), str(problem)], cwd=place, capture_output=True, timeout=seconds, check=False)
+            subprocess.run(
+                [*command, str(domain), str(problem)],
+                cwd=place,
+                capture_output=True,
+                timeout=seconds,
+                check=False,
+            )
         except subprocess.TimeoutExpired:
             return None
         solution = pathlib.Path(place) / "problem.pddl.soln"
         if not solution.is_file():
             return None
-        actions = [line for line in solution.read_text(encoding="utf-8").splitlines() if line.startswith("(")]
+        actions = [
+            line
+            for line in solution.read_text(encoding="utf-8").splitlines()
+            if line.startswith("(")
+        ]
         return len(actions) if not validate(task, actions) else None

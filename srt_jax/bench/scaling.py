@@ -1,4 +1,5 @@
-"""How the kernels grow: time a map from small batches to large, on one core and on all, and memory a map.
+"""How the kernels grow: time a map from small batches to large, on one core and on all, and memory
+a map.
 
 Measured in a process of its own, which moves itself from one core to all and back.
 """
@@ -18,16 +19,20 @@ from srt_jax.bench.timing import in_turn, measured_apart
 SMALL, LARGE = 64, 512
 BATCHES = (16, 64, 256, 1024, 4096)
 FLATNESS, CORES_RATIO = 1.5, 1.7
-"""Bars: slowest over fastest time a map among BATCHES at LARGE; one core's time over that of two."""
+"""Bars: slowest over fastest time a map among BATCHES at LARGE; one core's time over that of
+two.
+"""
 
 
 def run(quick: bool = False) -> list[dict[str, Any]]:
-    """Returns a row a kernel: {kernel, size, batch_ms, flatness, small_ms, cores, cores_batch, cores_ms, cores_ratio, memory}.
+    """Returns a row a kernel: {kernel, size, batch_ms, flatness, small_ms, cores, cores_batch,
+    cores_ms, cores_ratio, memory}.
 
-    - batch_ms: {batch: ms a map}, eager calls on one core, maps of `size` cells a side; small_ms: inside jit, maps of SMALL.
+    - batch_ms: {batch: ms a map}, eager calls on one core, maps of `size` cells a side; small_ms:
+      inside jit, maps of SMALL.
     - cores_ms: [one, all], an eager call of `cores_batch` maps, the best of several.
-    - memory: bytes a cell of that call: argument, result, temporary (as compiled), and peak, by which the process grew, result
-      included; None where the system does not tell.
+    - memory: bytes a cell of that call: argument, result, temporary (as compiled), and peak, by
+      which the process grew, result included; None where the system does not tell.
     """
     return measured_apart("srt_jax.bench.scaling", quick)
 
@@ -36,28 +41,39 @@ def table(rows: list[dict[str, Any]]) -> str:
     """Returns the rows as text."""
     size, cores, batch = rows[0]["size"], rows[0]["cores"], rows[0]["cores_batch"]
     lines = [
-        f"Street maps of {size} x {size}, eager calls on one core: ms a map by batch; slowest over fastest (bar {FLATNESS})"
+        f"Street maps of {size} x {size}, eager calls on one core: ms a map by batch; slowest over"
+        f" fastest (bar {FLATNESS})"
     ]
     lines += _batch_lines(rows, "batch_ms", [f"{row['flatness']:8.2f}" for row in rows])
-    lines += [f"Maps of {SMALL} x {SMALL} inside jit on one core: ms a map by batch; the start of a call counts in small ones"]
+    lines += [
+        f"Maps of {SMALL} x {SMALL} inside jit on one core: ms a map by batch; the start of a call"
+        " counts in small ones"
+    ]
     lines += _batch_lines(rows, "small_ms", [""] * len(rows))
     lines += [
-        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores} (bar {CORES_RATIO} on two); bytes a cell"
+        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores} (bar"
+        f" {CORES_RATIO} on two); bytes a cell"
     ]
-    heads = zip(("one", "all", "ratio", "argument", "result", "temporary", "peak growth"), (9, 9, 8, 10, 8, 11, 13))
+    heads = zip(
+        ("one", "all", "ratio", "argument", "result", "temporary", "peak growth"),
+        (9, 9, 8, 10, 8, 11, 13),
+    )
     lines += [f"{'kernel':15s}" + "".join(f"{head:>{width}s}" for head, width in heads)]
     for row in rows:
         memory, (one, every) = row["memory"], row["cores_ms"]
         sizes = f"{memory['argument']:10.2f}{memory['result']:8.2f}{memory['temporary']:11.2f}"
         peak = f"{memory['peak']:13.2f}" if memory["peak"] is not None else f"{'-':>13s}"
-        lines.append(f"{row['kernel']:15s}{one:9.4f}{every:9.4f}{row['cores_ratio']:8.2f}{sizes}{peak}")
+        lines.append(
+            f"{row['kernel']:15s}{one:9.4f}{every:9.4f}{row['cores_ratio']:8.2f}{sizes}{peak}"
+        )
     return "\n".join(lines)
 
 
 def _batch_lines(rows: list[dict[str, Any]], field: str, ends: list[str]) -> list[str]:
     head = f"{'kernel':15s}" + "".join(f"{batch:>9s}" for batch in rows[0][field])
     return [head] + [
-        f"{row['kernel']:15s}{''.join(f'{ms:9.4f}' for ms in row[field].values())}{end}" for row, end in zip(rows, ends)
+        f"{row['kernel']:15s}{''.join(f'{ms:9.4f}' for ms in row[field].values())}{end}"
+        for row, end in zip(rows, ends)
     ]
 
 
@@ -65,7 +81,9 @@ def _measure(quick: bool) -> list[dict[str, Any]]:
     import jax
 
     jax.devices()  # starts its threads, as many as there are cores now
-    size, batches, batch, repeats = (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 1024, 5)
+    size, batches, batch, repeats = (
+        (128, BATCHES[:3], 64, 3) if quick else (LARGE, BATCHES, 1024, 5)
+    )
     with _on_one_core():
         batch_ms = _by_batch(size, batches, repeats, in_jit=False)
         small_ms = _by_batch(SMALL, batches, 2 * repeats, in_jit=True)
@@ -90,12 +108,18 @@ def _measure(quick: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def _by_batch(size: int, batches: tuple[int, ...], repeats: int, *, in_jit: bool) -> dict[str, dict[str, float]]:
-    """Returns the median milliseconds a map, of each kernel by batch; the largest batches take gigabytes, so one at a time."""
+def _by_batch(
+    size: int, batches: tuple[int, ...], repeats: int, *, in_jit: bool
+) -> dict[str, dict[str, float]]:
+    """Returns the median milliseconds a map, of each kernel by batch; the largest batches take
+    gigabytes, so one at a time.
+    """
     out: dict[str, dict[str, float]] = {}
     for batch in batches:
         for kernel, call in _calls(size, batch).items():
-            taken = in_turn({kernel: _in_jit(call) if in_jit else call}, repeats if batch < 1024 else 3)[kernel]
+            taken = in_turn(
+                {kernel: _in_jit(call) if in_jit else call}, repeats if batch < 1024 else 3
+            )[kernel]
             out.setdefault(kernel, {})[str(batch)] = 1e3 * spread(taken)["median"] / batch
     return out
 
@@ -116,7 +140,9 @@ def _calls(size: int, batch: int) -> dict[str, Callable[[], Any]]:
     from srt_jax.bench.measured_maps import maps_of
 
     kinds, starts = maps_of("street", size, min(batch, 16))
-    maps, starts = (np.tile(array, (batch // len(array), *[1] * (array.ndim - 1))) for array in (kinds, starts))
+    maps, starts = (
+        np.tile(array, (batch // len(array), *[1] * (array.ndim - 1))) for array in (kinds, starts)
+    )
     goals = np.tile(np.array([[size - 1, size // 2]], np.int32), (batch, 1))
     free, start, goal = jax.device_put((maps, starts, goals))
     reached, cost = srt_jax.reach(free, start), srt_jax.cost_to_come(free, start)
@@ -137,9 +163,11 @@ def _calls(size: int, batch: int) -> dict[str, Callable[[], Any]]:
 
 
 def _on_one_and_all(call: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Seconds of a call with every thread of the process on one core, and free to use all; taken in turn, the best of each.
+    """Seconds of a call with every thread of the process on one core, and free to use all; taken in
+    turn, the best of each.
 
-    The best, since a core that a neighbour of this machine takes away for a while only ever slows a call.
+    The best, since a core that a neighbour of this machine takes away for a while only ever slows a
+    call.
     """
 
     def alone() -> None:
@@ -152,7 +180,9 @@ def _on_one_and_all(call: Callable[[], Any], repeats: int) -> tuple[float, float
 
 @contextlib.contextmanager
 def _on_one_core() -> Iterator[None]:
-    """Keeps all threads of the process on one core; where the system cannot, eager calls only use one thread."""
+    """Keeps all threads of the process on one core; where the system cannot, eager calls only
+    use one thread.
+    """
     tasks = pathlib.Path("/proc/self/task")
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") and tasks.is_dir() else None
     with mock.patch.dict(os.environ, SRT_JAX_CORES="1"):
@@ -175,7 +205,12 @@ def _memory(call: Any, cells: int) -> dict[str, float | None]:
     """Bytes a cell."""
     import jax
 
-    form = jax.jit(lambda *args: call.kernel(*args, **call.options)).lower(*call.args).compile().memory_analysis()
+    form = (
+        jax.jit(lambda *args: call.kernel(*args, **call.options))
+        .lower(*call.args)
+        .compile()
+        .memory_analysis()
+    )
     told = (
         {}
         if form is None
@@ -194,7 +229,8 @@ def _growth(call: Callable[[], Any]) -> int | None:
     call()
     gc.collect()
     try:
-        pathlib.Path("/proc/self/clear_refs").write_text("5")  # the peak starts again from what is in use now
+        # the peak starts again from what is in use now
+        pathlib.Path("/proc/self/clear_refs").write_text("5")
         before = _status("VmRSS")
         call()
         return _status("VmHWM") - before

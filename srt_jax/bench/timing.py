@@ -1,4 +1,6 @@
-"""How times are taken: functions in turn, so that a busy machine hits all alike, in a process of its own."""
+"""How times are taken: functions in turn, so that a busy machine hits all alike, in a process of
+its own.
+"""
 
 import json
 import os
@@ -23,13 +25,21 @@ def in_turn(functions: dict[str, Callable[[], Any]], repeats: int) -> dict[str, 
 
 
 def measured_apart(module: str, quick: bool, **environment: str) -> Any:
-    """Returns what `python -m module --json [--quick]` prints, on a CPU; the caller's threads and settings stay untouched.
+    """Returns what `python -m module --json [--quick]` prints, on a CPU; the caller's threads and
+    settings stay untouched.
 
     Raises:
       RuntimeError: the process failed.
     """
     command = [sys.executable, "-m", module, "--json", *(["--quick"] if quick else [])]
-    done = subprocess.run(command, env={**os.environ, "JAX_PLATFORMS": "cpu", **environment}, capture_output=True, text=True)
+    done = subprocess.run(
+        command,
+        env={**os.environ, "JAX_PLATFORMS": "cpu", **environment},
+        capture_output=True,
+        text=True,
+    )
     if done.returncode:
-        raise RuntimeError(f"the measuring process ended with code {done.returncode}: {done.stderr.strip()[-500:]}")
+        raise RuntimeError(
+            f"the measuring process ended with code {done.returncode}: {done.stderr.strip()[-500:]}"
+        )
     return json.loads(done.stdout)

@@ -1,7 +1,8 @@
 """The judge: replays a solution on the host and says what is wrong with it.
 
-Written to be believed, so it shares nothing with the kernels it judges: of ours it imports only the records, it floods over
-runs of cells where they sweep, and it decides anew what the status, the seed, the contour and the blocking obstacles must be.
+Written to be believed, so it shares nothing with the kernels it judges: of ours it imports only the
+records, it floods over runs of cells where they sweep, and it decides anew what the status, the
+seed, the contour and the blocking obstacles must be.
 """
 
 from types import SimpleNamespace
@@ -41,21 +42,25 @@ _SOLUTION_FORM = {
 
 
 def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[str]:
-    """Returns what is wrong with `solution` as an answer to `task`, a sentence each; an empty list when all is well.
+    """Returns what is wrong with `solution` as an answer to `task`, a sentence each; an empty list
+    when all is well.
 
-    Checked are the form of every array; the status, by a flood of its own; the route, move by move on the map as it then stands
-    (an obstacle destroyed at index i is gone for the move from cell i to cell i + 1); that each destroyed obstacle could be
-    destroyed and was beside the agent; the sums, exactly; the report of the first blockage (PY16 §3.2); that the symbolic plan
-    tells the same story as the route; and the proof, `separating`: with all obstacles but these gone, start and goal are still
-    apart. `removal_bound` must be no more than what the answer costs, nor than any set of obstacles that opens a way and is
-    found within some floods: in small tasks all sets. Not checked: that the route is the shortest and the removal the least,
-    where the floods do not suffice.
+    Checked are the form of every array; the status, by a flood of its own; the route, move by move
+    on the map as it then stands (an obstacle destroyed at index i is gone for the move from cell i
+    to cell i + 1); that each destroyed obstacle could be destroyed and was beside the agent; the
+    sums, exactly; the report of the first blockage (PY16 §3.2); that the symbolic plan tells the
+    same story as the route; and the proof, `separating`: with all obstacles but these gone, start
+    and goal are still apart. `removal_bound` must be no more than what the answer costs, nor than
+    any set of obstacles that opens a way and is found within some floods: in small tasks all sets.
+    Not checked: that the route is the shortest and the removal the least, where the floods do not
+    suffice.
 
     Args:
       task: one task or a batch.
       solution: the answers, with the same batch dimensions.
-      mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may destroy nothing needless, and
-        say which limit they met; the loop of the other modes destroys what it meets before it knows the rest of the way.
+      mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may
+        destroy nothing needless, and say which limit they met; the loop of the other modes destroys
+        what it meets before it knows the rest of the way.
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
@@ -78,7 +83,9 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
 
 
 def _arrays(what: str, record: object, form: dict[str, tuple[str, str]], sides: dict[str, int]):
-    """Returns the fields of a record as NumPy arrays, and what is wrong with them; `sides` learns how long each side is."""
+    """Returns the fields of a record as NumPy arrays, and what is wrong with them; `sides`
+    learns how long each side is.
+    """
     arrays, problems = {}, []
     for name, (dtype, core) in form.items():
         try:
@@ -90,9 +97,17 @@ def _arrays(what: str, record: object, form: dict[str, tuple[str, str]], sides: 
         batch_rank = sides.get("...", max(0, array.ndim - len(core)))
         actual = dict(zip(core, array.shape[batch_rank:], strict=False))
         has_rank = array.ndim == batch_rank + len(core)
-        if array.dtype != dtype or not has_rank or any(known[side] not in (None, actual[side]) for side in core):
-            wanted = ", ".join(["..."] * (batch_rank > 0) + [str(known[side] or side) for side in core])
-            problems.append(f"{what}.{name} must be {dtype} [{wanted}], got {array.dtype} {list(array.shape)}")
+        if (
+            array.dtype != dtype
+            or not has_rank
+            or any(known[side] not in (None, actual[side]) for side in core)
+        ):
+            wanted = ", ".join(
+                ["..."] * (batch_rank > 0) + [str(known[side] or side) for side in core]
+            )
+            problems.append(
+                f"{what}.{name} must be {dtype} [{wanted}], got {array.dtype} {list(array.shape)}"
+            )
             continue
         sides["..."] = batch_rank
         sides.update(actual)
@@ -105,11 +120,18 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
     if problems:
         return problems
     height, width = task.size
-    labels, start, goal = task.labels[:, :height, :width], tuple(task.start.tolist()), tuple(task.goal.tolist())
+    labels, start, goal = (
+        task.labels[:, :height, :width],
+        tuple(task.start.tolist()),
+        tuple(task.goal.tolist()),
+    )
     free = free_cells(labels, np.zeros_like(task.destroyable))
     reached = piece_of(free, start)
     if int(solution.status) not in list(Status):
-        return [f"status {solution.status} is none of {', '.join(f'{s.name} ({s.value})' for s in Status)}"]
+        return [
+            f"status {solution.status} is none of"
+            f" {', '.join(f'{s.name} ({s.value})' for s in Status)}"
+        ]
     status = Status(int(solution.status))
     truth = _true_status(task, labels, free, reached, start, goal)
     problems = _status_problems(status, solution, truth, mode)
@@ -122,19 +144,31 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
     if mode == "least":
         problems += needless_problems(task, solution, labels, start, goal)
     told = route_problems(task, solution, labels, start, goal) + destroyed_problems(task, solution)
-    return problems + (told or plan_problems(solution, labels))  # a story is compared with a route that can be walked
+    # a story is compared with a route that can be walked
+    return problems + (told or plan_problems(solution, labels))
 
 
 def _task_problems(task: SimpleNamespace) -> list[str]:
     height, width = task.size
     if not (0 < height <= task.labels.shape[1] and 0 < width <= task.labels.shape[2]):
-        return [f"task.size {task.size.tolist()} does not fit labels of {list(task.labels.shape[1:])} cells"]
+        return [
+            f"task.size {task.size.tolist()} does not fit labels of {list(task.labels.shape[1:])}"
+            " cells"
+        ]
     lowest, highest, known = task.labels.min(), task.labels.max(), len(task.destroyable)
     if lowest < OUTSIDE or highest >= known:
-        return [f"task.labels hold {lowest} to {highest}, but must lie between {OUTSIDE} and {known - 1}, the last id"]
-    wrong = np.flatnonzero(task.destroyable & ~(np.isfinite(task.removal_cost) & (task.removal_cost >= 0)))
+        return [
+            f"task.labels hold {lowest} to {highest}, but must lie between {OUTSIDE} and"
+            f" {known - 1}, the last id"
+        ]
+    wrong = np.flatnonzero(
+        task.destroyable & ~(np.isfinite(task.removal_cost) & (task.removal_cost >= 0))
+    )
     if len(wrong):
-        return [f"task.removal_cost of obstacle {wrong[0]} is {task.removal_cost[wrong[0]]}: it must be finite, not negative"]
+        return [
+            f"task.removal_cost of obstacle {wrong[0]} is {task.removal_cost[wrong[0]]}: it must be"
+            " finite, not negative"
+        ]
     return []
 
 
@@ -150,9 +184,13 @@ def _true_status(task, labels, free, reached, start, goal) -> Status:
     return Status.SOLVED if holds_at(piece_of(open_at_most, start), goal) else Status.UNSOLVABLE
 
 
-def _status_problems(status: Status, solution: SimpleNamespace, truth: Status, mode: str | None) -> list[str]:
+def _status_problems(
+    status: Status, solution: SimpleNamespace, truth: Status, mode: str | None
+) -> list[str]:
     is_too_long = solution.num_cells > len(solution.cells)
-    limit_met = truth in (Status.SOLVED, Status.UNSOLVABLE) or (truth is Status.PATH_EXISTS and is_too_long)
+    limit_met = truth in (Status.SOLVED, Status.UNSOLVABLE) or (
+        truth is Status.PATH_EXISTS and is_too_long
+    )
     if mode == "least":  # says which limit was met
         limit_met &= is_too_long or solution.num_destroyed > len(solution.destroyed)
     if status is truth or (status is Status.BUDGET_SPENT and limit_met):
@@ -163,7 +201,9 @@ def _status_problems(status: Status, solution: SimpleNamespace, truth: Status, m
 
 
 def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
-    """The seed, contour and blocking ids against their definitions; all must be empty where nothing blocks."""
+    """The seed, contour and blocking ids against their definitions; all must be empty where
+    nothing blocks.
+    """
     seed, contour, blocking = (-1, -1), np.zeros_like(free), np.zeros(0, np.int32)
     if reached.any() and not holds_at(reached, goal):
         seed = nearest_cell(reached, goal)
@@ -174,38 +214,62 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
     problems = []
     if tuple(solution.seed.tolist()) != seed:
         problems.append(f"seed is {tuple(solution.seed.tolist())}, but must be {seed}")
-    padding = [(0, whole - own) for whole, own in zip(solution.contour.shape, contour.shape, strict=True)]
+    padding = [
+        (0, whole - own) for whole, own in zip(solution.contour.shape, contour.shape, strict=True)
+    ]
     wrong = np.argwhere(solution.contour != np.pad(contour, padding))
     if len(wrong):
         told = "should not be on it" if solution.contour[tuple(wrong[0])] else "is missing"
-        problems.append(f"contour is wrong in {len(wrong)} cells: {tuple(wrong[0].tolist())} {told}")
+        problems.append(
+            f"contour is wrong in {len(wrong)} cells: {tuple(wrong[0].tolist())} {told}"
+        )
     expected = np.pad(blocking, (0, len(solution.blocking) - len(blocking)), constant_values=-1)
     if (solution.blocking != expected).any():
         given = solution.blocking[solution.blocking != -1].tolist()
-        problems.append(f"blocking is {given} (then -1 to the end), but must be {blocking.tolist()}")
+        problems.append(
+            f"blocking is {given} (then -1 to the end), but must be {blocking.tolist()}"
+        )
     return problems
 
 
 def _proof_problems(status: Status, task, solution, labels, start, goal) -> list[str]:
-    """The firm obstacles that are said to keep start and goal apart, against a flood of the map on which they stand alone."""
+    """The firm obstacles that are said to keep start and goal apart, against a flood of the map
+    on which they stand alone.
+    """
     number = int((solution.separating >= 0).sum())
     ids = solution.separating[:number].tolist()
-    if ids != sorted(set(ids)) or (solution.separating[number:] != -1).any() or any(i >= len(task.destroyable) for i in ids):
+    if (
+        ids != sorted(set(ids))
+        or (solution.separating[number:] != -1).any()
+        or any(i >= len(task.destroyable) for i in ids)
+    ):
         return [f"separating must hold ids, ascending, and then -1: {solution.separating.tolist()}"]
     if status not in (Status.UNSOLVABLE, Status.GOAL_BLOCKED):
-        return [f"separating names {ids}, but proves nothing where status is {status.name}"] if ids else []
-    problems = [f"obstacle {i} is said to separate, but is destroyable" for i in ids if task.destroyable[i]]
+        return (
+            [f"separating names {ids}, but proves nothing where status is {status.name}"]
+            if ids
+            else []
+        )
+    problems = [
+        f"obstacle {i} is said to separate, but is destroyable" for i in ids if task.destroyable[i]
+    ]
     gone = np.ones_like(task.destroyable)
     gone[ids] = False
     if holds_at(piece_of(free_cells(labels, gone), start), goal):
-        problems.append(f"separating names {ids}, but with these alone standing start and goal are not apart")
+        problems.append(
+            f"separating names {ids}, but with these alone standing start and goal are not apart"
+        )
     return problems
 
 
 def _no_route_problems(status: Status, solution: SimpleNamespace) -> list[str]:
-    """What a solution without a route must hold; one that met a limit may tell how long the route would have been."""
+    """What a solution without a route must hold; one that met a limit may tell how long the
+    route would have been.
+    """
     is_too_long = status is Status.BUDGET_SPENT and solution.num_cells > len(solution.cells)
-    are_too_many = status is Status.BUDGET_SPENT and solution.num_destroyed > len(solution.destroyed)
+    are_too_many = status is Status.BUDGET_SPENT and solution.num_destroyed > len(
+        solution.destroyed
+    )
     may_be_solvable = status in (Status.BUDGET_SPENT, Status.STOPPED_SHORT)
     wanted = {
         "cells": (solution.cells == -1).all(),
@@ -215,7 +279,9 @@ def _no_route_problems(status: Status, solution: SimpleNamespace) -> list[str]:
         "num_destroyed": solution.num_destroyed == 0 or are_too_many,
         "destroyed_at": (solution.destroyed_at == -1).all(),
         "removal_cost": solution.removal_cost == np.inf,
-        "removal_bound": solution.removal_bound >= 0 if may_be_solvable else solution.removal_bound == np.inf,
+        "removal_bound": (
+            solution.removal_bound >= 0 if may_be_solvable else solution.removal_bound == np.inf
+        ),
         "plan": (solution.plan == -1).all(),
         "plan_at": (solution.plan_at == -1).all(),
     }

@@ -1,6 +1,8 @@
-"""What the judge finds out about removal costs by itself: exact sums, cheaper ways, and what was destroyed in vain.
+"""What the judge finds out about removal costs by itself: exact sums, cheaper ways, and what was
+destroyed in vain.
 
-A float32 is a whole number of the least positive one, 2^-149, and Python's whole numbers have no end: sums of them are exact.
+A float32 is a whole number of the least positive one, 2^-149, and Python's whole numbers have no
+end: sums of them are exact.
 """
 
 from types import SimpleNamespace
@@ -30,11 +32,15 @@ def rounded_down(total: int) -> np.float32:
     return np.float32((total >> kept) * 2.0 ** (kept - 149))
 
 
-def bound_problems(task: SimpleNamespace, solution: SimpleNamespace, labels: np.ndarray, start: Cell, goal: Cell) -> list[str]:
-    """A set of obstacles that opens the way for less than the bound, if one is found within some floods.
+def bound_problems(
+    task: SimpleNamespace, solution: SimpleNamespace, labels: np.ndarray, start: Cell, goal: Cell
+) -> list[str]:
+    """A set of obstacles that opens the way for less than the bound, if one is found within some
+    floods.
 
-    Who opens a way has to destroy one of the obstacles beside what the agent reaches. So each of these that the bound leaves
-    money for is destroyed in turn, and after it those beside what is reached then; what was tried before a sibling stays.
+    Who opens a way has to destroy one of the obstacles beside what the agent reaches. So each of
+    these that the bound leaves money for is destroyed in turn, and after it those beside what is
+    reached then; what was tried before a sibling stays.
     """
     bound, costs = exact(solution.removal_bound), [exact(cost) for cost in task.removal_cost]
     floods_left = max(4, min(_MOST_FLOODS, _CELLS_AT_MOST // labels[0].size))
@@ -57,7 +63,12 @@ def bound_problems(task: SimpleNamespace, solution: SimpleNamespace, labels: np.
         paid = sum(costs[i] for i in chosen)
         met = np.unique(labels[:, _beside(reached) & ~free])
         for obstacle in met[met >= 0].tolist():
-            if task.destroyable[obstacle] and not gone[obstacle] and obstacle not in stays and paid + costs[obstacle] < bound:
+            if (
+                task.destroyable[obstacle]
+                and not gone[obstacle]
+                and obstacle not in stays
+                and paid + costs[obstacle] < bound
+            ):
                 waiting.append(((*chosen, obstacle), stays))
                 stays = stays | {obstacle}
     return []
@@ -73,14 +84,20 @@ def needless_problems(
         gone = np.zeros_like(task.destroyable)
         gone[[i for i in ids if i != obstacle]] = True
         if holds_at(piece_of(free_cells(labels, gone), start), goal):
-            problems.append(f"obstacle {obstacle} was destroyed, but need not be: the others destroyed open a way")
+            problems.append(
+                f"obstacle {obstacle} was destroyed, but need not be: the others destroyed open"
+                " a way"
+            )
     return problems
 
 
 def _too_high(solution: SimpleNamespace, ids: list[int], costs: list[int]) -> str:
     total = rounded_down(sum(costs[i] for i in ids))
     named = f"{ids[:8]}{' and more' if len(ids) > 8 else ''}"
-    return f"removal_bound is {solution.removal_bound}, but obstacles {named} open a way, and they cost {total}"
+    return (
+        f"removal_bound is {solution.removal_bound}, but obstacles {named} open a way, and they"
+        f" cost {total}"
+    )
 
 
 def _beside(mask: np.ndarray) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""`srt-jax bench`: side-by-side measurements against the peers installed; a table, and a JSON file to keep."""
+"""`srt-jax bench`: side-by-side measurements against the peers installed; a table, and a JSON
+file to keep.
+"""
 
 import json
 import pathlib
@@ -16,14 +18,24 @@ NAMES = ("kernels", "solve", "plan", "learning", "envs")
 
 
 def bench(
-    name: Annotated[str, typer.Argument(metavar="[NAME]", help=f"{', '.join(NAMES)} or all.")] = "all",
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer and smaller cases, under a minute each.")] = False,
-    out: Annotated[pathlib.Path, typer.Option(metavar="DIR", help="Where NAME.json goes.")] = pathlib.Path("bench"),
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help=f"{', '.join(NAMES)} or all.")
+    ] = "all",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer and smaller cases, under a minute each.")
+    ] = False,
+    out: Annotated[
+        pathlib.Path, typer.Option(metavar="DIR", help="Where NAME.json goes.")
+    ] = pathlib.Path("bench"),
     as_json: JsonOption = False,
 ) -> int:
-    """Measures us and the peers installed (pip install 'srt-jax\\[bench]') in one run: ratios first."""
+    """Measures us and the peers installed (pip install 'srt-jax\\[bench]') in one run: ratios
+    first.
+    """
     if name not in (*NAMES, "all"):
-        raise ValueError(f"no measurement is called {name!r}: choose one of {', '.join(NAMES)}, or all")
+        raise ValueError(
+            f"no measurement is called {name!r}: choose one of {', '.join(NAMES)}, or all"
+        )
     results = {}
     for one in NAMES if name == "all" else [name]:
         if not as_json:
@@ -34,7 +46,13 @@ def bench(
             print(told, flush=True)
         make_folder(out)
         command = f"srt-jax bench {one}{' --quick' if quick else ''}"
-        record = {"command": command, "date": time.strftime("%Y-%m-%d"), "made_on": machine(), "told": told, **result}
+        record = {
+            "command": command,
+            "date": time.strftime("%Y-%m-%d"),
+            "made_on": machine(),
+            "told": told,
+            **result,
+        }
         with written(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
     if as_json:

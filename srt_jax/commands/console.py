@@ -1,4 +1,6 @@
-"""What the command line shows besides results: progress on long work, tables that fit, one-line errors."""
+"""What the command line shows besides results: progress on long work, tables that fit, one-line
+errors.
+"""
 
 import contextlib
 import datetime
@@ -26,7 +28,9 @@ _SHORTENED = 10
 
 
 def printer() -> Console:
-    """Returns the console for results; as wide as the terminal, and never narrower than a table needs when there is none."""
+    """Returns the console for results; as wide as the terminal, and never narrower than a table
+    needs when there is none.
+    """
     console = Console()
     return console if console.is_terminal else Console(width=max(120, console.width))
 
@@ -44,7 +48,9 @@ def note(message: str) -> None:
 
 @contextlib.contextmanager
 def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Yields a function to call with the number of items finished; a bar with rate and time left appears once it takes long."""
+    """Yields a function to call with the number of items finished; a bar with rate and time left
+    appears once it takes long.
+    """
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -69,16 +75,24 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
 
 @contextlib.contextmanager
 def waiting(what: str, *, quiet: bool) -> Iterator[None]:
-    """Shows that something is being done, and for how long, once it takes long; for work whose end cannot be foretold."""
-    with _shown_when_long(what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet):
+    """Shows that something is being done, and for how long, once it takes long; for work whose
+    end cannot be foretold.
+    """
+    with _shown_when_long(
+        what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet
+    ):
         yield
 
 
 @contextlib.contextmanager
-def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: bool) -> Iterator[Callable[..., None]]:
+def _shown_when_long(
+    what: str, total: int | None, columns: Sequence, quiet: bool
+) -> Iterator[Callable[..., None]]:
     """A timer, not the work, brings the bar up: the first step may be the long one (compiling)."""
     console = Console(stderr=True)
-    bar = Progress(*columns, console=console, transient=True, disable=quiet or not console.is_terminal)
+    bar = Progress(
+        *columns, console=console, transient=True, disable=quiet or not console.is_terminal
+    )
     shown = bar.add_task(what, total=total, rate="", left="")
     timer = threading.Timer(_PATIENCE, bar.start)
     timer.daemon = True
@@ -95,10 +109,12 @@ def _shown_when_long(what: str, total: int | None, columns: Sequence, quiet: boo
 
 
 def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int) -> Table:
-    """Returns a table no wider than `width`: columns that find no room are left out, the dispensable first.
+    """Returns a table no wider than `width`: columns that find no room are left out, the
+    dispensable first.
 
     Args:
-      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column may be shortened to stay.
+      columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column
+        may be shortened to stay.
       rows: a text per column; long ones end in "...", none is broken.
     """
     wide = [max([len(name), *(len(row[i]) for row in rows)]) for i, (name, _) in enumerate(columns)]

@@ -17,8 +17,12 @@ from srt_jax.formats.writing import ENDINGS, with_flags_of_task, write_source
 
 @with_reading
 def convert(
-    source: Annotated[str, typer.Argument(metavar="IN", help="Anything that solve reads.", show_default=False)],
-    target: Annotated[str, typer.Argument(metavar="OUT", help=", ".join(ENDINGS), show_default=False)],
+    source: Annotated[
+        str, typer.Argument(metavar="IN", help="Anything that solve reads.", show_default=False)
+    ],
+    target: Annotated[
+        str, typer.Argument(metavar="OUT", help=", ".join(ENDINGS), show_default=False)
+    ],
     reading: Reading = AS_SET,
     destroyable: options.DestroyableOption = None,
     as_json: JsonOption = False,
@@ -27,15 +31,29 @@ def convert(
     read, wrote = Notes(), Notes()
     found = read_source(source, dataclasses.replace(reading, chooses=True), read)
     if destroyable is not None or reading.block is not None:
-        tasks = [named._replace(task=prepared(source, named.task, destroyable, reading.block)) for named in found.tasks]
-        found = found._replace(tasks=tasks, map=None) if reading.block is None else Source(tasks, grid=found.grid)
+        tasks = [
+            named._replace(task=prepared(source, named.task, destroyable, reading.block))
+            for named in found.tasks
+        ]
+        found = (
+            found._replace(tasks=tasks, map=None)
+            if reading.block is None
+            else Source(tasks, grid=found.grid)
+        )
         found = with_flags_of_task(found)
     write_source(target, found, wrote)
     if as_json:
-        told = {"file": target, "tasks": len(found.tasks), "notes": read.records(source) + wrote.records(target)}
+        told = {
+            "file": target,
+            "tasks": len(found.tasks),
+            "notes": read.records(source) + wrote.records(target),
+        }
         print(json.dumps(told))
     else:
         options.tell(source, read)
         options.tell(target, wrote)
-        print(f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from {source}.")
+        print(
+            f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from"
+            f" {source}."
+        )
     return 0

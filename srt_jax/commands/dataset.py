@@ -1,4 +1,6 @@
-"""`srt-jax dataset`: labelled tasks by the number, in shards; asked again it goes on where it was stopped."""
+"""`srt-jax dataset`: labelled tasks by the number, in shards; asked again it goes on where it
+was stopped.
+"""
 
 import json
 import pathlib
@@ -13,17 +15,31 @@ from srt_jax.dataset import write_dataset
 
 def dataset(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences, rings or mixed", show_default=False)
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="half, quarter, bagel-K, rooms, fences, rings or mixed",
+            show_default=False,
+        ),
     ],
-    out: Annotated[pathlib.Path, typer.Option(metavar="DIR", help="The folder for the shards.", show_default=False)],
+    out: Annotated[
+        pathlib.Path,
+        typer.Option(metavar="DIR", help="The folder for the shards.", show_default=False),
+    ],
     count: Annotated[int, typer.Option(min=1, help="How many tasks.")] = 1024,
-    size: Annotated[str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")] = "64",
+    size: Annotated[
+        str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")
+    ] = "64",
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")] = 0,
     shard_size: Annotated[int, typer.Option(min=1, help="Tasks in a shard.")] = 1024,
-    format: Annotated[str, typer.Option(metavar="npz|arrayrecord", help="The shards' format.")] = "npz",
+    format: Annotated[
+        str, typer.Option(metavar="npz|arrayrecord", help="The shards' format.")
+    ] = "npz",
     as_json: JsonOption = False,
 ) -> int:
-    """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers, least removals."""
+    """Writes tasks with exact labels: costs to go, correction factors, focal maps, first
+    blockers, least removals.
+    """
     with counted("labelling", count, quiet=as_json) as advance:
         plan = write_dataset(
             out,
@@ -38,5 +54,8 @@ def dataset(
     if as_json:
         print(json.dumps({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()}))
     else:
-        print(f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next: srt_jax.dataset.load({str(out)!r})")
+        print(
+            f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next:"
+            f" srt_jax.dataset.load({str(out)!r})"
+        )
     return 0

@@ -19,16 +19,24 @@ from srt_jax.types import Status
 
 def demo(
     out: Annotated[
-        pathlib.Path, typer.Option(metavar="DIR", help="Where the table, the pictures and the results go.")
+        pathlib.Path,
+        typer.Option(metavar="DIR", help="Where the table, the pictures and the results go."),
     ] = pathlib.Path("demo"),
-    pairs: Annotated[int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")] = 6,
+    pairs: Annotated[
+        int, typer.Option(min=1, max=100, help="Pairs of start and goal; five tasks each.")
+    ] = 6,
     seed: Annotated[int, typer.Option(min=0, help="Draws other pairs.")] = 0,
     page: Annotated[
-        pathlib.Path | None, typer.Option("--report", metavar="FILE.html", help="Write a web page: table, filters, pictures.")
+        pathlib.Path | None,
+        typer.Option(
+            "--report", metavar="FILE.html", help="Write a web page: table, filters, pictures."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as one batch, drawn."""
+    """The main job on a real city, Helsinki: goals cut off in the paper's five ways, solved as
+    one batch, drawn.
+    """
     require_page_name(page)
     with waiting("laying out the city", quiet=as_json):
         place = work.city()
@@ -37,20 +45,30 @@ def demo(
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many([task.task for task in tasks], progress=progress)
     seconds = time.perf_counter() - begin
-    records = report(tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json, html=page)
+    records = report(
+        tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json, html=page
+    )
     with waiting("summing up", quiet=as_json):
         rows = work.summary(place, tasks, solutions)
     text = work.as_markdown(rows, place)
     with written(out / "table.md") as file:
         file.write(text)
-    write_batch(out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks])
+    write_batch(
+        out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks]
+    )
     if not as_json:
         _print_summary(rows, place)
         print(f"Also in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
     return 0 if all(Status[record["status"]].is_solved for record in records) else 1
 
 
-_RANKS = {"tasks": 1, "open route": 2, "proven least": 3, "objects on contour": 4, "contour cells": 5}
+_RANKS = {
+    "tasks": 1,
+    "open route": 2,
+    "proven least": 3,
+    "objects on contour": 4,
+    "contour cells": 5,
+}
 """Of the summary's columns; those without one stay, however narrow the terminal."""
 
 

@@ -24,10 +24,16 @@ from srt_jax.solver import MODES
 
 @with_reading
 def draw(
-    inputs: Annotated[list[str], typer.Argument(metavar="INPUT...", help="What 'srt-jax solve' reads.", show_default=False)],
+    inputs: Annotated[
+        list[str],
+        typer.Argument(metavar="INPUT...", help="What 'srt-jax solve' reads.", show_default=False),
+    ],
     out: Annotated[
         pathlib.Path,
-        typer.Option(metavar="DIR|FILE", help="A folder; or a file .png, .svg, .pdf (many tasks: a sheet) or .gif (one task)."),
+        typer.Option(
+            metavar="DIR|FILE",
+            help="A folder; or a file .png, .svg, .pdf (many tasks: a sheet) or .gif (one task).",
+        ),
     ] = pathlib.Path("pictures"),
     show: Annotated[
         str,
@@ -38,41 +44,78 @@ def draw(
         ),
     ] = "pictures",
     ending: Annotated[
-        str, typer.Option("--format", metavar="png|svg|pdf", help="In a folder.", autocompletion=lambda: ["png", "svg", "pdf"])
+        str,
+        typer.Option(
+            "--format",
+            metavar="png|svg|pdf",
+            help="In a folder.",
+            autocompletion=lambda: ["png", "svg", "pdf"],
+        ),
     ] = "png",
-    only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Only the tasks of these names.")] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only the tasks of these names.")
+    ] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many tasks.")] = None,
-    polar: Annotated[bool, typer.Option("--polar", help="Over pictures: the agent's frame with the fuzzy sectors.")] = False,
+    polar: Annotated[
+        bool,
+        typer.Option("--polar", help="Over pictures: the agent's frame with the fuzzy sectors."),
+    ] = False,
     metres_per_cell: Annotated[float, typer.Option(help="With --polar: the side of a cell.")] = 1.0,
     heading: Annotated[
         float | None,
-        typer.Option(metavar="DEGREES", help="With --polar: where the agent looks, leftwards from east. Default: the goal."),
+        typer.Option(
+            metavar="DEGREES",
+            help="With --polar: where the agent looks, leftwards from east. Default: the goal.",
+        ),
     ] = None,
     reading: Reading = AS_SET,
     destroyable: options.DestroyableOption = None,
     mode: Annotated[
-        str, typer.Option(metavar="least|paper|literal", help="As in 'srt-jax solve'.", autocompletion=lambda: list(MODES))
+        str,
+        typer.Option(
+            metavar="least|paper|literal",
+            help="As in 'srt-jax solve'.",
+            autocompletion=lambda: list(MODES),
+        ),
     ] = "least",
-    max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
+    max_destroyed: Annotated[
+        int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
+    ] = 8,
     as_json: JsonOption = False,
 ) -> int:
-    """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of the whole loop."""
+    """Draws tasks with their solutions: pictures, contact sheets, animations of the wave and of
+    the whole loop.
+    """
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
     with waiting("reading", quiet=as_json):
-        tasks = [task for path in inputs for task in read_tasks(path, destroyable=destroyable, reading=reading)]
+        tasks = [
+            task
+            for path in inputs
+            for task in read_tasks(path, destroyable=destroyable, reading=reading)
+        ]
     tasks = _chosen(tasks, only)[:limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
     if out.suffix.lower() == ".gif" and len(tasks) > 1:
-        raise ValueError(f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or --only NAME")
-    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))  # a task has no more to destroy
+        raise ValueError(
+            f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or"
+            " --only NAME"
+        )
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress)
+        solutions = solve_many(
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
+        )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:
-        print(json.dumps({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}))
+        print(
+            json.dumps(
+                {"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}
+            )
+        )
     else:
         told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
         print(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
@@ -87,7 +130,10 @@ def _check(out: pathlib.Path, show: str, ending: str) -> None:
         raise ValueError(f"--format must be png, svg or pdf, got {ending!r}")
     suffix = out.suffix.lower()
     if suffix and not out.is_dir() and suffix not in (*FORMATS, ".gif"):
-        raise ValueError(f"--out {out}: cannot draw a file with the ending {suffix!r}: use .png, .svg, .pdf, .gif, or a folder")
+        raise ValueError(
+            f"--out {out}: cannot draw a file with the ending {suffix!r}: use .png, .svg, .pdf,"
+            " .gif, or a folder"
+        )
     if suffix in FORMATS and show in ("loop", "wave"):
         raise ValueError(f"--out {out}: --show {show} is an animation: end the name in .gif")
 
@@ -97,12 +143,21 @@ def _chosen(tasks: list[NamedTask], only: list[str] | None) -> list[NamedTask]:
     missing = [name for name in only or [] if name not in there]
     if missing:
         few = ", ".join(sorted(there)[:5])
-        raise ValueError(f"--only {missing[0]}: no task has this name; there are {few}{', ...' if len(there) > 5 else ''}")
+        raise ValueError(
+            f"--only {missing[0]}: no task has this name; there are"
+            f" {few}{', ...' if len(there) > 5 else ''}"
+        )
     return [task for task in tasks if not only or task.name in only]
 
 
 def _draw(
-    named: Named, out: pathlib.Path, show: str, ending: str, frame: PolarFrame | None, *, quiet: bool
+    named: Named,
+    out: pathlib.Path,
+    show: str,
+    ending: str,
+    frame: PolarFrame | None,
+    *,
+    quiet: bool,
 ) -> list[pathlib.Path]:
     if out.suffix.lower() in FORMATS:
         if len(named) == 1 and show != "sheet":
@@ -110,7 +165,10 @@ def _draw(
             draw_one(task, solution, out, title=name, polar=frame)
         else:
             if len(named) > MOST_ON_SHEET:
-                note(f"{out} shows the first {MOST_ON_SHEET} of {len(named)} tasks: give a folder for all")
+                note(
+                    f"{out} shows the first {MOST_ON_SHEET} of {len(named)} tasks: give a folder"
+                    " for all"
+                )
             with waiting("drawing", quiet=quiet):
                 contact_sheet(named[:MOST_ON_SHEET], out)
         return [out]

@@ -16,12 +16,24 @@ from srt_jax.task import stack
 
 def generate(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="half, quarter, bagel-K, rooms, fences, rings or mixed", show_default=False)
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="half, quarter, bagel-K, rooms, fences, rings or mixed",
+            show_default=False,
+        ),
     ],
-    out: Annotated[pathlib.Path, typer.Option(metavar="FILE.npz", help="Where the batch goes.", show_default=False)],
+    out: Annotated[
+        pathlib.Path,
+        typer.Option(metavar="FILE.npz", help="Where the batch goes.", show_default=False),
+    ],
     count: Annotated[int, typer.Option(min=1, help="How many tasks.")] = 16,
-    size: Annotated[str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")] = "64",
-    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same tasks on every machine.")] = 0,
+    size: Annotated[
+        str, typer.Option(metavar="S|LOW-HIGH", help="Cells a side, or a range of them.")
+    ] = "64",
+    seed: Annotated[
+        int, typer.Option(min=0, help="The same seed gives the same tasks on every machine.")
+    ] = 0,
     as_json: JsonOption = False,
 ) -> int:
     """Writes a batch of tasks; with the least removal known where there is a proof of it."""
@@ -35,5 +47,8 @@ def generate(
     if as_json:
         print(json.dumps({"file": str(out), "tasks": len(tasks), "known_optimum": known}))
     else:
-        print(f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next: srt-jax solve {out}")
+        print(
+            f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next:"
+            f" srt-jax solve {out}"
+        )
     return 0

@@ -1,4 +1,6 @@
-"""The main job on a real city: Helsinki's centre, goals cut off in the paper's five ways, all solved as one batch (PY16 §4)."""
+"""The main job on a real city: Helsinki's centre, goals cut off in the paper's five ways, all
+solved as one batch (PY16 §4).
+"""
 
 from typing import Any, NamedTuple
 
@@ -24,7 +26,9 @@ _PATIENCE = 50
 
 
 class City(NamedTuple):
-    """labels: int32 [L, H, W] of the buildings. cell_side: metres. attribution: to be shown beside whatever is made from it."""
+    """labels: int32 [L, H, W] of the buildings. cell_side: metres. attribution: to be shown
+    beside whatever is made from it.
+    """
 
     labels: np.ndarray
     cell_side: float
@@ -32,14 +36,17 @@ class City(NamedTuple):
 
 
 def city() -> City:
-    """Returns the largest square of Helsinki's centre on SIDE x SIDE cells; a cell is blocked where a building meets it."""
+    """Returns the largest square of Helsinki's centre on SIDE x SIDE cells; a cell is blocked
+    where a building meets it.
+    """
     place = helsinki()
     grid = square_grid(place.bounds, SIDE)
     return City(cover(place.obstacles, grid), grid.side, place.attribution)
 
 
 def tasks_in(place: City, *, pairs: int, seed: int) -> list[NamedTask]:
-    """Returns pairs x 5 tasks: start and goal on opposite sides of the largest free region, cut off in each of the five ways.
+    """Returns pairs x 5 tasks: start and goal on opposite sides of the largest free region, cut off
+    in each of the five ways.
 
     The blocker can be destroyed, the buildings cannot.
     """
@@ -58,13 +65,17 @@ def tasks_in(place: City, *, pairs: int, seed: int) -> list[NamedTask]:
         ]
         if pair + 1 == pairs:
             return tasks
-    raise ValueError(f"no {pairs} pairs of start and goal in {_PATIENCE * pairs} draws: try fewer pairs or another seed")
+    raise ValueError(
+        f"no {pairs} pairs of start and goal in {_PATIENCE * pairs} draws: try fewer pairs or"
+        " another seed"
+    )
 
 
 def summary(place: City, tasks: list[NamedTask], solutions: list[Solution]) -> list[dict[str, Any]]:
     """Returns a row per kind of blockage, means over its tasks.
 
-    explored: share of the largest free region's cells that are reached before anything is destroyed. open route: length of a
+    explored: share of the largest free region's cells that are reached before anything is
+      destroyed. open route: length of a
     shortest path with no blocker, to compare the route with.
     """
     free = (place.labels == FREE).all(axis=0)
@@ -72,37 +83,57 @@ def summary(place: City, tasks: list[NamedTask], solutions: list[Solution]) -> l
     for first, kind in enumerate(BLOCKAGES):
         answers = solutions[first :: len(BLOCKAGES)]
         ours = [named.task for named in tasks[first :: len(BLOCKAGES)]]
-        starts, goals = (np.stack([getattr(task, end) for task in ours]) for end in ("start", "goal"))
-        unblocked = np.asarray(cost_to_come(np.broadcast_to(free, (len(ours), *free.shape)), starts))
-        reached = np.asarray(reach(np.stack([(task.labels == FREE).all(axis=0) for task in ours]), starts))
+        starts, goals = (
+            np.stack([getattr(task, end) for task in ours]) for end in ("start", "goal")
+        )
+        unblocked = np.asarray(
+            cost_to_come(np.broadcast_to(free, (len(ours), *free.shape)), starts)
+        )
+        reached = np.asarray(
+            reach(np.stack([(task.labels == FREE).all(axis=0) for task in ours]), starts)
+        )
         means = {
             "explored": np.mean(reached.sum(axis=(1, 2)) / np.isfinite(unblocked).sum(axis=(1, 2))),
             "contour cells": np.mean([np.sum(answer.contour) for answer in answers]),
             "objects on contour": np.mean([np.sum(answer.blocking >= 0) for answer in answers]),
             "destroyed": np.mean([answer.num_destroyed for answer in answers]),
-            "proven least": np.mean([answer.removal_cost == answer.removal_bound for answer in answers]),
+            "proven least": np.mean(
+                [answer.removal_cost == answer.removal_bound for answer in answers]
+            ),
             "route": np.mean([answer.cost for answer in answers]),
             "open route": np.mean(unblocked[np.arange(len(ours)), goals[:, 0], goals[:, 1]]),
         }
         solved = sum(Status(int(answer.status)).is_solved for answer in answers)
         rows.append(
-            {"blockage": kind, "tasks": len(ours), "solved": solved} | {name: float(mean) for name, mean in means.items()}
+            {"blockage": kind, "tasks": len(ours), "solved": solved}
+            | {name: float(mean) for name, mean in means.items()}
         )
     return rows
 
 
-_FORMS = {"explored": "{:.1%}", "contour cells": "{:.0f}", "destroyed": "{:.2f}", "proven least": "{:.0%}"}
+_FORMS = {
+    "explored": "{:.1%}",
+    "contour cells": "{:.0f}",
+    "destroyed": "{:.2f}",
+    "proven least": "{:.0%}",
+}
 """How means are written; else with one digit after the point."""
 
 
 def heading(place: City) -> str:
     """Returns what the summary is of."""
-    return f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over each row's tasks; lengths in cell sides."
+    return (
+        f"Helsinki, {SIDE} x {SIDE} cells of {place.cell_side:.2f} m; means over each row's tasks;"
+        " lengths in cell sides."
+    )
 
 
 def as_text(row: dict[str, Any]) -> dict[str, str]:
     """Returns a row of the summary as texts."""
-    return {key: _FORMS.get(key, "{:.1f}").format(v) if isinstance(v, float) else str(v) for key, v in row.items()}
+    return {
+        key: _FORMS.get(key, "{:.1f}").format(v) if isinstance(v, float) else str(v)
+        for key, v in row.items()
+    }
 
 
 def as_markdown(rows: list[dict[str, Any]], place: City) -> str:

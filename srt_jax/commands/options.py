@@ -8,11 +8,14 @@ import typer
 
 from srt_jax.formats.notes import Notes
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document and nothing else.")
+]
 DestroyableOption = Annotated[
     str | None,
     typer.Option(
-        metavar="all|none|IDS", help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all."
+        metavar="all|none|IDS",
+        help="Which obstacles can be destroyed, e.g. 3,7. Default: as the file says; maps: all.",
     ),
 ]
 
@@ -29,4 +32,6 @@ def sides(text: str) -> int | tuple[int, int]:
         low, _, high = text.partition("-")
         return (int(low), int(high)) if high else int(low)
     except ValueError:
-        raise ValueError(f"--size must be a number such as 64, or a range such as 64-500, got {text!r}") from None
+        raise ValueError(
+            f"--size must be a number such as 64, or a range such as 64-500, got {text!r}"
+        ) from None

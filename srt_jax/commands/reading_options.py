@@ -1,4 +1,6 @@
-"""How files are read: the options that solve, draw and convert share, put in the place of their parameter `reading`."""
+"""How files are read: the options that solve, draw and convert share, put in the place of their
+parameter `reading`.
+"""
 
 import functools
 import inspect
@@ -28,7 +30,9 @@ def with_reading(command: Callable[..., int]) -> Callable[..., int]:
         parameters += list(options.values()) if name == "reading" else [parameter]
     keywords = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in parameters]
     run.__signature__ = inspect.Signature(keywords, return_annotation=int)  # pyright: ignore[reportAttributeAccessIssue]
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in keywords} | {"return": int}
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in keywords} | {
+        "return": int
+    }
     return run
 
 
@@ -36,57 +40,89 @@ def _reading(
     *,
     start: Annotated[
         str | None,
-        typer.Option(metavar="R,C", help="Start cell on a map or place. Default: see docs/formats.md; a .map asks for it."),
+        typer.Option(
+            metavar="R,C",
+            help="Start cell on a map or place. Default: see docs/formats.md; a .map asks for it.",
+        ),
     ] = None,
-    goal: Annotated[str | None, typer.Option(metavar="R,C", help="Goal cell on a map or place.")] = None,
+    goal: Annotated[
+        str | None, typer.Option(metavar="R,C", help="Goal cell on a map or place.")
+    ] = None,
     block: Annotated[
         str | None,
         typer.Option(
-            metavar="half|quarter|bagel-K", help="Cut the goal off by one more obstacle, which can be destroyed (PY16, 4)."
+            metavar="half|quarter|bagel-K",
+            help="Cut the goal off by one more obstacle, which can be destroyed (PY16, 4).",
         ),
     ] = None,
     size: Annotated[
         int | None,
         typer.Option(
-            min=1, metavar="N", rich_help_panel=_PLACES, help="N x N cells on the largest square of a place. Default: 500."
+            min=1,
+            metavar="N",
+            rich_help_panel=_PLACES,
+            help="N x N cells on the largest square of a place. Default: 500.",
         ),
     ] = None,
     cell_side: Annotated[
         float | None,
-        typer.Option(metavar="M", rich_help_panel=_PLACES, help="Cells of M metres on the whole place, or in an .svg scene."),
+        typer.Option(
+            metavar="M",
+            rich_help_panel=_PLACES,
+            help="Cells of M metres on the whole place, or in an .svg scene.",
+        ),
     ] = None,
     rule: Annotated[
         str,
         typer.Option(
-            metavar="touch|centre", rich_help_panel=_PLACES, help="Which cells a polygon covers: all it meets, or centres."
+            metavar="touch|centre",
+            rich_help_panel=_PLACES,
+            help="Which cells a polygon covers: all it meets, or centres.",
         ),
     ] = "touch",
     tags: Annotated[
         str | None,
         typer.Option(
-            metavar="RULES.json", rich_help_panel=_PLACES, help="Which tags are obstacles, and which of them destroyable."
+            metavar="RULES.json",
+            rich_help_panel=_PLACES,
+            help="Which tags are obstacles, and which of them destroyable.",
         ),
     ] = None,
     units: Annotated[
-        str, typer.Option(metavar="|".join(geojson.UNITS), rich_help_panel=_PLACES, help="Of the coordinates in GeoJSON.")
+        str,
+        typer.Option(
+            metavar="|".join(geojson.UNITS),
+            rich_help_panel=_PLACES,
+            help="Of the coordinates in GeoJSON.",
+        ),
     ] = "auto",
     free_pixels: Annotated[
         str,
         typer.Option(
-            metavar="|".join(pictures.POLARITIES), rich_help_panel=_PLACES, help="Which pixels of a picture are free."
+            metavar="|".join(pictures.POLARITIES),
+            rich_help_panel=_PLACES,
+            help="Which pixels of a picture are free.",
         ),
     ] = "light",
     threshold: Annotated[
-        float, typer.Option(metavar="0..255", rich_help_panel=_PLACES, help="Shade from which on a pixel is light.")
+        float,
+        typer.Option(
+            metavar="0..255", rich_help_panel=_PLACES, help="Shade from which on a pixel is light."
+        ),
     ] = 128.0,
     unknown: Annotated[
         str,
         typer.Option(
-            metavar="|".join(gridmap.UNKNOWN_AS), rich_help_panel=_PLACES, help="What unknown cells of a ROS map count as."
+            metavar="|".join(gridmap.UNKNOWN_AS),
+            rich_help_panel=_PLACES,
+            help="What unknown cells of a ROS map count as.",
         ),
     ] = "blocked",
     repair: Annotated[
-        bool, typer.Option("--repair", help="Make valid the polygons of a .json world that cross themselves.")
+        bool,
+        typer.Option(
+            "--repair", help="Make valid the polygons of a .json world that cross themselves."
+        ),
     ] = False,
 ) -> Reading:
     """Returns how to read files, from the options as typed."""

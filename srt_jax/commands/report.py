@@ -1,4 +1,6 @@
-"""What comes of solved tasks: every answer replayed, then a table or JSON; results, pictures and a web page as asked."""
+"""What comes of solved tasks: every answer replayed, then a table or JSON; results, pictures and
+a web page as asked.
+"""
 
 import json
 import pathlib
@@ -13,7 +15,15 @@ from srt_jax.formats.files import make_folder
 from srt_jax.formats.task_files import NamedTask
 from srt_jax.types import Solution, Status, Task
 
-_COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
+_COLUMNS = (
+    ("task", 0),
+    ("status", 0),
+    ("blocked by", 3),
+    ("contour", 4),
+    ("destroyed", 2),
+    ("cost / bound", 1),
+    ("route", 1),
+)
 """Of the table; the greater the number the sooner a column goes where the terminal is narrow."""
 
 
@@ -29,12 +39,16 @@ def report(
     notes: Sequence[dict[str, Any]] = (),
     mode: str | None = None,
 ) -> list[dict[str, Any]]:
-    """Replays every solution, then prints and writes them; returns the records. `notes` on the files go into the JSON."""
+    """Replays every solution, then prints and writes them; returns the records. `notes` on the
+    files go into the JSON.
+    """
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
             problems = check(task, solution, mode=mode)
             if problems:
-                raise AssertionError(f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}")
+                raise AssertionError(
+                    f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
+                )
             progress(1)
     records = [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     if out:
@@ -53,7 +67,10 @@ def require_page_name(html: pathlib.Path | None) -> None:
     if html and html.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"--report {html}: a report is a web page: end the name in .html")
     if html and not html.parent.is_dir():
-        raise ValueError(f"--report {html}: there is no folder {html.parent}: name a file in a folder that exists")
+        raise ValueError(
+            f"--report {html}: there is no folder {html.parent}: name a file in a folder that"
+            " exists"
+        )
 
 
 def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> None:
@@ -67,36 +84,54 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> Non
             files = gallery(drawn, out, progress=progress)
     write_results(out / "results.json", records)
     if not quiet:
-        few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
+        few = (
+            f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
+        )
         told = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
         printer().print(f"Wrote {out / 'results.json'}{told}.", highlight=False)
 
 
-def _write_page(html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool) -> None:
+def _write_page(
+    html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool
+) -> None:
     from srt_jax.draw.webpage import write_page
 
     with counted("writing the page", len(tasks), quiet=quiet) as progress:
         write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)
     if not quiet:
-        printer().print(f"Wrote {html}: open it in a browser; it needs no network.", highlight=False)
+        printer().print(
+            f"Wrote {html}: open it in a browser; it needs no network.", highlight=False
+        )
 
 
-def _print_table(tasks: list[NamedTask], records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
+def _print_table(
+    tasks: list[NamedTask], records: list[dict[str, Any]], seconds: float, most: int = 40
+) -> None:
     console = printer()
     rows = [_row(task, record) for (_, task), record in zip(tasks, records[:most])]
     console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
-        console.print(f"... and {len(records) - most} more tasks (all of them in --json or --out)", highlight=False)
-    counts = ", ".join(f"{count} {status}" for status, count in Counter(record["status"] for record in records).most_common())
+        console.print(
+            f"... and {len(records) - most} more tasks (all of them in --json or --out)",
+            highlight=False,
+        )
+    counts = ", ".join(
+        f"{count} {status}"
+        for status, count in Counter(record["status"] for record in records).most_common()
+    )
     number = f"{len(records)} task{'s' if len(records) > 1 else ''}"
-    console.print(f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.", highlight=False)
+    console.print(
+        f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.",
+        highlight=False,
+    )
     if len(records) == 1:
         console.print(records[0]["explanation"], highlight=False)
 
 
 def _row(task: Task, record: dict[str, Any]) -> list[str]:
     is_solved = Status[record["status"]].is_solved
-    blocking = sorted(record["blocking"], key=lambda i: not task.destroyable[i])  # what can be destroyed first
+    # what can be destroyed first
+    blocking = sorted(record["blocking"], key=lambda i: not task.destroyable[i])
     return [
         record["name"],
         record["status"],

@@ -1,4 +1,6 @@
-"""The lengths of a MovingAI scenario, computed anew: every row of it is an outside check of the distances."""
+"""The lengths of a MovingAI scenario, computed anew: every row of it is an outside check of the
+distances.
+"""
 
 from collections.abc import Callable, Sequence
 
@@ -14,7 +16,9 @@ MATCH = 1e-5
 _CELLS_AT_ONCE = 2**23
 
 
-def optimal_lengths(free: np.ndarray, rows: Sequence[ScenRow], *, progress: Callable[[int], None] | None = None) -> np.ndarray:
+def optimal_lengths(
+    free: np.ndarray, rows: Sequence[ScenRow], *, progress: Callable[[int], None] | None = None
+) -> np.ndarray:
     """Returns the length of a shortest path for every row, inf where there is none: float32 [rows].
 
     Rows with the same start share one sweep. `progress` is called with the number of rows finished.
@@ -24,10 +28,16 @@ def optimal_lengths(free: np.ndarray, rows: Sequence[ScenRow], *, progress: Call
     for index, row in enumerate(rows):
         members.setdefault(row.start, []).append(index)
     starts = list(members)
-    at_once = max(1, min(64, _CELLS_AT_ONCE // (size_bucket(free.shape[0]) * size_bucket(free.shape[1]))))
+    at_once = max(
+        1, min(64, _CELLS_AT_ONCE // (size_bucket(free.shape[0]) * size_bucket(free.shape[1])))
+    )
     for first in range(0, len(starts), at_once):
         chunk = starts[first : first + at_once]
-        fields = np.asarray(cost_to_come(np.broadcast_to(free, (len(chunk), *free.shape)), np.array(chunk, np.int32)))
+        fields = np.asarray(
+            cost_to_come(
+                np.broadcast_to(free, (len(chunk), *free.shape)), np.array(chunk, np.int32)
+            )
+        )
         indices = [(place, index) for place, start in enumerate(chunk) for index in members[start]]
         for place, index in indices:
             lengths[index] = fields[place][rows[index].goal]
@@ -37,7 +47,9 @@ def optimal_lengths(free: np.ndarray, rows: Sequence[ScenRow], *, progress: Call
 
 
 def relative_errors(lengths: np.ndarray, rows: Sequence[ScenRow]) -> np.ndarray:
-    """Returns |length - told| / told for every row; inf where one of the two is infinite, 0 where both are 0."""
+    """Returns |length - told| / told for every row; inf where one of the two is infinite, 0
+    where both are 0.
+    """
     told = np.array([row.length for row in rows])
     with np.errstate(invalid="ignore"):
         errors = np.abs(lengths - told) / np.maximum(told, 1.0 * (told == 0))

@@ -25,8 +25,11 @@ def solve(
         list[str],
         typer.Argument(
             metavar="INPUT...",
-            help="Maps (.map, ROS .yaml, pictures, .xml), places (.osm, .osm.gz, .osm.bz2, .pbf, .geojson), tasks "
-            "(.scen, .npz, .json, .svg).",
+            help=(
+                "Maps (.map, ROS .yaml, pictures, .xml), places (.osm, .osm.gz, .osm.bz2, .pbf,"
+                " .geojson), tasks "
+                "(.scen, .npz, .json, .svg)."
+            ),
             show_default=False,
         ),
     ],
@@ -35,21 +38,35 @@ def solve(
     mode: Annotated[
         str,
         typer.Option(
-            metavar="least|paper|literal", help="least: the least removal. paper: the paper's loop. literal: to the letter."
+            metavar="least|paper|literal",
+            help="least: the least removal. paper: the paper's loop. literal: to the letter.",
         ),
     ] = "least",
-    max_destroyed: Annotated[int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")] = 8,
-    out: Annotated[pathlib.Path | None, typer.Option(metavar="DIR", help="Write results.json and pictures here.")] = None,
-    pictures: Annotated[int, typer.Option(min=0, help="With --out: draw at most so many tasks.")] = 12,
+    max_destroyed: Annotated[
+        int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
+    ] = 8,
+    out: Annotated[
+        pathlib.Path | None,
+        typer.Option(metavar="DIR", help="Write results.json and pictures here."),
+    ] = None,
+    pictures: Annotated[
+        int, typer.Option(min=0, help="With --out: draw at most so many tasks.")
+    ] = 12,
     page: Annotated[
-        pathlib.Path | None, typer.Option("--report", metavar="FILE.html", help="Write a web page: table, filters, pictures.")
+        pathlib.Path | None,
+        typer.Option(
+            "--report", metavar="FILE.html", help="Write a web page: table, filters, pictures."
+        ),
     ] = None,
     results: Annotated[
-        pathlib.Path | None, typer.Option(metavar="FILE", help="Write the answers here: .json, or .parquet.")
+        pathlib.Path | None,
+        typer.Option(metavar="FILE", help="Write the answers here: .json, or .parquet."),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input."""
+    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
+    [bold]2[/bold] bad input.
+    """
     require_page_name(page)
     if results:
         require_name(results)
@@ -63,11 +80,24 @@ def solve(
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
-    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))  # a task has no more to destroy
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
-        solutions = solve_many([task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress)
+        solutions = solve_many(
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
+        )
     seconds = time.perf_counter() - begin
-    records = report(tasks, solutions, seconds, out=out, pictures=pictures, as_json=as_json, html=page, notes=told, mode=mode)
+    records = report(
+        tasks,
+        solutions,
+        seconds,
+        out=out,
+        pictures=pictures,
+        as_json=as_json,
+        html=page,
+        notes=told,
+        mode=mode,
+    )
     if results:
         write_results(results, records)
     return 0 if all(Status[record["status"]].is_solved for record in records) else 1

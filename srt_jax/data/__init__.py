@@ -12,11 +12,16 @@ _UNITS_PER_METRE = 100
 
 
 def helsinki() -> Place:
-    """Returns the 446 buildings, 61 of them with courtyards, of 1.0 x 1.7 km in the centre of Helsinki.
+    """Returns the 446 buildings, 61 of them with courtyards, of 1.0 x 1.7 km in the centre of
+    Helsinki.
 
-    All are destroyable at cost 1. Data: (c) OpenStreetMap contributors, ODbL 1.0; see data/HELSINKI.md.
+    All are destroyable at cost 1. Data: (c) OpenStreetMap contributors, ODbL 1.0; see
+    data/HELSINKI.md.
     """
-    with importlib.resources.files(__name__).joinpath("helsinki.npz").open("rb") as file, np.load(file) as data:
+    with (
+        importlib.resources.files(__name__).joinpath("helsinki.npz").open("rb") as file,
+        np.load(file) as data,
+    ):
         fields = {name: data[name] for name in data.files}
     points = np.split(fields["points"] / _UNITS_PER_METRE, np.cumsum(fields["points_of_ring"])[:-1])
     parts = _grouped(points, fields["rings_of_part"])
@@ -24,7 +29,10 @@ def helsinki() -> Place:
     x_min, y_min, x_max, y_max = (fields["bounds"] / _UNITS_PER_METRE).tolist()
     return Place(
         bounds=(x_min, y_min, x_max, y_max),
-        obstacles=tuple(Obstacle(parts=parts, name=name) for parts, name in zip(obstacles, fields["names"].tolist())),
+        obstacles=tuple(
+            Obstacle(parts=parts, name=name)
+            for parts, name in zip(obstacles, fields["names"].tolist())
+        ),
         attribution=str(fields["attribution"]),
     )
 

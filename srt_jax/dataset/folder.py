@@ -1,8 +1,9 @@
 """Data sets of labelled tasks: shards on disk, written one by one, and read back in batches.
 
-A folder holds `dataset.json` and shards of tasks in order: shard s holds tasks s * shard_size and on. Task i depends on kind,
-size, seed and i alone, and a shard takes its name only once it is whole; so whoever was interrupted asks again, and gets the
-same bytes as if nothing had happened. One shard at a time is in memory.
+A folder holds `dataset.json` and shards of tasks in order: shard s holds tasks s * shard_size and
+on. Task i depends on kind, size, seed and i alone, and a shard takes its name only once it is
+whole; so whoever was interrupted asks again, and gets the same bytes as if nothing had happened.
+One shard at a time is in memory.
 """
 
 import json
@@ -24,7 +25,9 @@ VERSION = 1
 
 
 class Plan(NamedTuple):
-    """What a data set is to hold; kept in `dataset.json`. `size` is (least, greatest) side; format one of `FORMATS`."""
+    """What a data set is to hold; kept in `dataset.json`. `size` is (least, greatest) side;
+    format one of `FORMATS`.
+    """
 
     kind: str
     count: int
@@ -53,7 +56,8 @@ def write_dataset(
     format: str = "npz",
     progress: Callable[[int], None] | None = None,
 ) -> Plan:
-    """Writes the shards that are not there yet, and returns the plan; `progress` is called with the tasks of each shard.
+    """Writes the shards that are not there yet, and returns the plan; `progress` is called with the
+    tasks of each shard.
 
     Args:
       folder: made where it is missing.
@@ -88,13 +92,16 @@ def _check(plan: Plan) -> None:
     if plan.format not in shards.WRITERS:
         raise ValueError(f"format must be one of {', '.join(shards.WRITERS)}, got {plan.format!r}")
     shards.require(plan.format)
-    generate(plan.kind, count=1, size=plan.size, seed=plan.seed)  # refuses what it cannot make before a folder is made
+    # refuses what it cannot make before a folder is made
+    generate(plan.kind, count=1, size=plan.size, seed=plan.seed)
     if plan.count < 1:
         raise ValueError(f"count must be at least 1, got {plan.count}")
 
 
 def _settle(folder: pathlib.Path, plan: Plan) -> None:
-    """Writes the plan, or refuses the folder where it holds another one: another count is another plan too."""
+    """Writes the plan, or refuses the folder where it holds another one: another count is
+    another plan too.
+    """
     told = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
     if (folder / MANIFEST).exists():
         there = _read_manifest(folder)
@@ -117,7 +124,9 @@ def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
     batch, labels = stack(tasks), label_tasks(tasks)
     side = plan.size[1]
     arrays = {"index": np.arange(first, first + number, dtype=np.int64)}
-    arrays |= {name: np.asarray(value) for name, value in [*batch.items(), *labels._asdict().items()]}
+    arrays |= {
+        name: np.asarray(value) for name, value in [*batch.items(), *labels._asdict().items()]
+    }
     return {name: _padded(name, array, side) for name, array in arrays.items()}
 
 
@@ -147,17 +156,20 @@ def load(
     fields: tuple[str, ...] | None = None,
     drop_remainder: bool = False,
 ) -> Iterator[dict[str, np.ndarray]]:
-    """Returns an iterator of batches: {name: array [batch, ...]}, all batches of one shape but the last of an epoch.
+    """Returns an iterator of batches: {name: array [batch, ...]}, all batches of one shape but the
+    last of an epoch.
 
-    Names are those of `Task` and `TaskLabels`, and `index`, int64, the task's number. Shards whose maps have fewer layers or
-    obstacles than others are padded as `stack` does.
+    Names are those of `Task` and `TaskLabels`, and `index`, int64, the task's number. Shards whose
+    maps have fewer layers or obstacles than others are padded as `stack` does.
 
     Args:
       folder: written by `write_dataset`, whole.
       batch_size: 1 or more.
-      seed: shuffles shards, and tasks within four shards at a time, anew each epoch; None: in order.
+      seed: shuffles shards, and tasks within four shards at a time, anew each epoch; None: in
+        order.
       epochs: how often to go over the data; None: without end.
-      worker: (i, n): every n-th shard from the i-th on, of the same shuffling for all; n at most the number of shards.
+      worker: (i, n): every n-th shard from the i-th on, of the same shuffling for all; n at most
+        the number of shards.
       fields: the names wanted; all by default.
       drop_remainder: leave out the last batch of an epoch where it is smaller.
 
@@ -169,22 +181,33 @@ def load(
     part, parts = worker
     if batch_size < 1 or not 0 <= part < parts <= plan.num_shards():
         raise ValueError(
-            f"batch_size must be at least 1 and worker (i, n) have 0 <= i < n <= {plan.num_shards()} shards, "
-            f"got batch_size {batch_size}, worker {worker}"
+            "batch_size must be at least 1 and worker (i, n) have 0 <= i < n <="
+            f" {plan.num_shards()} shards, got batch_size {batch_size}, worker {worker}"
         )
     missing = [shard for shard in range(plan.num_shards()) if not plan.file(folder, shard).exists()]
     if missing:
         raise ValueError(
-            f"{folder}: {len(missing)} of {plan.num_shards()} shards are missing, the first is "
-            f"{plan.file(folder, missing[0]).name}: write them with the same srt-jax dataset command again"
+            f"{folder}: {len(missing)} of {plan.num_shards()} shards are missing, the first is"
+            f" {plan.file(folder, missing[0]).name}: write them with the same srt-jax dataset"
+            " command again"
         )
-    shape = np.max([shards.SHAPES[plan.format](plan.file(folder, shard)) for shard in range(plan.num_shards())], axis=0)
+    shape = np.max(
+        [
+            shards.SHAPES[plan.format](plan.file(folder, shard))
+            for shard in range(plan.num_shards())
+        ],
+        axis=0,
+    )
     widths = {"L": int(shape[0]), "M": int(shape[1])}
     names = shards.FIELDS if fields is None else fields
     unknown = [name for name in names if name not in shards.FIELDS]
     if unknown:
-        raise ValueError(f"no field is called {unknown[0]!r}: choose among {', '.join(shards.FIELDS)}")
-    return _batches(folder, plan, widths, tuple(names), batch_size, seed, epochs, worker, drop_remainder)
+        raise ValueError(
+            f"no field is called {unknown[0]!r}: choose among {', '.join(shards.FIELDS)}"
+        )
+    return _batches(
+        folder, plan, widths, tuple(names), batch_size, seed, epochs, worker, drop_remainder
+    )
 
 
 def read_plan(folder: PathLike) -> Plan:
@@ -199,9 +222,13 @@ def _read_manifest(folder: pathlib.Path) -> dict[str, Any]:
     try:
         told = json.loads(read_bytes(folder / MANIFEST, "data set's description"))
     except json.JSONDecodeError as error:
-        raise ValueError(f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set anew") from error
+        raise ValueError(
+            f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set anew"
+        ) from error
     if not isinstance(told, dict):
-        raise ValueError(f"{folder / MANIFEST}: is no description of a data set: write the data set anew")
+        raise ValueError(
+            f"{folder / MANIFEST}: is no description of a data set: write the data set anew"
+        )
     return told
 
 
@@ -217,13 +244,22 @@ def _batches(folder, plan, widths, names, batch_size, seed, epochs, worker, drop
         mine = order[worker[0] :: worker[1]]
         waiting: dict[str, np.ndarray] = {}
         for first in range(0, len(mine), _AT_ONCE):
-            read = [shards.READERS[plan.format](plan.file(folder, int(s)), names) for s in mine[first : first + _AT_ONCE]]
-            wide = [{name: shards.widened(name, array, widths) for name, array in one.items()} for one in read]
+            read = [
+                shards.READERS[plan.format](plan.file(folder, int(s)), names)
+                for s in mine[first : first + _AT_ONCE]
+            ]
+            wide = [
+                {name: shards.widened(name, array, widths) for name, array in one.items()}
+                for one in read
+            ]
             more = {name: np.concatenate([one[name] for one in wide]) for name in names}
             if rng is not None:
                 mixed = rng.permutation(len(more[names[0]]))
                 more = {name: array[mixed] for name, array in more.items()}
-            waiting = {name: np.concatenate([waiting[name], more[name]]) if waiting else more[name] for name in names}
+            waiting = {
+                name: np.concatenate([waiting[name], more[name]]) if waiting else more[name]
+                for name in names
+            }
             whole = len(waiting[names[0]]) // batch_size * batch_size
             for place in range(0, whole, batch_size):
                 yield {name: array[place : place + batch_size] for name, array in waiting.items()}

@@ -1,11 +1,13 @@
-"""What a data set tells of each task: exact costs to go, heuristics to learn, what blocks first and what must go.
+"""What a data set tells of each task: exact costs to go, heuristics to learn, what blocks first and
+what must go.
 
-Costs are on the map once the least removal is gone, the map on which the route lies; where nothing blocks that is the map as it
-stands. Where a task has no solution they are inf, and the ratios 0.
+Costs are on the map once the least removal is gone, the map on which the route lies; where nothing
+blocks that is the map as it stands. Where a task has no solution they are inf, and the ratios 0.
 
-Correction factors and focal maps follow TransPath (Kirilenko, Andreychuk, Panov, Yakovlev, AAAI 2023): there a network
-learns, for A*, by what share the octile distance falls short of the exact cost to go, and, for focal search, how near
-each cell is to lying on a shortest path. Here both are exact.
+Correction factors and focal maps follow TransPath (Kirilenko, Andreychuk, Panov, Yakovlev, AAAI
+2023): there a network learns, for A*, by what share the octile distance falls short of the exact
+cost to go, and, for focal search, how near each cell is to lying on a shortest path. Here both are
+exact.
 """
 
 from typing import NamedTuple
@@ -29,15 +31,18 @@ class TaskLabels(NamedTuple):
 
     status: int32 [B], a `Status`.
     length: float32 [B], the route's length in cell sides, inf without one.
-    least_cost: float32 [B], what the least removal costs, inf without a route. removal_bound: float32 [B], its lower bound.
+    least_cost: float32 [B], what the least removal costs, inf without a route. removal_bound:
+      float32 [B], its lower bound.
     least_removal: bool [B, M], the obstacles to destroy.
-    first_blocker: bool [B, H, W], the cells of those obstacles that block first (PY16 §3.2: of the separating obstacle, those
-      the contour meets); all False where a path exists.
-    cost_to_go: float32 [B, H, W], h*: the length of a shortest path from each cell to the goal; inf where there is none.
-    correction: float32 [B, H, W], octile distance to the goal over h*: in (0, 1], 1 in the goal, 0 where h* is inf. The octile
-      distance divided by it is h* again.
-    focal: float32 [B, H, W], the shortest path's length over that of the shortest path led through the cell: in (0, 1], 1 on
-      shortest paths (to float32 rounding) and only there, 0 where no such path is.
+    first_blocker: bool [B, H, W], the cells of those obstacles that block first (PY16 §3.2: of the
+      separating obstacle, those the contour meets); all False where a path exists.
+    cost_to_go: float32 [B, H, W], h*: the length of a shortest path from each cell to the goal; inf
+      where there is none.
+    correction: float32 [B, H, W], octile distance to the goal over h*: in (0, 1], 1 in the goal, 0
+      where h* is inf. The octile distance divided by it is h* again.
+    focal: float32 [B, H, W], the shortest path's length over that of the shortest path led through
+      the cell: in (0, 1], 1 on shortest paths (to float32 rounding) and only there, 0 where no such
+      path is.
     """
 
     status: np.ndarray
@@ -58,13 +63,17 @@ def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLab
     solutions = solve_many(singles, max_destroyed=max_destroyed)
     M = batch.destroyable.shape[-1]
     removed, blocking = (_as_sets(solutions, name, M) for name in ("destroyed", "blocking"))
-    told = {name: np.array([getattr(one, name) for one in solutions]) for name in ("status", "removal_bound")}
+    told = {
+        name: np.array([getattr(one, name) for one in solutions])
+        for name in ("status", "removal_bound")
+    }
     told |= {
         "least_cost": np.array([one.removal_cost for one in solutions]),
         "length": np.array([one.cost for one in solutions]),
     }
     is_solved = np.isfinite(told["length"])
-    room = [(0, 0), (0, batch_bucket(M) - M)]  # shards differ by an obstacle or two: that need not compile anew
+    # shards differ by an obstacle or two: that need not compile anew
+    room = [(0, 0), (0, batch_bucket(M) - M)]
     sets = np.pad(removed, room), np.pad(blocking, room)
     maps = jax.tree.map(np.asarray, _maps(batch.labels, *sets, batch.start, batch.goal, is_solved))
     return TaskLabels(**told, least_removal=removed, **maps)
@@ -79,16 +88,23 @@ def _as_sets(solutions: list[Solution], name: str, num_obstacles: int) -> np.nda
 
 
 @jax.jit
-def _maps(labels: Array, removed: Array, blocking: Array, start: Array, goal: Array, is_solved: Array) -> dict[str, Array]:
+def _maps(
+    labels: Array, removed: Array, blocking: Array, start: Array, goal: Array, is_solved: Array
+) -> dict[str, Array]:
     """Returns the labels that are maps, [B, H, W] each."""
     _, _, H, W = labels.shape
     free = unpack(all_open_cells(labels, removed), W) & is_solved[:, None, None]
     to_go, come = cost_to_come(free, goal), cost_to_come(free, start)
-    cells = jnp.stack(jnp.meshgrid(*(jnp.arange(side, dtype=jnp.int32) for side in (H, W)), indexing="ij"), axis=-1)
+    cells = jnp.stack(
+        jnp.meshgrid(*(jnp.arange(side, dtype=jnp.int32) for side in (H, W)), indexing="ij"),
+        axis=-1,
+    )
     octile = octile_distance(cells[None], goal[:, None, None, :])
     is_reached = jnp.isfinite(to_go)
     correction = jnp.where(to_go > 0, jnp.minimum(octile / to_go, jnp.float32(1)), jnp.float32(1))
-    least = jnp.take_along_axis(to_go.reshape(len(start), -1), (start[:, :1] * W + start[:, 1:]), axis=1)[:, :, None]
+    least = jnp.take_along_axis(
+        to_go.reshape(len(start), -1), (start[:, :1] * W + start[:, 1:]), axis=1
+    )[:, :, None]
     through = come + to_go
     focal = jnp.where(through > 0, jnp.minimum(least / through, jnp.float32(1)), jnp.float32(1))
     return {

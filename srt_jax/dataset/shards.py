@@ -1,4 +1,6 @@
-"""Shards on disk: one `.npz` each with a fixed time stamp, so equal arrays are equal bytes; or ArrayRecord, a record a task."""
+"""Shards on disk: one `.npz` each with a fixed time stamp, so equal arrays are equal bytes; or
+ArrayRecord, a record a task.
+"""
 
 import importlib
 import io
@@ -15,7 +17,18 @@ from srt_jax.formats.files import read_bytes, written
 from srt_jax.types import FREE
 
 FIELDS = (
-    *("index", "labels", "destroyable", "removal_cost", "start", "goal", "size", "status", "length", "removal_bound"),
+    *(
+        "index",
+        "labels",
+        "destroyable",
+        "removal_cost",
+        "start",
+        "goal",
+        "size",
+        "status",
+        "length",
+        "removal_bound",
+    ),
     *("least_removal", "first_blocker", "cost_to_go", "correction", "focal", "least_cost"),
 )
 """The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
@@ -37,7 +50,9 @@ def _packed(arrays: dict[str, np.ndarray]) -> bytes:
             member = zipfile.ZipInfo(f"{name}.npy")  # dated 1980, whenever it is written
             member.compress_type = zipfile.ZIP_DEFLATED
             content = io.BytesIO()
-            np.lib.format.write_array(content, np.ascontiguousarray(arrays[name]), allow_pickle=False)
+            np.lib.format.write_array(
+                content, np.ascontiguousarray(arrays[name]), allow_pickle=False
+            )
             archive.writestr(member, content.getvalue(), compresslevel=_LEVEL)
     return buffer.getvalue()
 
@@ -52,7 +67,10 @@ def _unpacked(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.n
         with np.load(io.BytesIO(content), allow_pickle=False) as data:
             return {name: data[name] for name in names}
     except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError) as error:
-        raise ValueError(f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command again") from error
+        raise ValueError(
+            f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command"
+            " again"
+        ) from error
 
 
 def shape_npz(path: pathlib.Path) -> tuple[int, int]:
@@ -61,7 +79,10 @@ def shape_npz(path: pathlib.Path) -> tuple[int, int]:
         with zipfile.ZipFile(path) as archive:
             return _head(archive, "labels")[1], _head(archive, "destroyable")[1]
     except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, OSError, IndexError) as error:
-        raise ValueError(f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command again") from error
+        raise ValueError(
+            f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command"
+            " again"
+        ) from error
 
 
 def _head(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
@@ -76,7 +97,9 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     try:
         writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
         for index in range(len(arrays["index"])):
-            writer.write(_packed({name: array[index : index + 1] for name, array in arrays.items()}))
+            writer.write(
+                _packed({name: array[index : index + 1] for name, array in arrays.items()})
+            )
         writer.close()
         draft.replace(path)
     finally:
@@ -84,7 +107,9 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def remove_drafts(folder: pathlib.Path) -> None:
-    """Removes what a killed run left half written. One process at a time may write a folder: another's draft goes too."""
+    """Removes what a killed run left half written. One process at a time may write a folder:
+    another's draft goes too.
+    """
     for suffix in SUFFIXES.values():
         for draft in folder.glob(f".shard-*.{suffix}*.part"):
             draft.unlink(missing_ok=True)
@@ -99,7 +124,9 @@ def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarr
 
 
 def shape_records(path: pathlib.Path) -> tuple[int, int]:
-    """Returns the layers and obstacles (L, M) of a shard of records; all its tasks have the same."""
+    """Returns the layers and obstacles (L, M) of a shard of records; all its tasks have the
+    same.
+    """
     reader = _array_record().ArrayRecordReader(str(path))
     first = _unpacked(str(path), reader.read([0])[0], ("labels", "destroyable"))
     reader.close()
@@ -116,18 +143,27 @@ def _array_record() -> Any:
     try:
         return importlib.import_module("array_record.python.array_record_module")
     except ImportError as error:
-        raise ImportError("ArrayRecord is not installed: pip install 'srt-jax[arrayrecord]', or use --format npz") from error
+        raise ImportError(
+            "ArrayRecord is not installed: pip install 'srt-jax[arrayrecord]', or use --format npz"
+        ) from error
 
 
 def widened(name: str, array: np.ndarray, widths: dict[str, int]) -> np.ndarray:
-    """Returns an array padded to the layers (L) and obstacles (M) of the whole data set, as `stack` pads."""
+    """Returns an array padded to the layers (L) and obstacles (M) of the whole data set, as
+    `stack` pads.
+    """
     fill = {"labels": FREE, "removal_cost": 1, "destroyable": False, "least_removal": False}
     if name not in fill:
         return array
     missing = widths["L" if name == "labels" else "M"] - array.shape[1]
-    return np.pad(array, [(0, 0), (0, missing)] + [(0, 0)] * (array.ndim - 2), constant_values=fill[name])
+    return np.pad(
+        array, [(0, 0), (0, missing)] + [(0, 0)] * (array.ndim - 2), constant_values=fill[name]
+    )
 
 
-WRITERS: dict[str, Callable[[pathlib.Path, dict[str, np.ndarray]], None]] = {"npz": write_npz, "arrayrecord": write_records}
+WRITERS: dict[str, Callable[[pathlib.Path, dict[str, np.ndarray]], None]] = {
+    "npz": write_npz,
+    "arrayrecord": write_records,
+}
 READERS = {"npz": read_npz, "arrayrecord": read_records}
 SHAPES = {"npz": shape_npz, "arrayrecord": shape_records}

@@ -1,8 +1,9 @@
-"""Pictures of tasks and their solutions: single maps, contact sheets, animations. Needs matplotlib (which brings Pillow).
+"""Pictures of tasks and their solutions: single maps, contact sheets, animations. Needs matplotlib
+(which brings Pillow).
 
-A picture shows the map, the obstacles by whether they can be destroyed, what is reached before anything is, the seed, the
-contour, the route with a colour per leg, and what is destroyed, numbered in order. Colour-blind people
-can tell the colours apart.
+A picture shows the map, the obstacles by whether they can be destroyed, what is reached before
+anything is, the seed, the contour, the route with a colour per leg, and what is destroyed, numbered
+in order. Colour-blind people can tell the colours apart.
 """
 
 from srt_jax.draw.animation import animate

@@ -1,4 +1,6 @@
-"""Animated GIFs: the wave (reachability growing) and the loop (explore, blocked, seed, contour, walk up, destroy, go on)."""
+"""Animated GIFs: the wave (reachability growing) and the loop (explore, blocked, seed, contour,
+walk up, destroy, go on).
+"""
 
 import itertools
 import os
@@ -21,37 +23,53 @@ _QUICK, _HOLD, _LAST = 90, 1400, 3000
 _MOST_STAGES = 12
 
 
-def animate(task: Task, solution: Solution, path: str | os.PathLike, *, what: str = "loop", title: str = "") -> None:
+def animate(
+    task: Task, solution: Solution, path: str | os.PathLike, *, what: str = "loop", title: str = ""
+) -> None:
     """Writes an animated GIF of one task.
 
     Args:
-      what: "wave": the reached region grows from the start until nothing is left, then seed and contour. "loop": the same, then
-        the agent walks up to what is to be destroyed, destroys it, explores from there, and so on to the goal.
+      what: "wave": the reached region grows from the start until nothing is left, then seed and
+        contour. "loop": the same, then the agent walks up to what is to be destroyed, destroys it,
+        explores from there, and so on to the goal.
 
     Raises:
-      ImportError: Pillow is missing. ValueError: a batch was given, another ending than .gif, or an unknown `what`.
+      ImportError: Pillow is missing. ValueError: a batch was given, another ending than .gif, or an
+        unknown `what`.
     """
     if pathlib.Path(path).suffix.lower() != ".gif":
         raise ValueError(f"{path}: an animation is a GIF: end the name in .gif")
     if what not in ANIMATIONS:
         raise ValueError(f"an animation shows one of {', '.join(ANIMATIONS)}, got {what!r}")
     stages = stages_of(task, solution)
-    canvas = Canvas(stages[0].kinds.shape, _kinds_of(stages), title, _cell(task.start), _cell(task.goal))
+    canvas = Canvas(
+        stages[0].kinds.shape, _kinds_of(stages), title, _cell(task.start), _cell(task.goal)
+    )
     status = Status(int(solution.status))
     if what == "wave":
-        shown = [*_explore(canvas, stages[0], _WAVE_FRAMES), _end(canvas, stages[0], _after_wave(stages[0], status))]
+        shown = [
+            *_explore(canvas, stages[0], _WAVE_FRAMES),
+            _end(canvas, stages[0], _after_wave(stages[0], status)),
+        ]
     else:
         shown = list(_loop(canvas, stages, solution, status))
     save_gif(path, shown)
 
 
-def _loop(canvas: Canvas, stages: list[Stage], solution: Solution, status: Status) -> Iterator[tuple[Any, int]]:
+def _loop(
+    canvas: Canvas, stages: list[Stage], solution: Solution, status: Status
+) -> Iterator[tuple[Any, int]]:
     for number, stage in enumerate(stages[:_MOST_STAGES]):
         yield from _explore(canvas, stage, _WAVE_FRAMES if number == 0 else _LATER_WAVE_FRAMES)
         if stage.seed:
-            told = f"Blocked: the goal is not reached. Seed {stage.seed}, the reached cell nearest the goal"
+            told = (
+                f"Blocked: the goal is not reached. Seed {stage.seed}, the reached cell nearest the"
+                " goal"
+            )
             yield canvas.frame(stage.kinds, stage.place, told, seed=stage.seed), _HOLD
-            told = f"Contour: {_count(int(stage.contour.sum()), 'cell')} touch what separates the goal"
+            told = (
+                f"Contour: {_count(int(stage.contour.sum()), 'cell')} touch what separates the goal"
+            )
             yield canvas.frame(_with_contour(stage), stage.place, told, seed=stage.seed), _HOLD
         if not status.is_solved:
             break
@@ -62,7 +80,8 @@ def _loop(canvas: Canvas, stages: list[Stage], solution: Solution, status: Statu
     told = f"{status.name}: {status.meaning}"
     if status.is_solved and len(stages) <= _MOST_STAGES:
         told = (
-            f"At the goal: {float(solution.cost):.1f} cell sides, {_count(int(solution.num_destroyed), 'obstacle')} destroyed"
+            f"At the goal: {float(solution.cost):.1f} cell sides,"
+            f" {_count(int(solution.num_destroyed), 'obstacle')} destroyed"
         )
     elif status.is_solved:
         told = f"And so on: {_count(int(solution.num_destroyed), 'obstacle')} destroyed in all"
@@ -85,7 +104,12 @@ def _explore(canvas: Canvas, stage: Stage, num_frames: int) -> Iterator[tuple[An
         kinds[(stage.length > before) & (stage.length <= now)] = Kind.FRONT
         told = f"Explore: {_count(int((stage.length <= now).sum()), 'cell')} reached"
         yield canvas.frame(kinds, stage.place, told), _QUICK
-    yield canvas.frame(stage.kinds, stage.place, f"Explored: {_count(lengths.size, 'cell')} can be reached"), _HOLD // 2
+    yield (
+        canvas.frame(
+            stage.kinds, stage.place, f"Explored: {_count(lengths.size, 'cell')} can be reached"
+        ),
+        _HOLD // 2,
+    )
 
 
 def _walk(canvas: Canvas, stage: Stage) -> Iterator[tuple[Any, int]]:
@@ -95,7 +119,10 @@ def _walk(canvas: Canvas, stage: Stage) -> Iterator[tuple[Any, int]]:
     ends = np.unique(np.linspace(1, len(stage.leg) - 1, _WALK_FRAMES).round().astype(int))
     for end in ends.tolist():
         row, col = stage.leg[end].tolist()
-        yield canvas.frame(stage.kinds, (row, col), f"Walk {where}", leg=stage.leg[: end + 1]), _QUICK
+        yield (
+            canvas.frame(stage.kinds, (row, col), f"Walk {where}", leg=stage.leg[: end + 1]),
+            _QUICK,
+        )
     yield canvas.frame(stage.kinds, _end_of(stage), f"Walk {where}", leg=stage.leg), _HOLD // 3
 
 
@@ -103,7 +130,9 @@ def _destroy(canvas: Canvas, stage: Stage) -> Iterator[tuple[Any, int]]:
     kinds = stage.kinds.copy()
     for removal in stage.removals:
         kinds[tuple(removal.cells.T)] = Kind.DESTROYED
-        told = f"Destroy obstacle {removal.obstacle} (number {removal.number}) from {removal.standing}"
+        told = (
+            f"Destroy obstacle {removal.obstacle} (number {removal.number}) from {removal.standing}"
+        )
         yield canvas.frame(kinds, _end_of(stage), told, leg=stage.leg), _HOLD
 
 
@@ -111,7 +140,9 @@ def _after_wave(stage: Stage, status: Status) -> str:
     if stage.sees_goal:
         return "The goal is among the cells reached"
     return (
-        f"Blocked: seed {stage.seed}, contour of {_count(int(stage.contour.sum()), 'cell')}" if stage.seed else status.meaning
+        f"Blocked: seed {stage.seed}, contour of {_count(int(stage.contour.sum()), 'cell')}"
+        if stage.seed
+        else status.meaning
     )
 
 

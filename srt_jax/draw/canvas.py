@@ -1,4 +1,6 @@
-"""Frames of an animation: the map in whole pixels, a line of text, and a legend below, in one fixed palette."""
+"""Frames of an animation: the map in whole pixels, a line of text, and a legend below, in one
+fixed palette.
+"""
 
 import os
 import textwrap
@@ -20,11 +22,20 @@ _SHADES = 5
 class Canvas:
     """Draws frames for one map; what `keep` was given stays on all later ones."""
 
-    def __init__(self, size: tuple[int, int], kinds: list[Kind], title: str, start: tuple[int, int], goal: tuple[int, int]):
+    def __init__(
+        self,
+        size: tuple[int, int],
+        kinds: list[Kind],
+        title: str,
+        start: tuple[int, int],
+        goal: tuple[int, int],
+    ):
         try:
             from PIL import Image, ImageDraw, ImageFont
         except ImportError as error:
-            raise ImportError("animations need Pillow, which comes with matplotlib: pip install 'srt-jax[draw]'") from error
+            raise ImportError(
+                "animations need Pillow, which comes with matplotlib: pip install 'srt-jax[draw]'"
+            ) from error
         self._image, self._draw = Image, ImageDraw
         self._font = ImageFont.load_default(_TEXT)
         self._n = -(-max(size) // (2 * _MAP))
@@ -44,10 +55,16 @@ class Canvas:
         if leg is not None:
             self._kept.append(leg)
 
-    def frame(self, kinds: np.ndarray, place: tuple[int, int], told: str, *, leg=None, seed=None) -> Any:
-        """Returns one frame: cells, kept legs and this one, start, goal, seed, and the agent where it stands."""
+    def frame(
+        self, kinds: np.ndarray, place: tuple[int, int], told: str, *, leg=None, seed=None
+    ) -> Any:
+        """Returns one frame: cells, kept legs and this one, start, goal, seed, and the agent
+        where it stands.
+        """
         rows = -(-(len(self._kinds) + 4) // _COLUMNS)
-        image = self._image.new("RGB", (self._across, self._top + self._height + 14 + _LINE * rows), "white")
+        image = self._image.new(
+            "RGB", (self._across, self._top + self._height + 14 + _LINE * rows), "white"
+        )
         pen = self._draw.Draw(image)
         for line, text in enumerate([*self._title, *textwrap.wrap(told, 74)[:2]]):
             pen.text((10, 6 + _LINE * line), text, fill="black", font=self._font)
@@ -60,7 +77,12 @@ class Canvas:
         for width, is_casing in ((6, True), (3, False)):
             for index, one in enumerate(legs):
                 points = [self._at(cell) for cell in one]
-                pen.line(points, fill="white" if is_casing else leg_colour(index), width=width, joint="curve")
+                pen.line(
+                    points,
+                    fill="white" if is_casing else leg_colour(index),
+                    width=width,
+                    joint="curve",
+                )
         self._marks(pen, place, seed)
         self._legend(pen)
         return image.quantize(palette=self._palette, dither=self._image.Dither.NONE)
@@ -74,7 +96,12 @@ class Canvas:
 
     def _legend(self, pen) -> None:
         top = self._top + self._height + 8
-        marks = ((_dot, START, "start"), (_star, GOAL, "goal"), (_cross, SEED, "seed"), (_diamond, BADGE, "agent"))
+        marks = (
+            (_dot, START, "start"),
+            (_star, GOAL, "goal"),
+            (_cross, SEED, "seed"),
+            (_diamond, BADGE, "agent"),
+        )
         wide = (self._across - 20) // _COLUMNS
         for place in range(len(self._kinds) + len(marks)):
             x, y = 10 + place % _COLUMNS * wide, top + place // _COLUMNS * _LINE
@@ -89,12 +116,23 @@ class Canvas:
 
     def _at(self, cell) -> tuple[float, float]:
         row, col = np.asarray(cell).tolist()
-        return self._left + (col + 0.5) / self._n * self._scale, self._top + (row + 0.5) / self._n * self._scale
+        return self._left + (col + 0.5) / self._n * self._scale, self._top + (
+            row + 0.5
+        ) / self._n * self._scale
 
     def _fixed_palette(self) -> Any:
-        """One palette for all frames: every colour, and those that soften the edges of text and marks."""
+        """One palette for all frames: every colour, and those that soften the edges of text and
+        marks.
+        """
         colours = [tuple(colour) for colour in PALETTE.tolist()]
-        for strong in ("#000000", START, GOAL, BADGE, *(leg_colour(index) for index in range(4)), "#888888"):
+        for strong in (
+            "#000000",
+            START,
+            GOAL,
+            BADGE,
+            *(leg_colour(index) for index in range(4)),
+            "#888888",
+        ):
             ink = np.array(rgb(strong))
             for shade in np.linspace(0, 1, _SHADES)[:-1]:
                 colours.append(tuple((ink + (255 - ink) * shade).astype(int).tolist()))
@@ -105,10 +143,18 @@ class Canvas:
 
 
 def save_gif(path: str | os.PathLike, shown: list[tuple[Any, int]]) -> None:
-    """Writes frames with their milliseconds as a GIF that goes round for ever; whole or not at all."""
+    """Writes frames with their milliseconds as a GIF that goes round for ever; whole or not at
+    all.
+    """
     images, durations = zip(*shown)
     with written(path, "wb") as file:
-        options = {"save_all": True, "append_images": images[1:], "duration": list(durations), "loop": 0, "optimize": False}
+        options = {
+            "save_all": True,
+            "append_images": images[1:],
+            "duration": list(durations),
+            "loop": 0,
+            "optimize": False,
+        }
         images[0].save(file, format="GIF", **options)
 
 
@@ -121,7 +167,11 @@ def _star(pen, at, r, colour=GOAL) -> None:
     x, y = at
     turns = np.arange(10) * np.pi / 5
     radii = np.where(np.arange(10) % 2 == 0, r, 0.42 * r)
-    pen.polygon([(x + d * np.sin(turn), y - d * np.cos(turn)) for turn, d in zip(turns, radii)], fill=colour, outline="white")
+    pen.polygon(
+        [(x + d * np.sin(turn), y - d * np.cos(turn)) for turn, d in zip(turns, radii)],
+        fill=colour,
+        outline="white",
+    )
 
 
 def _cross(pen, at, r, colour=SEED) -> None:

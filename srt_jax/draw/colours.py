@@ -1,7 +1,8 @@
 """The kinds of cells, their colours, and the colours of a route's legs.
 
-From Okabe and Ito's palette, whose colours differ in lightness too, so that they can be told apart by colour-blind people and,
-most of them, in grey; `tests/test_draw.py` simulates the common kinds of colour blindness and measures it.
+From Okabe and Ito's palette, whose colours differ in lightness too, so that they can be told apart
+by colour-blind people and, most of them, in grey; `tests/test_draw.py` simulates the common kinds
+of colour blindness and measures it.
 """
 
 import enum
@@ -10,7 +11,9 @@ import numpy as np
 
 
 class Kind(enum.IntEnum):
-    """What a cell is. Where a map is shrunk the highest kind on a patch shows, so that thin things stay; see `shrunk`."""
+    """What a cell is. Where a map is shrunk the highest kind on a patch shows, so that thin
+    things stay; see `shrunk`.
+    """
 
     UNREACHED = 0, "free, not reached", "#ffffff"
     REACHED = 1, "reached at first", "#c2dff2"
@@ -52,10 +55,12 @@ def leg_colour(index: int) -> str:
 
 
 def shrunk(kinds: np.ndarray, most: int) -> np.ndarray:
-    """Returns the picture in patches of cells, so that no side has more than `most`; as it is where it has no more.
+    """Returns the picture in patches of cells, so that no side has more than `most`; as it is where
+    it has no more.
 
-    A patch shows the commonest of unreached, reached, front and firm; but what is destroyable, destroyed or on the contour, if
-    only one cell of it, is never lost, nor is a wall that is thinner than a patch.
+    A patch shows the commonest of unreached, reached, front and firm; but what is destroyable,
+    destroyed or on the contour, if only one cell of it, is never lost, nor is a wall that is
+    thinner than a patch.
 
     Args:
       kinds: uint8 [H, W], of `Kind`.

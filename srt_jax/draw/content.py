@@ -15,7 +15,8 @@ Cell = tuple[int, int]
 class Removal(NamedTuple):
     """One obstacle that is destroyed.
 
-    number: from 1, in order. at: the index into the route, `standing`: the cell, from which it is done. cells: int [n, 2].
+    number: from 1, in order. at: the index into the route, `standing`: the cell, from which it is
+      done. cells: int [n, 2].
     """
 
     number: int
@@ -26,7 +27,9 @@ class Removal(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """kinds: uint8 [H, W] of `Kind`. legs: of the route, each int [n, 2], n >= 2, one ending where the next begins."""
+    """kinds: uint8 [H, W] of `Kind`. legs: of the route, each int [n, 2], n >= 2, one ending
+    where the next begins.
+    """
 
     kinds: np.ndarray
     start: Cell
@@ -65,13 +68,19 @@ def scene_of(task: Task, solution: Solution) -> Scene:
 
 
 def require_single(task: Task, solution: Solution) -> None:
-    """Raises ValueError for a batch, or where the solution does not belong to a task of this size."""
+    """Raises ValueError for a batch, or where the solution does not belong to a task of this
+    size.
+    """
     if np.ndim(task.labels) != 3:
-        raise ValueError(f"a picture shows one task, got labels of shape {list(np.shape(task.labels))}: call unstack first")
+        raise ValueError(
+            f"a picture shows one task, got labels of shape {list(np.shape(task.labels))}: call"
+            " unstack first"
+        )
     size, contour = np.shape(task.labels)[-2:], np.shape(solution.contour)
     if contour != size:
         raise ValueError(
-            f"the task has {list(size)} cells, the solution's contour {list(contour)}: give the task's own solution"
+            f"the task has {list(size)} cells, the solution's contour {list(contour)}: give the"
+            " task's own solution"
         )
 
 
@@ -80,7 +89,8 @@ def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = 
 
     Args:
       gone: bool [M], obstacles that are there no more.
-      start: where the reached region starts; by default the task's start. Where that is blocked nothing is reached.
+      start: where the reached region starts; by default the task's start. Where that is blocked
+        nothing is reached.
     """
     labels, destroyable = own_labels(task), np.asarray(task.destroyable)
     free = free_without(task, gone)
@@ -89,7 +99,9 @@ def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = 
     if free[row, col]:
         pieces = regions(free)  # on the host: a kernel would be compiled anew for every size of map
         kinds[pieces == pieces[row, col]] = Kind.REACHED
-    can_go = np.asarray(np.where(labels >= 0, destroyable[labels.clip(0)], labels == FREE).all(axis=0))
+    can_go = np.asarray(
+        np.where(labels >= 0, destroyable[labels.clip(0)], labels == FREE).all(axis=0)
+    )
     kinds[~free] = np.where(can_go[~free], Kind.DESTROYABLE, Kind.FIRM)
     return kinds
 
@@ -121,7 +133,9 @@ def removals_in(task: Task, solution: Solution) -> list[Removal]:
 
 
 def legs_of(solution: Solution) -> list[np.ndarray]:
-    """Returns the route cut where something is destroyed; no leg where there is no route or it has one cell."""
+    """Returns the route cut where something is destroyed; no leg where there is no route or it
+    has one cell.
+    """
     if not Status(int(solution.status)).is_solved:
         return []
     route = np.asarray(solution.cells)[: int(solution.num_cells)]
@@ -136,7 +150,11 @@ def headline(solution: Solution) -> str:
     if not status.is_solved:
         return f"{status.name}: {status.meaning}"
     destroyed = int(solution.num_destroyed)
-    what = "nothing destroyed" if not destroyed else f"{destroyed} obstacle{'s' if destroyed > 1 else ''} destroyed"
+    what = (
+        "nothing destroyed"
+        if not destroyed
+        else f"{destroyed} obstacle{'s' if destroyed > 1 else ''} destroyed"
+    )
     return f"{status.name}: route of {float(solution.cost):.1f} cell sides, {what}"
 
 

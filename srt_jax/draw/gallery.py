@@ -1,4 +1,6 @@
-"""The pictures of many tasks in a folder: names that make good file names, one by one, sheets of them."""
+"""The pictures of many tasks in a folder: names that make good file names, one by one, sheets of
+them.
+"""
 
 import pathlib
 import re
@@ -15,7 +17,9 @@ SHOWS = ("pictures", "sheet", *ANIMATIONS)
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """Returns a file name without ending for each: the last part, safe signs only; the second of a kind gets "-2"."""
+    """Returns a file name without ending for each: the last part, safe signs only; the second of
+    a kind gets "-2".
+    """
     found: list[str] = []
     for name in names:
         plain = re.sub(r"[^\w.+=-]+", "_", pathlib.PurePath(name).name).strip("._") or "task"
@@ -36,11 +40,12 @@ def gallery(
     polar: PolarFrame | None = None,
     progress: Callable[[int], None] = lambda count: None,
 ) -> list[pathlib.Path]:
-    """Draws each (name, task, solution) into a folder that is there, and returns the files in order.
+    """Draws each (name, task, solution) into a folder that is there, and returns the files in
+    order.
 
     Args:
-      show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets alone; "loop" or "wave", an
-        animation each.
+      show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets
+        alone; "loop" or "wave", an animation each.
       ending: of pictures: "png", "svg" or "pdf".
       progress: called with the number of tasks drawn.
     """
@@ -53,7 +58,11 @@ def gallery(
             files.append(folder / f"{stem}.{ending}")
             draw(task, solution, files[-1], title=name, polar=polar)
         progress(1)
-    return files + (_sheets(named, folder, ending) if show == "sheet" or (show == "pictures" and len(named) > 1) else [])
+    return files + (
+        _sheets(named, folder, ending)
+        if show == "sheet" or (show == "pictures" and len(named) > 1)
+        else []
+    )
 
 
 def _sheets(named: Named, folder: pathlib.Path, ending: str) -> list[pathlib.Path]:

@@ -8,7 +8,9 @@ from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind, leg_colou
 from srt_jax.draw.content import Scene
 
 MARKS = {"start": ("o", START, 9), "goal": ("*", GOAL, 15), "seed": ("X", SEED, 10)}
-"""Sign, colour and size in points; the larger are drawn first, so that two in one cell both show."""
+"""Sign, colour and size in points; the larger are drawn first, so that two in one cell both
+show.
+"""
 
 _NAMED_LEGS = len(LEGS)
 
@@ -24,11 +26,21 @@ def handles(scenes: list[Scene]) -> list[Any]:
     from matplotlib.patches import Patch
 
     there = kinds_shown(np.concatenate([np.unique(scene.kinds) for scene in scenes]))
-    shown: list[Any] = [Patch(facecolor=kind.colour, edgecolor="0.55", linewidth=0.5, label=kind.called) for kind in there]
+    shown: list[Any] = [
+        Patch(facecolor=kind.colour, edgecolor="0.55", linewidth=0.5, label=kind.called)
+        for kind in there
+    ]
 
     def mark(sign: str, colour: str, size: float, label: str) -> Line2D:
         return Line2D(
-            [], [], marker=sign, color=colour, markersize=size, markeredgecolor="white", linestyle="none", label=label
+            [],
+            [],
+            marker=sign,
+            color=colour,
+            markersize=size,
+            markeredgecolor="white",
+            linestyle="none",
+            label=label,
         )
 
     for name, (sign, colour, size) in MARKS.items():
@@ -40,7 +52,9 @@ def handles(scenes: list[Scene]) -> list[Any]:
     for index in range(min(num_legs, _NAMED_LEGS)):
         name = "route" if num_legs == 1 else f"leg {index + 1}"
         if num_legs > _NAMED_LEGS:  # the colours come round again
-            name += f", {index + 1 + _NAMED_LEGS}" + (", ..." if num_legs > index + 1 + _NAMED_LEGS else "")
+            name += f", {index + 1 + _NAMED_LEGS}" + (
+                ", ..." if num_legs > index + 1 + _NAMED_LEGS else ""
+            )
             name = name if num_legs > index + _NAMED_LEGS else f"leg {index + 1}"
         shown.append(Line2D([], [], color=leg_colour(index), linewidth=2.2, label=name))
     return shown

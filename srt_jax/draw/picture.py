@@ -28,18 +28,31 @@ _GRID_UP_TO = 40
 """Cells a side up to which thin lines part them."""
 
 
-def draw(task: Task, solution: Solution, path: str | os.PathLike, *, title: str = "", polar: PolarFrame | None = None) -> None:
-    """Writes a picture of one task and its solution; the ending of `path` decides the format (.png, .svg, .pdf).
+def draw(
+    task: Task,
+    solution: Solution,
+    path: str | os.PathLike,
+    *,
+    title: str = "",
+    polar: PolarFrame | None = None,
+) -> None:
+    """Writes a picture of one task and its solution; the ending of `path` decides the format (.png,
+    .svg, .pdf).
 
     Args:
       polar: draws the agent's frame with the fuzzy sectors over the map.
 
     Raises:
-      ImportError: matplotlib is missing. ValueError: a batch was given, or the ending is none of these.
+      ImportError: matplotlib is missing. ValueError: a batch was given, or the ending is none of
+        these.
     """
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape
-    heading = [*textwrap.wrap(title, 76), *textwrap.wrap(scene.headline, 80), *([told(scene, polar)] if polar else [])]
+    heading = [
+        *textwrap.wrap(title, 76),
+        *textwrap.wrap(scene.headline, 80),
+        *([told(scene, polar)] if polar else []),
+    ]
     margins = 1.4 + 0.18 * len(heading)
     with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.4, height / width)) + margins)) as figure:
         axes = figure.add_subplot()
@@ -49,7 +62,9 @@ def draw(task: Task, solution: Solution, path: str | os.PathLike, *, title: str 
         axes.set_ylabel("row")
         for axis in (axes.xaxis, axes.yaxis):
             axis.get_major_locator().set_params(integer=True)
-        figure.legend(handles=handles([scene]), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+        figure.legend(
+            handles=handles([scene]), loc="outside lower center", ncols=4, fontsize=8, frameon=False
+        )
         scale = settle(figure, axes, width)
         if polar:
             draw_frame(axes, scene, polar, scale)
@@ -58,10 +73,15 @@ def draw(task: Task, solution: Solution, path: str | os.PathLike, *, title: str 
 
 @contextlib.contextmanager
 def page(path: str | os.PathLike, *, size: tuple[float, float]) -> Iterator[Any]:
-    """Yields a figure of its own (no global state), in inches; saves it, whole or not at all, when all went well."""
+    """Yields a figure of its own (no global state), in inches; saves it, whole or not at all,
+    when all went well.
+    """
     target = pathlib.Path(path)
     if target.suffix.lower() not in FORMATS:
-        raise ValueError(f"{path}: cannot draw a picture with the ending {target.suffix!r}: use one of {', '.join(FORMATS)}")
+        raise ValueError(
+            f"{path}: cannot draw a picture with the ending {target.suffix!r}: use one of"
+            f" {', '.join(FORMATS)}"
+        )
     try:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
@@ -73,7 +93,10 @@ def page(path: str | os.PathLike, *, size: tuple[float, float]) -> Iterator[Any]
     kind = target.suffix[1:].lower()
     # Nothing of the moment in the file: the same task gives the same bytes.
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
-    with rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}), written(target, "wb") as file:
+    with (
+        rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}),
+        written(target, "wb") as file,
+    ):
         figure.savefig(file, format=kind, metadata=metadata)
 
 
@@ -86,7 +109,9 @@ def settle(figure, axes, width: int) -> float:
 
 
 def draw_map(axes, scene: Scene, *, zoom: float = 1.0, most_cells: int = _MOST_CELLS) -> None:
-    """Draws cells, route and marks on axes whose data are columns and rows; `zoom` scales lines and marks."""
+    """Draws cells, route and marks on axes whose data are columns and rows; `zoom` scales lines
+    and marks.
+    """
     height, width = scene.kinds.shape
     kinds = shrunk(scene.kinds, most_cells)
     n = -(-max(height, width) // most_cells)
@@ -95,26 +120,51 @@ def draw_map(axes, scene: Scene, *, zoom: float = 1.0, most_cells: int = _MOST_C
     axes.set_xlim(-0.5, width - 0.5)
     axes.set_ylim(height - 0.5, -0.5)
     if max(height, width) <= _GRID_UP_TO and zoom == 1:
-        axes.vlines(np.arange(width - 1) + 0.5, -0.5, height - 0.5, color="0.8", linewidth=0.4, zorder=1.5)
-        axes.hlines(np.arange(height - 1) + 0.5, -0.5, width - 0.5, color="0.8", linewidth=0.4, zorder=1.5)
+        axes.vlines(
+            np.arange(width - 1) + 0.5, -0.5, height - 0.5, color="0.8", linewidth=0.4, zorder=1.5
+        )
+        axes.hlines(
+            np.arange(height - 1) + 0.5, -0.5, width - 0.5, color="0.8", linewidth=0.4, zorder=1.5
+        )
     _draw_route(axes, scene, zoom)
     _draw_marks(axes, scene, zoom)
 
 
 def _draw_route(axes, scene: Scene, zoom: float) -> None:
     for leg in scene.legs:
-        axes.plot(leg[:, 1], leg[:, 0], color="white", linewidth=3.6 * zoom, solid_capstyle="round", zorder=3)
+        axes.plot(
+            leg[:, 1],
+            leg[:, 0],
+            color="white",
+            linewidth=3.6 * zoom,
+            solid_capstyle="round",
+            zorder=3,
+        )
     for index, leg in enumerate(scene.legs):
-        axes.plot(leg[:, 1], leg[:, 0], color=leg_colour(index), linewidth=2 * zoom, solid_capstyle="round", zorder=3.5)
+        axes.plot(
+            leg[:, 1],
+            leg[:, 0],
+            color=leg_colour(index),
+            linewidth=2 * zoom,
+            solid_capstyle="round",
+            zorder=3.5,
+        )
 
 
 def _draw_marks(axes, scene: Scene, zoom: float) -> None:
     places = [("goal", scene.goal), ("seed", scene.seed), ("start", scene.start)]
-    options: dict[str, Any] = {"markeredgecolor": "white", "linestyle": "none", "clip_on": False, "markeredgewidth": zoom}
+    options: dict[str, Any] = {
+        "markeredgecolor": "white",
+        "linestyle": "none",
+        "clip_on": False,
+        "markeredgewidth": zoom,
+    }
     for name, cell in places:
         if cell:
             sign, colour, size = MARKS[name]
-            axes.plot(cell[1], cell[0], sign, color=colour, markersize=size * zoom, zorder=5, **options)
+            axes.plot(
+                cell[1], cell[0], sign, color=colour, markersize=size * zoom, zorder=5, **options
+            )
     for removal in scene.removals:
         row, col = removal.standing
         axes.plot(col, row, "D", color=BADGE, markersize=5.5 * zoom, zorder=5.5, **options)

@@ -1,4 +1,6 @@
-"""The agent's polar frame over the map: rings and spokes of the fuzzy table, and the sector that holds the goal (PY16 §2)."""
+"""The agent's polar frame over the map: rings and spokes of the fuzzy table, and the sector that
+holds the goal (PY16 §2).
+"""
 
 import dataclasses
 import math
@@ -29,7 +31,9 @@ class PolarFrame:
 
     def __post_init__(self) -> None:
         if not 0 < self.metres_per_cell < math.inf:
-            raise ValueError(f"metres_per_cell must be positive and finite, got {self.metres_per_cell}")
+            raise ValueError(
+                f"metres_per_cell must be positive and finite, got {self.metres_per_cell}"
+            )
 
     def looking(self, scene: Scene) -> float:
         """Returns the heading in radians; 0, east, where the goal is the start."""
@@ -40,14 +44,19 @@ class PolarFrame:
 
     def region_of(self, scene: Scene, cell: Cell) -> str:
         """Returns the fuzzy region, seen from the start, in which a cell lies."""
-        points = np.array([(col, -row) for row, col in (scene.start, cell)], float) * self.metres_per_cell
+        points = (
+            np.array([(col, -row) for row, col in (scene.start, cell)], float)
+            * self.metres_per_cell
+        )
         polar = to_polar(points[1], points[0], np.asarray(self.looking(scene)))
         return region_names(self.table)[int(region_of(polar, self.table))]
 
 
 def told(scene: Scene, frame: PolarFrame) -> str:
     """Returns where the goal lies, in words."""
-    looking = "at the goal" if frame.heading is None else f"{frame.heading:g} degrees leftwards of east"
+    looking = (
+        "at the goal" if frame.heading is None else f"{frame.heading:g} degrees leftwards of east"
+    )
     return f"From the start, looking {looking}, the goal is: {frame.region_of(scene, scene.goal)}"
 
 
@@ -62,17 +71,39 @@ def draw_frame(axes, scene: Scene, frame: PolarFrame, scale: float) -> None:
     for direction in frame.table.directions:
         turn = heading + math.radians(direction.start)
         ends = [col, col + far * math.cos(turn)], [row, row - far * math.sin(turn)]
-        axes.plot(*ends, color=_LINE, linewidth=0.8, linestyle=(0, (5, 3)), alpha=0.8, zorder=4, scalex=False, scaley=False)
+        axes.plot(
+            *ends,
+            color=_LINE,
+            linewidth=0.8,
+            linestyle=(0, (5, 3)),
+            alpha=0.8,
+            zorder=4,
+            scalex=False,
+            scaley=False,
+        )
     radii = [row.end / frame.metres_per_cell for row in frame.table.distances[:-1]]
     for radius in radii:
-        style = {"fill": False, "edgecolor": _LINE, "linewidth": 0.9, "linestyle": (0, (5, 3)), "alpha": 0.8}
+        style = {
+            "fill": False,
+            "edgecolor": _LINE,
+            "linewidth": 0.9,
+            "linestyle": (0, (5, 3)),
+            "alpha": 0.8,
+        }
         axes.add_patch(Circle((col, row), radius, zorder=4, **style))
     _draw_names(axes, scene, frame, scale, radii)
 
 
 def _draw_names(axes, scene: Scene, frame: PolarFrame, scale: float, radii: list[float]) -> None:
-    """Writes each direction's name where its middle ray leaves the map, each distance's on its ring; nothing over another."""
-    marks = [scene.start, scene.goal, *([scene.seed] if scene.seed else []), *(removal.standing for removal in scene.removals)]
+    """Writes each direction's name where its middle ray leaves the map, each distance's on its
+    ring; nothing over another.
+    """
+    marks = [
+        scene.start,
+        scene.goal,
+        *([scene.seed] if scene.seed else []),
+        *(removal.standing for removal in scene.removals),
+    ]
     taken = [(np.array([col, row]) * scale, 8.0, 8.0) for row, col in marks]
     on_route = np.concatenate([leg[:, ::-1] for leg in scene.legs] or [np.zeros((0, 2))])
     taken += [(place * scale, 1.5, 1.5) for place in on_route[:: max(1, int(4 / scale))]]
@@ -80,29 +111,59 @@ def _draw_names(axes, scene: Scene, frame: PolarFrame, scale: float, radii: list
     middles = [math.radians((row.start + row.end) / 2) + heading for row in frame.table.directions]
     inner = [0.0, *radii]
     wanted = [(row.name, turn, None) for row, turn in zip(frame.table.directions, middles)]
-    wanted += [(f"{row.name}: {row.start:g} to {row.end:g} m", None, first) for row, first in zip(frame.table.distances, inner)]
+    wanted += [
+        (f"{row.name}: {row.start:g} to {row.end:g} m", None, first)
+        for row, first in zip(frame.table.distances, inner)
+    ]
     for text, turn, radius in wanted:
         half = np.array([2.1 * len(text) + 3, 5.5])
-        aside = [turn + math.radians(degrees) for degrees in (0, 7, -7, 14, -14)] if turn is not None else []
+        aside = (
+            [turn + math.radians(degrees) for degrees in (0, 7, -7, 14, -14)]
+            if turn is not None
+            else []
+        )
         turns = aside or [middle + math.radians(11) for middle in middles]
         for place in _places(scene, scale, half, turns, radius):
-            is_clear = all((abs(place - other) > half + np.array([w, h])).any() for other, w, h in taken)
+            is_clear = all(
+                (abs(place - other) > half + np.array([w, h])).any() for other, w, h in taken
+            )
             if is_clear:
                 x, y = place / scale
-                box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-                axes.text(x, y, text, fontsize=7, color=_LINE, ha="center", va="center", zorder=6, bbox=box)
+                box = {
+                    "boxstyle": "round,pad=0.15",
+                    "facecolor": "white",
+                    "edgecolor": "none",
+                    "alpha": 0.85,
+                }
+                axes.text(
+                    x,
+                    y,
+                    text,
+                    fontsize=7,
+                    color=_LINE,
+                    ha="center",
+                    va="center",
+                    zorder=6,
+                    bbox=box,
+                )
                 taken.append((place, *half))
                 break
 
 
 def _places(scene: Scene, scale: float, half: np.ndarray, turns: list[float], radius: float | None):
-    """Yields places (right, down, in points) for a name: from the border inwards along a ray, or just outside a ring."""
+    """Yields places (right, down, in points) for a name: from the border inwards along a ray, or
+    just outside a ring.
+    """
     height, width = scene.kinds.shape
     origin = np.array([scene.start[1], scene.start[0]], float) * scale
     low, high = half + 2 - scale / 2, np.array([width - 0.5, height - 0.5]) * scale - half - 2
     for turn in turns:
         step = np.array([math.cos(turn), -math.sin(turn)])
-        ends = [((high if s > 0 else low)[axis] - origin[axis]) / s for axis, s in enumerate(step) if abs(s) > 1e-9]
+        ends = [
+            ((high if s > 0 else low)[axis] - origin[axis]) / s
+            for axis, s in enumerate(step)
+            if abs(s) > 1e-9
+        ]
         room = min(ends, default=0.0)
         if radius is None:
             distances = np.arange(room, 24.0, -6.0)

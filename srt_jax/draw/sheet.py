@@ -16,14 +16,21 @@ _WIDTH = 10.0
 _LONGEST_NAME = 24
 
 
-def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = "") -> None:
-    """Writes a sheet with a small picture of each (name, task, solution); the ending decides the format, as in `draw`.
+def contact_sheet(
+    named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = ""
+) -> None:
+    """Writes a sheet with a small picture of each (name, task, solution); the ending decides the
+    format, as in `draw`.
 
     Raises:
-      ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what `draw` refuses.
+      ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what
+        `draw` refuses.
     """
     if not 0 < len(named) <= MOST_ON_SHEET:
-        raise ValueError(f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several sheets")
+        raise ValueError(
+            f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several"
+            " sheets"
+        )
     scenes = [scene_of(task, solution) for _, task, solution in named]
     columns = min(len(named), 8, max(3, math.ceil(math.sqrt(1.2 * len(named)))))
     rows = math.ceil(len(named) / columns)
@@ -36,11 +43,18 @@ def contact_sheet(named: Sequence[tuple[str, Task, Solution]], path: str | os.Pa
             draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))
             axes.set_xticks([])
             axes.set_yticks([])
-            axes.set_title(f"{_shortened(name, int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}", fontsize=6.5)
+            axes.set_title(
+                f"{_shortened(name, int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}",
+                fontsize=6.5,
+            )
         if title:
             figure.suptitle(title, fontsize=10)
         figure.legend(
-            handles=handles(scenes), loc="outside lower center", ncols=6 if columns > 2 else 3, fontsize=7, frameon=False
+            handles=handles(scenes),
+            loc="outside lower center",
+            ncols=6 if columns > 2 else 3,
+            fontsize=7,
+            frameon=False,
         )
 
 

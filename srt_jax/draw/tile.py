@@ -1,4 +1,6 @@
-"""A small picture of one task as an SVG of a few kilobytes that needs nothing else: for web pages that hold hundreds."""
+"""A small picture of one task as an SVG of a few kilobytes that needs nothing else: for web
+pages that hold hundreds.
+"""
 
 import base64
 import struct
@@ -29,9 +31,15 @@ def svg_tile(task: Task, solution: Solution, *, most_cells: int = 250) -> str:
     image = base64.b64encode(png_of(kinds)).decode()
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="-4 -4 {across + 8:.4g} {down + 8:.4g}">',
-        f'<image width="{kinds.shape[1] * n * scale:.5g}" height="{kinds.shape[0] * n * scale:.5g}" '
-        f'preserveAspectRatio="none" style="image-rendering:pixelated" href="data:image/png;base64,{image}"/>',
-        f'<rect width="{across:.5g}" height="{down:.5g}" fill="none" stroke="#888" stroke-width="0.6"/>',
+        (
+            f'<image width="{kinds.shape[1] * n * scale:.5g}"'
+            f' height="{kinds.shape[0] * n * scale:.5g}" preserveAspectRatio="none"'
+            f' style="image-rendering:pixelated" href="data:image/png;base64,{image}"/>'
+        ),
+        (
+            f'<rect width="{across:.5g}" height="{down:.5g}" fill="none" stroke="#888"'
+            ' stroke-width="0.6"/>'
+        ),
         *_route(scene, scale),
         *_marks(scene, scale),
         "</svg>",
@@ -40,26 +48,36 @@ def svg_tile(task: Task, solution: Solution, *, most_cells: int = 250) -> str:
 
 
 def png_of(kinds: np.ndarray) -> bytes:
-    """Returns the cells as a PNG, one pixel each, colours by palette: uint8 [H, W] of `Kind` -> the file's bytes."""
+    """Returns the cells as a PNG, one pixel each, colours by palette: uint8 [H, W] of `Kind` ->
+    the file's bytes.
+    """
     height, width = kinds.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), kinds], axis=1)  # each row begins with its filter, 0: none
+    # each row begins with its filter, 0: none
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), kinds], axis=1)
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)),
         (b"PLTE", PALETTE.tobytes()),
         (b"IDAT", zlib.compress(rows.tobytes(), 9)),
         (b"IEND", b""),
     )
-    framed = [struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks]
+    framed = [
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in chunks
+    ]
     return b"\x89PNG\r\n\x1a\n" + b"".join(framed)
 
 
 def _route(scene: Scene, scale: float) -> list[str]:
     lines = []
     for index, leg in enumerate(scene.legs):
-        points = " ".join(f"{(col + 0.5) * scale:.4g},{(row + 0.5) * scale:.4g}" for row, col in _corners(leg).tolist())
+        points = " ".join(
+            f"{(col + 0.5) * scale:.4g},{(row + 0.5) * scale:.4g}"
+            for row, col in _corners(leg).tolist()
+        )
         for colour, width in (("#fff", 3.2), (leg_colour(index), 1.8)):
             lines.append(
-                f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linecap="round"/>'
+                f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}"'
+                ' stroke-linecap="round"/>'
             )
     return lines
 
@@ -85,10 +103,19 @@ def _marks(scene: Scene, scale: float) -> list[str]:
     if scene.seed:
         x, y = at(scene.seed)
         cross = f"M{x - 3.4:.4g} {y - 3.4:.4g}l6.8 6.8m0 -6.8l-6.8 6.8"
-        marks += [f'<path d="{cross}" stroke="{colour}" stroke-width="{wide}"/>' for colour, wide in (("#fff", 4), (SEED, 2.2))]
+        marks += [
+            f'<path d="{cross}" stroke="{colour}" stroke-width="{wide}"/>'
+            for colour, wide in (("#fff", 4), (SEED, 2.2))
+        ]
     for removal in scene.removals:
         x, y = at(removal.standing)
-        marks.append(f'<path d="M{x:.4g} {y - 4:.4g}l4 4l-4 4l-4 -4z" fill="{BADGE}" stroke="#fff" stroke-width="0.8"/>')
+        marks.append(
+            f'<path d="M{x:.4g} {y - 4:.4g}l4 4l-4 4l-4 -4z" fill="{BADGE}" stroke="#fff"'
+            ' stroke-width="0.8"/>'
+        )
     x, y = at(scene.start)
-    marks.append(f'<circle cx="{x:.4g}" cy="{y:.4g}" r="4.2" fill="{START}" stroke="#fff" stroke-width="0.8"/>')
+    marks.append(
+        f'<circle cx="{x:.4g}" cy="{y:.4g}" r="4.2" fill="{START}" stroke="#fff"'
+        ' stroke-width="0.8"/>'
+    )
     return marks

@@ -1,7 +1,8 @@
-"""A run as one web page that needs nothing else: summary, filters, each task's picture and explanation.
+"""A run as one web page that needs nothing else: summary, filters, each task's picture and
+explanation.
 
-Pictures are small SVGs (`draw.svg_tile`), kept in the page; it asks no network, and says so to the browser (by a content
-security policy).
+Pictures are small SVGs (`draw.svg_tile`), kept in the page; it asks no network, and says so to the
+browser (by a content security policy).
 """
 
 import base64
@@ -20,7 +21,17 @@ from srt_jax.types import Solution, Status
 MOST_PICTURES = 1000
 """Tasks that get a picture, by default; a picture takes 1 to 10 kB."""
 
-_SHOWN = ("name", "status", "cost", "destroyed", "removal_cost", "removal_bound", "seed", "blocking", "explanation")
+_SHOWN = (
+    "name",
+    "status",
+    "cost",
+    "destroyed",
+    "removal_cost",
+    "removal_bound",
+    "seed",
+    "blocking",
+    "explanation",
+)
 
 
 def write_page(
@@ -39,22 +50,31 @@ def write_page(
     Args:
       tasks, solutions, records: one each, in order; records from `results.as_record`.
       seconds: how long solving took.
-      most_pictures: the first so many tasks get a picture, and a notice says so where there are more.
+      most_pictures: the first so many tasks get a picture, and a notice says so where there are
+        more.
       progress: called with the number of tasks written.
 
     Raises:
       ValueError: the file cannot be written.
     """
     rows = []
-    for place, ((_, task), solution, record) in enumerate(zip(tasks, solutions, records, strict=True)):
-        row = {key: record[key] for key in _SHOWN} | {"contour": len(record["contour"]), "size": task.size.tolist()}
+    for place, ((_, task), solution, record) in enumerate(
+        zip(tasks, solutions, records, strict=True)
+    ):
+        row = {key: record[key] for key in _SHOWN} | {
+            "contour": len(record["contour"]),
+            "size": task.size.tolist(),
+        }
         if place < most_pictures:
             row["picture"] = base64.b64encode(svg_tile(task, solution).encode()).decode()
         rows.append(row)
         progress(1)
     notice = ""
     if len(rows) > most_pictures:
-        notice = f"Pictures are of the first {most_pictures} of {len(rows)} tasks, to keep this page light."
+        notice = (
+            f"Pictures are of the first {most_pictures} of {len(rows)} tasks, to keep this page"
+            " light."
+        )
     data = {
         "title": title,
         "seconds": seconds,
@@ -63,8 +83,11 @@ def write_page(
         "legend": _legend(),
         "tasks": rows,
     }
-    template = importlib.resources.files("srt_jax.data").joinpath("page.html").read_text(encoding="utf-8")
-    told = json.dumps(data).replace("<", "\\u003c")  # so that no name can end the script it stands in
+    template = (
+        importlib.resources.files("srt_jax.data").joinpath("page.html").read_text(encoding="utf-8")
+    )
+    # so that no name can end the script it stands in
+    told = json.dumps(data).replace("<", "\\u003c")
     with written(path) as file:
         file.write(template.replace("__DATA__", told, 1))
 
@@ -72,9 +95,17 @@ def write_page(
 def _legend() -> list[list[str]]:
     """Returns (form, colour, text) of what pictures show."""
     cells = [["cell", kind.colour, kind.called] for kind in Kind if kind is not Kind.FRONT]
-    marks = [["●", START, "start"], ["★", GOAL, "goal"], ["✕", SEED, "seed"], ["◆", BADGE, "destroys from here"]]
+    marks = [
+        ["●", START, "start"],
+        ["★", GOAL, "goal"],
+        ["✕", SEED, "seed"],
+        ["◆", BADGE, "destroys from here"],
+    ]
     return [
         *cells,
         *marks,
-        *(["line", colour, f"leg {index + 1}, {index + 1 + len(LEGS)}, ..."] for index, colour in enumerate(LEGS)),
+        *(
+            ["line", colour, f"leg {index + 1}, {index + 1 + len(LEGS)}, ..."]
+            for index, colour in enumerate(LEGS)
+        ),
     ]

@@ -1,4 +1,6 @@
-"""What arrays may come in: dtype and rank checks that name the argument, batch dimensions folded into one, size buckets."""
+"""What arrays may come in: dtype and rank checks that name the argument, batch dimensions folded
+into one, size buckets.
+"""
 
 from collections.abc import Sequence
 
@@ -20,7 +22,10 @@ def as_mask(name: str, value: Array, *, core_rank: int = 2) -> Array:
     """Returns `value` if it is bool [..., *core]; else TypeError or ValueError with the remedy."""
     array = _as_array(value)
     if array.dtype != bool:
-        raise TypeError(f"{name} must be bool (True where the agent fits), got {array.dtype}: write {name}.astype(bool)")
+        raise TypeError(
+            f"{name} must be bool (True where the agent fits), got {array.dtype}: write"
+            f" {name}.astype(bool)"
+        )
     return _with_rank(name, array, core_rank)
 
 
@@ -28,7 +33,10 @@ def as_cells(name: str, value: Array | Sequence[int]) -> Array:
     """Returns `value` as int32 [..., 2], cells (row, col)."""
     array = _as_array(value)
     if not np.issubdtype(array.dtype, np.integer):
-        raise TypeError(f"{name} must hold integers (row, col), got {array.dtype}: cells are counted, not measured")
+        raise TypeError(
+            f"{name} must hold integers (row, col), got {array.dtype}: cells are counted, not"
+            " measured"
+        )
     if array.ndim < 1 or array.shape[-1] != 2:
         raise ValueError(f"{name} must have shape [..., 2] (row, col), got {list(array.shape)}")
     return array if array.dtype == np.int32 else array.astype(np.int32)
@@ -38,25 +46,41 @@ def as_floats(name: str, value: Array, *, core_rank: int = 2) -> Array:
     """Returns `value` if it is float32 [..., *core]."""
     array = _as_array(value)
     if array.dtype != np.float32:
-        raise TypeError(f"{name} must be float32, got {array.dtype}: write {name}.astype('float32')")
+        raise TypeError(
+            f"{name} must be float32, got {array.dtype}: write {name}.astype('float32')"
+        )
     return _with_rank(name, array, core_rank)
 
 
 def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
-    """Returns the batch dimensions shared by all arrays, given as name=(array, core rank); ValueError where they differ."""
-    batches = {name: array.shape[: array.ndim - rank] for name, (array, rank) in core_ranks_of.items()}
+    """Returns the batch dimensions shared by all arrays, given as name=(array, core rank);
+    ValueError where they differ.
+    """
+    batches = {
+        name: array.shape[: array.ndim - rank] for name, (array, rank) in core_ranks_of.items()
+    }
     if len(set(batches.values())) != 1:
         told = ", ".join(f"{name} has {list(batch)}" for name, batch in batches.items())
-        raise ValueError(f"batch dimensions must be equal: {told}; broadcast them first, or use jax.vmap")
+        raise ValueError(
+            f"batch dimensions must be equal: {told}; broadcast them first, or use jax.vmap"
+        )
     batch = next(iter(batches.values()))
     if 0 in batch:
-        raise ValueError(f"the batch is empty (batch dimensions {list(batch)}): give at least one map")
+        raise ValueError(
+            f"the batch is empty (batch dimensions {list(batch)}): give at least one map"
+        )
     return batch
 
 
 def fold(array: Array, core_rank: int) -> Array:
-    """Returns `array` with its batch dimensions folded into one: [..., *core] -> [B, *core]; B is 1 where there is none."""
-    return array if array.ndim == core_rank + 1 else array.reshape(-1, *array.shape[array.ndim - core_rank :])
+    """Returns `array` with its batch dimensions folded into one: [..., *core] -> [B, *core]; B
+    is 1 where there is none.
+    """
+    return (
+        array
+        if array.ndim == core_rank + 1
+        else array.reshape(-1, *array.shape[array.ndim - core_rank :])
+    )
 
 
 def unfold(array: Array, batch: tuple[int, ...]) -> Array:
@@ -73,9 +97,15 @@ def size_bucket(length: int) -> int:
 
 
 def map_bucket(height: int, width: int) -> tuple[int, int]:
-    """Returns the sides to which a map is padded where compiling is dear: small maps share squares."""
+    """Returns the sides to which a map is padded where compiling is dear: small maps share
+    squares.
+    """
     side = max(32, size_bucket(max(height, width)))
-    return (side, side) if side <= 128 else (max(128, size_bucket(height)), max(128, size_bucket(width)))
+    return (
+        (side, side)
+        if side <= 128
+        else (max(128, size_bucket(height)), max(128, size_bucket(width)))
+    )
 
 
 def batch_bucket(count: int) -> int:
@@ -84,7 +114,8 @@ def batch_bucket(count: int) -> int:
 
 
 def is_traced(*trees: object) -> bool:
-    """Returns whether the caller is inside jit or scan, or any leaf is a tracer, as in vmap and grad.
+    """Returns whether the caller is inside jit or scan, or any leaf is a tracer, as in vmap and
+    grad.
 
     Inside jit even what is made of constants is a tracer, which the host cannot read.
     """
@@ -101,5 +132,7 @@ def _as_array(value: object) -> Array:
 def _with_rank(name: str, array: Array, core_rank: int) -> Array:
     if array.ndim < core_rank or 0 in array.shape[array.ndim - core_rank :]:
         core = ", ".join("HW"[:core_rank]) if core_rank <= 2 else "L, H, W"
-        raise ValueError(f"{name} must have shape [..., {core}] with no empty side, got {list(array.shape)}")
+        raise ValueError(
+            f"{name} must have shape [..., {core}] with no empty side, got {list(array.shape)}"
+        )
     return array

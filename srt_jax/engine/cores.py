@@ -1,12 +1,16 @@
-"""A large batch of an eager call in parts, on all cores that the process may use, and into memory that costs little.
+"""A large batch of an eager call in parts, on all cores that the process may use, and into memory
+that costs little.
 
-One compiled call runs on one core: each map is a chain of steps, and two such calls in one program share their temporaries, so
-XLA runs one after the other. Calls from several host threads do run side by side. So the batch is cut into parts, and as many
-threads as there are cores take the next part until none is left: maps of unequal difficulty even out. Each part's result is
-copied to its place in one array. That array is memory in huge pages: what XLA takes fresh from the system for a result of more
-than 32 MiB comes in pages of 4 KiB, and first touching those costs more than the copy, and more than most kernels.
+One compiled call runs on one core: each map is a chain of steps, and two such calls in one program
+share their temporaries, so XLA runs one after the other. Calls from several host threads do run
+side by side. So the batch is cut into parts, and as many threads as there are cores take the next
+part until none is left: maps of unequal difficulty even out. Each part's result is copied to its
+place in one array. That array is memory in huge pages: what XLA takes fresh from the system for a
+result of more than 32 MiB comes in pages of 4 KiB, and first touching those costs more than the
+copy, and more than most kernels.
 
-The parts do not depend on each other, and maps of a batch never do: no bit depends on the number of parts or cores.
+The parts do not depend on each other, and maps of a batch never do: no bit depends on the number of
+parts or cores.
 """
 
 import functools
@@ -23,37 +27,51 @@ from srt_jax.types import Array
 
 
 class Work(NamedTuple):
-    """What decides how a batch is cut, in cells of maps: the most in a part, and the fewest that are worth a thread."""
+    """What decides how a batch is cut, in cells of maps: the most in a part, and the fewest that
+    are worth a thread.
+    """
 
     most: int
     fewest: int
 
 
 SOLVE = Work(1 << 22, 1 << 17)  # smaller parts no longer fill the lanes of its floods
-FIELD = Work(1 << 20, 1 << 17)  # a field of costs of the fewest takes 500 us; the copy of the most, 4 MiB, stays in the caches
-LIGHT = Work(1 << 21, 1 << 21)  # a flood takes 500 us, a search for seeds 200 us; of masks the most are 2 MiB
+# a field of costs of the fewest takes 500 us; the copy of the most, 4 MiB, stays in the caches
+FIELD = Work(1 << 20, 1 << 17)
+# a flood takes 500 us, a search for seeds 200 us; of masks the most are 2 MiB
+LIGHT = Work(1 << 21, 1 << 21)
 """The solver; a field of costs; what does little more for each cell than to read it."""
 
-_AT_ONCE = 1 << 22  # cells that one core does in one part: as float32 16 MiB, which malloc keeps for the next call
+# cells that one core does in one part: as float32 16 MiB, which malloc keeps for the next call
+_AT_ONCE = 1 << 22
 _FINE = 16  # maps of a part worth cutting further, to even out
 
 _forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
-"""Of each part that has been run the shapes and dtypes of its results, an entry each, and the tree they hang in."""
+"""Of each part that has been run the shapes and dtypes of its results, an entry each, and the
+tree they hang in.
+"""
 
 
 def num_cores() -> int:
-    """Returns how many cores an eager call may use: those of the process, at most SRT_JAX_CORES (environment)."""
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Returns how many cores an eager call may use: those of the process, at most SRT_JAX_CORES
+    (environment).
+    """
+    count = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
     asked = os.environ.get("SRT_JAX_CORES", "")
     return max(1, min(count, int(asked))) if asked.isdecimal() else count
 
 
 def is_on_host(*arrays: Array) -> bool:
-    """Returns whether all arrays lie in the host's memory, where numpy sees them without a copy, and calls run there too."""
+    """Returns whether all arrays lie in the host's memory, where numpy sees them without a copy,
+    and calls run there too.
+    """
     home = _home()
     if home is None or jax.config.jax_default_device is not None:  # pyright: ignore
         return False
-    placed = [array for array in arrays if hasattr(array, "devices")]  # the others are numpy's, or were made while tracing
+    # the others are numpy's, or were made while tracing
+    placed = [array for array in arrays if hasattr(array, "devices")]
     return all(array.devices() == home for array in placed)
 
 
@@ -64,7 +82,8 @@ def _home() -> set[Any] | None:
 
 
 def part_size(bucket: int, cells: int, work: Work) -> int:
-    """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be cut.
+    """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be
+    cut.
 
     Args:
       bucket: size of the batch, a power of two.
@@ -88,10 +107,12 @@ def part_size(bucket: int, cells: int, work: Work) -> int:
 
 
 def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> Any:
-    """Returns what `run` gives for the parts of `size` entries, put together along the leading axis, as arrays of numpy.
+    """Returns what `run` gives for the parts of `size` entries, put together along the leading
+    axis, as arrays of numpy.
 
     Args:
-      run: (a pytree like `arrays`, of `size` entries or, the last, fewer) -> a pytree with as many entries.
+      run: (a pytree like `arrays`, of `size` entries or, the last, fewer) -> a pytree with as many
+        entries.
       arrays: pytree of arrays on the host with one leading axis.
       size: fewer than there are entries.
       key: what `run` depends on: with the shapes of `arrays` it says which code is compiled.
@@ -103,7 +124,8 @@ def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> A
 
     key = (*key, size, *(array.shape[1:] for array in jax.tree.leaves(arrays)))
     ahead: list[Any] = []
-    if key not in _forms:  # the first time one part goes ahead of the others, or each thread would compile
+    # the first time one part goes ahead of the others, or each thread would compile
+    if key not in _forms:
         ahead, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
         _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in ahead], structure
     forms, structure = _forms[key]
@@ -118,12 +140,20 @@ def _part(arrays: Any, part: slice) -> Any:
     return jax.tree.map(lambda array: np.asarray(array)[part], arrays)
 
 
-def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: list[np.ndarray], begin: int = 0) -> None:
-    """Fills `out`, arrays with leading axis `count`, from `begin` on: run(slice) gives what belongs there, for `size` maps.
+def run_parts(
+    run: Callable[[slice], list[Array]],
+    count: int,
+    size: int,
+    out: list[np.ndarray],
+    begin: int = 0,
+) -> None:
+    """Fills `out`, arrays with leading axis `count`, from `begin` on: run(slice) gives what belongs
+    there, for `size` maps.
 
     Whatever a part raises is raised here, after all threads have ended.
     """
-    firsts = itertools.count(begin, size)  # its next() is one step under the interpreter's lock: each part is taken once
+    # its next() is one step under the interpreter's lock: each part is taken once
+    firsts = itertools.count(begin, size)
     raised: list[BaseException] = []
 
     def work() -> None:
@@ -141,7 +171,10 @@ def run_parts(run: Callable[[slice], list[Array]], count: int, size: int, out: l
         for whole, result in zip(out, done[1] if done else ()):
             np.copyto(whole[done[0]], np.asarray(result))
 
-    threads = [threading.Thread(target=work) for _ in range(min(num_cores(), -(-(count - begin) // size)) - 1)]
+    threads = [
+        threading.Thread(target=work)
+        for _ in range(min(num_cores(), -(-(count - begin) // size)) - 1)
+    ]
     for thread in threads:
         thread.start()
     work()

@@ -1,12 +1,14 @@
 """Kernels on arrays that are spread over several devices: each device works on the maps it holds.
 
-The entries of a kernel's leading axis are independent, so a device needs nothing from another. JAX spreads arrays in three
-ways, and each would, left alone, reach inside a kernel's loops.
-- Inside `jax.shard_map` the loops would have to declare which of their values vary from device to device. They are traced
-  without that check, and what comes out is declared to vary as what went in.
-- With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its leading axis.
-- With automatic axes the compiler splits every step and joins the parts again. A call compiled as one function (`kernel`)
-  cannot hold that: `may_be_split` tells it when to stay plain.
+The entries of a kernel's leading axis are independent, so a device needs nothing from another. JAX
+spreads arrays in three ways, and each would, left alone, reach inside a kernel's loops.
+- Inside `jax.shard_map` the loops would have to declare which of their values vary from device to
+  device. They are traced without that check, and what comes out is declared to vary as what went
+  in.
+- With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its
+  leading axis.
+- With automatic axes the compiler splits every step and joins the parts again. A call compiled as
+  one function (`kernel`) cannot hold that: `may_be_split` tells it when to stay plain.
 """
 
 from collections.abc import Callable
@@ -17,14 +19,18 @@ from jax import lax
 
 from srt_jax.types import Array
 
-try:  # undocumented, like the marks in `kernel`; without it shard_map takes the kernels with check_vma=False only
+# undocumented, like the marks in `kernel`; without it shard_map takes the kernels with
+# check_vma=False only
+try:
     from jax._src.config import _check_vma as _varying_checked
 except ImportError:
     _varying_checked = None
 
 
 def may_be_split() -> bool:
-    """Returns whether the compiler may split the code being traced among devices: several of them, and no shard_map around."""
+    """Returns whether the compiler may split the code being traced among devices: several of
+    them, and no shard_map around.
+    """
     return jax.device_count() > 1 and not _manual_axes()
 
 
@@ -35,11 +41,15 @@ def _manual_axes() -> tuple:
 
 
 def device_by_device(fun: Callable) -> Callable:
-    """Returns `fun`, natively batched along a leading axis, such that it takes arrays spread along that axis over devices."""
+    """Returns `fun`, natively batched along a leading axis, such that it takes arrays spread
+    along that axis over devices.
+    """
 
     def run(*args: Array) -> Any:
         leaves = jax.tree.leaves(args)
-        varying = tuple(axis for axis in _manual_axes() if any(axis in _varies_over(leaf) for leaf in leaves))
+        varying = tuple(
+            axis for axis in _manual_axes() if any(axis in _varies_over(leaf) for leaf in leaves)
+        )
         if varying and _varying_checked is not None:
             return _unchecked(fun, varying, args)
         spread = [leaf for leaf in leaves if _leading_axes(leaf) is not None]
@@ -51,11 +61,13 @@ def device_by_device(fun: Callable) -> Callable:
 def _unchecked(fun: Callable, axes: tuple, args: tuple) -> Any:
     """Traces `fun` as if nothing varied, and declares all of its results to vary over `axes`.
 
-    In a jit of its own: what lies open inside a custom_vmap is traced once more when it is lowered, and checked then.
+    In a jit of its own: what lies open inside a custom_vmap is traced once more when it is lowered,
+    and checked then.
     """
 
     def undeclared(*args: Array) -> Any:
-        return fun(*jax.tree.map(lambda leaf: lax.max(leaf, leaf), args))  # the same value; the declaration falls off
+        # the same value; the declaration falls off
+        return fun(*jax.tree.map(lambda leaf: lax.max(leaf, leaf), args))
 
     assert _varying_checked is not None
     with _varying_checked(False):
@@ -83,14 +95,23 @@ def _leading_axes(value: Array) -> Any:
     """The explicit mesh axes over which the leading axis is spread; None where it is not."""
     sharding = getattr(_type(value), "sharding", None)
     mesh = getattr(sharding, "mesh", None)
-    if sharding is None or mesh is None or not getattr(mesh, "explicit_axes", ()) or not any(sharding.spec):
+    if (
+        sharding is None
+        or mesh is None
+        or not getattr(mesh, "explicit_axes", ())
+        or not any(sharding.spec)
+    ):
         return None
     return next(part for part in sharding.spec if part)
 
 
 def _split(fun: Callable, example: Array, args: tuple) -> Any:
-    """Calls `fun` through shard_map, every argument spread along its leading axis as `example` is spread along any."""
+    """Calls `fun` through shard_map, every argument spread along its leading axis as `example`
+    is spread along any.
+    """
     spec = jax.sharding.PartitionSpec(_leading_axes(example))
     mesh = _type(example).sharding.mesh
-    args = jax.tree.map(lambda leaf: jax.reshard(leaf, jax.sharding.NamedSharding(mesh, spec)), args)
+    args = jax.tree.map(
+        lambda leaf: jax.reshard(leaf, jax.sharding.NamedSharding(mesh, spec)), args
+    )
     return jax.shard_map(fun, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)(*args)

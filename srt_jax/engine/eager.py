@@ -1,8 +1,10 @@
-"""How an eager call of a public function reaches its kernel: padded to a size bucket, run by one jit, cropped again.
+"""How an eager call of a public function reaches its kernel: padded to a size bucket, run by one
+jit, cropped again.
 
-New map sizes would else each be compiled anew. Padding is blocked cells and maps without a free cell, which change no bit
-of the rest. On the host a large batch goes in parts, on all cores (`cores`), and masks may go as quads (`packing`). Inside jit,
-vmap or scan shapes and batches are taken as they are: the user has chosen them.
+New map sizes would else each be compiled anew. Padding is blocked cells and maps without a free
+cell, which change no bit of the rest. On the host a large batch goes in parts, on all cores
+(`cores`), and masks may go as quads (`packing`). Inside jit, vmap or scan shapes and batches are
+taken as they are: the user has chosen them.
 """
 
 import functools
@@ -27,33 +29,49 @@ def call(
     is_light: bool = False,
     **static: Any,
 ) -> Any:
-    """Returns kernel(*arrays, **static), batch dimensions folded into one for it, and no trace of the padding of an eager call.
+    """Returns kernel(*arrays, **static), batch dimensions folded into one for it, and no trace of
+    the padding of an eager call.
 
     Args:
       kernel: natively batched; a module-level function, since it keys the cache of compiled code.
       batch: the leading dimensions of every array.
-      *arrays: the first [*batch, H, W], the others the same or [*batch, ...]. Every result of the kernel has the leading axis B
-        and, where its next two axes are those of the padded maps, these are cropped as well.
-      on_quads: the same kernel for masks as quads, if it has one; its first argument is such a mask.
+      *arrays: the first [*batch, H, W], the others the same or [*batch, ...]. Every result of the
+        kernel has the leading axis B and, where its next two axes are those of the padded maps,
+        these are cropped as well.
+      on_quads: the same kernel for masks as quads, if it has one; its first argument is such a
+        mask.
       is_light: whether it does about as little for each cell as to read it.
       **static: options that fix a shape or choose the code.
     """
     options = tuple(sorted(static.items()))
     if arguments.is_traced(*arrays):
         folded = [arguments.fold(array, array.ndim - len(batch)) for array in arrays]
-        out = _jitted(kernel, options)(*folded)  # a jit even there: vmap outside jit would else compile at every call
+        # a jit even there: vmap outside jit would else compile at every call
+        out = _jitted(kernel, options)(*folded)
     else:
-        out = _call_eagerly(kernel, on_quads, is_light, [_folded(array, batch) for array in arrays], options)
+        out = _call_eagerly(
+            kernel, on_quads, is_light, [_folded(array, batch) for array in arrays], options
+        )
     return jax.tree.map(lambda array: _unfolded(array, batch), out)
 
 
-def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, arrays: Sequence[Array], options: tuple) -> Any:
+def _call_eagerly(
+    kernel: Callable,
+    on_quads: Callable | None,
+    is_light: bool,
+    arrays: Sequence[Array],
+    options: tuple,
+) -> Any:
     size = tuple(arrays[0].shape)
     bucket = (arguments.batch_bucket(size[0]), *(arguments.size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
-        as_quads = on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS
-        part = cores.part_size(bucket[0], cells, cores.LIGHT if is_light or on_quads else cores.FIELD)
+        as_quads = (
+            on_quads is not None and bucket[2] % packing.WORD == 0 and size[0] * cells >= _FOR_QUADS
+        )
+        part = cores.part_size(
+            bucket[0], cells, cores.LIGHT if is_light or on_quads else cores.FIELD
+        )
         if as_quads or part < bucket[0]:
             run = _jitted(on_quads if as_quads else kernel, options, part < bucket[0])
             return _call_in_parts(run, arrays, (part, *bucket[1:]), as_quads=as_quads)
@@ -64,7 +82,9 @@ def _call_eagerly(kernel: Callable, on_quads: Callable | None, is_light: bool, a
     return jax.tree.map(lambda array: _kept(array, size, bucket), out)
 
 
-def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ...], *, as_quads: bool) -> Any:
+def _call_in_parts(
+    run: Callable, arrays: Sequence[Array], bucket: tuple[int, ...], *, as_quads: bool
+) -> Any:
     """Runs parts of bucket[0] maps each, and returns what they give as one."""
 
     def call_part(maps: Sequence[Array]) -> Any:
@@ -74,7 +94,9 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
         if as_quads:
             maps = [np.ascontiguousarray(maps[0]).view(np.uint32), *maps[1:]]
         out = run(*maps)
-        return out if shape == bucket else jax.tree.map(lambda array: _kept(array, shape, bucket), out)
+        return (
+            out if shape == bucket else jax.tree.map(lambda array: _kept(array, shape, bucket), out)
+        )
 
     if len(arrays[0]) > bucket[0]:
         return cores.in_parts(call_part, list(arrays), bucket[0], (run, bucket))
@@ -82,29 +104,40 @@ def _call_in_parts(run: Callable, arrays: Sequence[Array], bucket: tuple[int, ..
 
 
 @functools.cache
-def _jitted(kernel: Callable, static: tuple[tuple[str, Any], ...], is_part: bool = False) -> Callable:
+def _jitted(
+    kernel: Callable, static: tuple[tuple[str, Any], ...], is_part: bool = False
+) -> Callable:
     return jitted(functools.partial(kernel, **dict(static)), is_part=is_part)
 
 
 def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
-    """Returns `array` with its batch, and its map sides if it has any, padded on the host, where no shape is compiled."""
+    """Returns `array` with its batch, and its map sides if it has any, padded on the host, where
+    no shape is compiled.
+    """
     shape = bucket if array.shape == size else (bucket[0], *array.shape[1:])
-    fill = np.inf if array.dtype == np.float32 else 0  # no free cell, no cost, or a cell of a map that is not there
+    # no free cell, no cost, or a cell of a map that is not there
+    fill = np.inf if array.dtype == np.float32 else 0
     out = np.full(shape, fill, array.dtype)
     out[tuple(slice(0, side) for side in array.shape)] = np.asarray(array)
     return out
 
 
 def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
-    """Returns a result without its padding, which is cut off on the host, where no shape is compiled."""
+    """Returns a result without its padding, which is cut off on the host, where no shape is
+    compiled.
+    """
     sides = size if array.shape[:3] == bucket else size[:1]
     return np.asarray(array)[tuple(slice(0, side) for side in sides)]
 
 
 def _folded(array: Array, batch: tuple[int, ...]) -> Array:
-    """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every new shape."""
+    """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every
+    new shape.
+    """
     core_rank = array.ndim - len(batch)
-    return arguments.fold(np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank)
+    return arguments.fold(
+        np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank
+    )
 
 
 def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:

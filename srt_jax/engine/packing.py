@@ -1,10 +1,13 @@
-"""How the masks of a batch lie in machine words: 32 cells of a row in one uint32, and several maps side by side in lanes.
+"""How the masks of a batch lie in machine words: 32 cells of a row in one uint32, and several maps
+side by side in lanes.
 
 words: uint32 [B, H, ceil(W / 32)]; bit i of word w is column 32 w + i, columns past W are 0.
-lanes: uint32 [B / group, H, words * group]; the word w of map m of a group lies at w * group + m. So one row of the whole
-  group is one long vector, and the neighbouring word is a plain slice, shifted by `group`.
-quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask, as they are, four to a number, little endian.
-  On the host a mask is seen so without a copy; a kernel that starts from quads packs twice as fast as from bools.
+lanes: uint32 [B / group, H, words * group]; the word w of map m of a group lies at w * group + m.
+  So one row of the whole group is one long vector, and the neighbouring word is a plain slice,
+  shifted by `group`.
+quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask, as they are, four to a
+  number, little endian. On the host a mask is seen so without a copy; a kernel that starts from
+  quads packs twice as fast as from bools.
 """
 
 import functools
@@ -13,7 +16,8 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 WORD = 32
-_GROUP_BYTES = 640 * 1024  # free and reached of one group: to stay within the second-level cache of one core
+# free and reached of one group: to stay within the second-level cache of one core
+_GROUP_BYTES = 640 * 1024
 
 
 def num_words(width: int) -> int:
@@ -22,7 +26,9 @@ def num_words(width: int) -> int:
 
 
 def group_size(batch: int, height: int, width: int) -> int:
-    """Returns how many maps lie side by side: a power of two that fits the cache, no more than the batch needs."""
+    """Returns how many maps lie side by side: a power of two that fits the cache, no more than
+    the batch needs.
+    """
     bytes_per_map = 2 * 4 * height * (num_words(width) + 2)
     group = 1
     while group < min(batch, 32) and 2 * group * bytes_per_map <= _GROUP_BYTES:
@@ -41,7 +47,9 @@ def pack(mask: Array) -> Array:
 
 
 def _nibble(quad: Array) -> Array:
-    """Four cells, 0 or 1 in a byte each, as four bits: one multiply brings bits 0, 8, 16, 24 to 28..31."""
+    """Four cells, 0 or 1 in a byte each, as four bits: one multiply brings bits 0, 8, 16, 24 to
+    28..31.
+    """
     return (quad * jnp.uint32(0x10204080)) >> jnp.uint32(28)
 
 
@@ -58,41 +66,62 @@ def to_lanes(words: Array, group: int) -> Array:
     batch, height, count = words.shape
     if batch % group:
         words = jnp.pad(words, ((0, -batch % group), (0, 0), (0, 0)))
-    return words.reshape(-1, group, height, count).transpose(0, 2, 3, 1).reshape(-1, height, count * group)
+    return (
+        words.reshape(-1, group, height, count)
+        .transpose(0, 2, 3, 1)
+        .reshape(-1, height, count * group)
+    )
 
 
 def from_lanes(lanes: Array, group: int, batch: int) -> Array:
     """Returns the inverse of `to_lanes`: uint32 [batch, H, words]."""
     groups, height, _ = lanes.shape
-    return lanes.reshape(groups, height, -1, group).transpose(0, 3, 1, 2).reshape(groups * group, height, -1)[:batch]
+    return (
+        lanes.reshape(groups, height, -1, group)
+        .transpose(0, 3, 1, 2)
+        .reshape(groups * group, height, -1)[:batch]
+    )
 
 
 def quads_to_lanes(quads: Array, group: int) -> Array:
     """Returns quads, uint32 [B, H, W / 4], in lanes; B is a multiple of `group`."""
     batch, height, count = quads.shape
     quads = quads.reshape(batch // group, group, height, count // 8, 8).transpose(0, 2, 3, 1, 4)
-    nibbles = _nibble(quads) << (jnp.uint32(4) * jnp.arange(8, dtype=jnp.uint32))[None, None, None, None]
-    words = lax.reduce(nibbles, jnp.uint32(0), lax.bitwise_or, (4,))  # one vector and its fold a word
+    nibbles = (
+        _nibble(quads) << (jnp.uint32(4) * jnp.arange(8, dtype=jnp.uint32))[None, None, None, None]
+    )
+    # one vector and its fold a word
+    words = lax.reduce(nibbles, jnp.uint32(0), lax.bitwise_or, (4,))
     return words.reshape(batch // group, height, -1)
 
 
 def bits_inside(width: Array, words: int) -> Array:
-    """Returns words of a row with the columns below `width` set: int32 [...] -> uint32 [..., words]."""
+    """Returns words of a row with the columns below `width` set: int32 [...] -> uint32 [...,
+    words].
+    """
     first = WORD * jnp.arange(words, dtype=jnp.int32)
-    count = jnp.clip(width[..., None] - first.reshape((1,) * width.ndim + (-1,)), 0, WORD).astype(jnp.uint32)
+    count = jnp.clip(width[..., None] - first.reshape((1,) * width.ndim + (-1,)), 0, WORD).astype(
+        jnp.uint32
+    )
     all_set = jnp.uint32(2**32 - 1)
-    return jnp.where(count == WORD, all_set, (jnp.uint32(1) << (count & jnp.uint32(WORD - 1))) - jnp.uint32(1))
+    return jnp.where(
+        count == WORD, all_set, (jnp.uint32(1) << (count & jnp.uint32(WORD - 1))) - jnp.uint32(1)
+    )
 
 
 def words_inside(size: Array, height: int, width: int) -> Array:
-    """Returns masks of the cells inside maps of the sizes int32 [B, 2], packed: uint32 [B, height, words]."""
+    """Returns masks of the cells inside maps of the sizes int32 [B, 2], packed: uint32 [B,
+    height, words].
+    """
     rows = jnp.arange(height, dtype=jnp.int32)[None, :, None]
     bits = bits_inside(size[:, 1], num_words(width))
     return jnp.where(rows < size[:, 0, None, None], bits[:, None], jnp.uint32(0))
 
 
 def words_of_cell(cell: Array, height: int, width: int) -> Array:
-    """Returns masks of one cell each, int32 [B, 2], none if it lies outside, packed: uint32 [B, height, words]."""
+    """Returns masks of one cell each, int32 [B, 2], none if it lies outside, packed: uint32 [B,
+    height, words].
+    """
     rows = jnp.arange(height, dtype=jnp.int32)[None, :, None]
     words = jnp.arange(num_words(width), dtype=jnp.int32)[None, None]
     row, col = cell[:, 0, None, None], cell[:, 1, None, None]

@@ -1,7 +1,9 @@
-"""Learning environments: smart relocation as SmartRelocation-v0, in gymnax's form, with the exact oracle beside every level.
+"""Learning environments: smart relocation as SmartRelocation-v0, in gymnax's form, with the exact
+oracle beside every level.
 
-`make()` gives the environment and its parameters; levels come from tasks (`make_levels`) or are sampled inside jit
-(`sample_levels`). `as_gymnasium` and `as_jumanji` wear the faces of those libraries, where they are installed.
+`make()` gives the environment and its parameters; levels come from tasks (`make_levels`) or are
+sampled inside jit (`sample_levels`). `as_gymnasium` and `as_jumanji` wear the faces of those
+libraries, where they are installed.
 """
 
 from typing import Any
@@ -39,12 +41,15 @@ __all__ = [
 ]
 
 
-def make(name: str = ID, *, levels: Levels | None = None, **options: Any) -> tuple[SmartRelocation, EnvParams]:
+def make(
+    name: str = ID, *, levels: Levels | None = None, **options: Any
+) -> tuple[SmartRelocation, EnvParams]:
     """Returns the environment and its parameters, as `gymnax.make` does.
 
     Args:
       name: "SmartRelocation-v0".
-      levels: from `make_levels` or `sample_levels`; by default 64 levels of rooms, 16 x 16, with their oracle.
+      levels: from `make_levels` or `sample_levels`; by default 64 levels of rooms, 16 x 16, with
+        their oracle.
       options: of `SmartRelocation`: observation, radius.
 
     Raises:
@@ -52,22 +57,30 @@ def make(name: str = ID, *, levels: Levels | None = None, **options: Any) -> tup
       TypeError: levels are no `Levels`.
     """
     if levels is not None and not isinstance(levels, Levels):
-        raise TypeError(f"levels must be Levels, got {type(levels).__name__}: write envs.make_levels(tasks)")
+        raise TypeError(
+            f"levels must be Levels, got {type(levels).__name__}: write envs.make_levels(tasks)"
+        )
     if name != ID:
         raise ValueError(f"no environment is called {name!r}: the one there is is {ID!r}")
     env = SmartRelocation(**options)
     return env, env.default_params if levels is None else EnvParams(levels=levels)
 
 
-def as_gymnasium(env: SmartRelocation | None = None, params: EnvParams | None = None, **options: Any) -> Any:
-    """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is missing. See `envs.gym`."""
+def as_gymnasium(
+    env: SmartRelocation | None = None, params: EnvParams | None = None, **options: Any
+) -> Any:
+    """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is
+    missing. See `envs.gym`.
+    """
     from srt_jax.envs.gym import GymnasiumEnv
 
     return GymnasiumEnv(env, params, **options)
 
 
 def as_jumanji(env: SmartRelocation | None = None, params: EnvParams | None = None) -> Any:
-    """Returns a `jumanji.Environment`; ImportError with the install command where jumanji is missing. See `envs.jumanji`."""
+    """Returns a `jumanji.Environment`; ImportError with the install command where jumanji is
+    missing. See `envs.jumanji`.
+    """
     from srt_jax.envs.jumanji import JumanjiEnv
 
     return JumanjiEnv(env, params)

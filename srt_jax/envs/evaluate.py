@@ -19,7 +19,8 @@ class Evaluation(NamedTuple):
 
     success: bool, whether the goal was reached in time.
     score, length, removal: float32, sum of rewards, way walked, cost of what was destroyed.
-    regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN without success.
+    regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN
+      without success.
     """
 
     success: np.ndarray
@@ -31,17 +32,25 @@ class Evaluation(NamedTuple):
     length_regret: np.ndarray
 
     def summary(self) -> str:
-        """Returns one line: share of successes, mean score and regret; the successes' mean regrets in removal and length."""
-        told = f"success {self.success.mean():.0%}, score {self.score.mean():.2f}, regret {self.regret.mean():.2f}"
+        """Returns one line: share of successes, mean score and regret; the successes' mean
+        regrets in removal and length.
+        """
+        told = (
+            f"success {self.success.mean():.0%}, score {self.score.mean():.2f}, regret"
+            f" {self.regret.mean():.2f}"
+        )
         if not self.success.any():
             return told
-        return f"{told}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, " + (
-            f"length +{np.nanmean(self.length_regret):.2f}"
+        return (
+            f"{told}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, "
+            + f"length +{np.nanmean(self.length_regret):.2f}"
         )
 
 
 def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> Evaluation:
-    """Returns how the policy does from the start of every level, until the goal or the end of time (host; jits inside)."""
+    """Returns how the policy does from the start of every level, until the goal or the end of
+    time (host; jits inside).
+    """
     scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
     success, score, length, removal = scores
     levels = jax.tree.map(np.asarray, params.levels)
@@ -56,19 +65,27 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
     )
 
 
-def _played(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> tuple[Array, ...]:
+def _played(
+    env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
+) -> tuple[Array, ...]:
     @jax.jit
     def play(params: EnvParams, key: Array) -> tuple[Array, ...]:
         number = params.levels.start.shape[0]
-        states = jax.vmap(env.reset_to, in_axes=(0, None))(jnp.arange(number, dtype=jnp.int32), params)[1]
+        states = jax.vmap(env.reset_to, in_axes=(0, None))(
+            jnp.arange(number, dtype=jnp.int32), params
+        )[1]
 
         def step(carry):
             key, states, is_done = carry
             key, used = jax.random.split(key)
             seen = jax.vmap(env.get_obs, in_axes=(0, None))(states, params)
             actions = jax.vmap(policy)(jax.random.split(used, number), seen)
-            new = jax.vmap(env.step_env, in_axes=(None, 0, 0, None))(used, states, actions, params)[1]
-            kept = jax.tree.map(lambda a, b: jnp.where(is_done.reshape(-1, *[1] * (a.ndim - 1)), a, b), states, new)
+            new = jax.vmap(env.step_env, in_axes=(None, 0, 0, None))(used, states, actions, params)[
+                1
+            ]
+            kept = jax.tree.map(
+                lambda a, b: jnp.where(is_done.reshape(-1, *[1] * (a.ndim - 1)), a, b), states, new
+            )
             return key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params)
 
         def is_over(state, params):

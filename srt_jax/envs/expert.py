@@ -7,15 +7,21 @@ from srt_jax.types import Solution
 
 
 def oracle_actions(solution: Solution) -> np.ndarray:
-    """Returns the actions that carry out each solution of a batch: int32 [B, T], -1 after the last (host).
+    """Returns the actions that carry out each solution of a batch: int32 [B, T], -1 after the last
+    (host).
 
     Without a route there are none.
 
-    Before the move from cell i to cell i + 1 comes one destroying where the solution destroys from cell i.
+    Before the move from cell i to cell i + 1 comes one destroying where the solution destroys from
+    cell i.
     """
     number = {move: index for index, move in enumerate(MOVES)}
     rows = []
-    for cells, count, at in zip(np.asarray(solution.cells), np.asarray(solution.num_cells), np.asarray(solution.destroyed_at)):
+    for cells, count, at in zip(
+        np.asarray(solution.cells),
+        np.asarray(solution.num_cells),
+        np.asarray(solution.destroyed_at),
+    ):
         row: list[int] = []
         moves = np.diff(cells[: min(int(count), len(cells))], axis=0) if count <= len(cells) else []
         for index, move in enumerate(moves):

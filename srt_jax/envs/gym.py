@@ -18,7 +18,8 @@ except ImportError as error:
 
 
 class GymnasiumEnv(gymnasium.Env):
-    """One environment, stepped from Python; episodes end and are reset by the caller, as Gymnasium wants it.
+    """One environment, stepped from Python; episodes end and are reset by the caller, as Gymnasium
+    wants it.
 
     Args:
       env, params: by default a SmartRelocation of the default options on the default levels.
@@ -27,7 +28,13 @@ class GymnasiumEnv(gymnasium.Env):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 8}  # noqa: RUF012  Gymnasium's own form
 
-    def __init__(self, env: SmartRelocation | None = None, params: EnvParams | None = None, *, render_mode: str | None = None):
+    def __init__(
+        self,
+        env: SmartRelocation | None = None,
+        params: EnvParams | None = None,
+        *,
+        render_mode: str | None = None,
+    ):
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode must be None or 'rgb_array', got {render_mode!r}")
         self.env = env or SmartRelocation()
@@ -40,8 +47,12 @@ class GymnasiumEnv(gymnasium.Env):
         self._reset, self._reset_to = jax.jit(self.env.reset_env), jax.jit(self.env.reset_to)
         self.state: Any = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
-        """Returns observation and info of a new episode; options {"level": number} asks for one level of the pool."""
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Returns observation and info of a new episode; options {"level": number} asks for one
+        level of the pool.
+        """
         super().reset(seed=seed)
         if seed is not None:
             self._key = jax.random.key(seed)
@@ -53,14 +64,20 @@ class GymnasiumEnv(gymnasium.Env):
         return np.asarray(seen), {"level": int(self.state.level)}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Returns observation, reward, terminated, truncated and info, as `SmartRelocation.step_env` tells them."""
+        """Returns observation, reward, terminated, truncated and info, as
+        `SmartRelocation.step_env` tells them.
+        """
         if self.state is None:
             raise ValueError("step was called before reset: call reset first")
         if not self.action_space.contains(action):
             raise ValueError(f"action must be a whole number 0..{NUM_ACTIONS - 1}, got {action!r}")
-        seen, self.state, reward, terminated, info = self._step(self._key, self.state, np.int32(action), self.params)
+        seen, self.state, reward, terminated, info = self._step(
+            self._key, self.state, np.int32(action), self.params
+        )
         truncated = bool(self.env.is_truncated(self.state, self.params))
-        told = {name: value.item() for name, value in info.items()} | {"level": int(self.state.level)}
+        told = {name: value.item() for name, value in info.items()} | {
+            "level": int(self.state.level)
+        }
         return np.asarray(seen), float(reward), bool(terminated), truncated, told
 
     def render(self) -> Any:

@@ -32,14 +32,17 @@ class JumanjiState(_Record):
 
 
 class Observation(NamedTuple):
-    """planes: float32 [rows, cols, planes] (`srt_jax.envs.observe`); action_mask: bool [16], which actions change something."""
+    """planes: float32 [rows, cols, planes] (`srt_jax.envs.observe`); action_mask: bool [16],
+    which actions change something.
+    """
 
     planes: Array
     action_mask: Array
 
 
 class JumanjiEnv(Environment):
-    """Reset and step in jumanji's form; a truncated episode ends with discount 1. `extras` holds `SmartRelocation`'s info.
+    """Reset and step in jumanji's form; a truncated episode ends with discount 1. `extras` holds
+    `SmartRelocation`'s info.
 
     Args:
       env, params: by default a SmartRelocation of the default options on the default levels.
@@ -55,11 +58,15 @@ class JumanjiEnv(Environment):
         key, used = jax.random.split(key)
         planes, inner = self.env.reset_env(used, self.params)
         nothing = {name: jnp.zeros((), jnp.float32) for name in ("length", "removal", "regret")}
-        return JumanjiState(inner=inner, key=key), restart(self._seen(planes, inner), nothing | {"success": jnp.bool_(False)})
+        return JumanjiState(inner=inner, key=key), restart(
+            self._seen(planes, inner), nothing | {"success": jnp.bool_(False)}
+        )
 
     def step(self, state: Any, action: Array) -> tuple[Any, Any]:
         """Returns the next state and time step, LAST in the goal or where time is up."""
-        planes, inner, reward, terminated, info = self.env.step_env(state.key, state.inner, action, self.params)
+        planes, inner, reward, terminated, info = self.env.step_env(
+            state.key, state.inner, action, self.params
+        )
         is_over = terminated | self.env.is_truncated(inner, self.params)
         step = TimeStep(
             step_type=jnp.where(is_over, StepType.LAST, StepType.MID),

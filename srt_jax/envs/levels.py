@@ -1,6 +1,7 @@
 """Levels: a pool of tasks as one pytree, each with what the oracle makes of it.
 
-An environment's state holds the number of its level only, so a step reads single cells of the pool and copies no map.
+An environment's state holds the number of its level only, so a step reads single cells of the pool
+and copies no map.
 """
 
 from collections.abc import Sequence
@@ -29,7 +30,8 @@ class Levels(_Record):
     labels: int32 [N, L, H, W], obstacle ids as in `Task`.
     price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
     start, goal, size: int32 [N, 2].
-    removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where not asked.
+    removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where not
+      asked.
     length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
     """
 
@@ -43,7 +45,8 @@ class Levels(_Record):
 
 
 def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
-    """Returns the levels of those tasks that have a solution and do not start in the goal, in order (host).
+    """Returns the levels of those tasks that have a solution and do not start in the goal, in order
+    (host).
 
     Args:
       tasks: a batch, such as `srt_jax.stack` makes, or single tasks.
@@ -55,7 +58,10 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
     """
     tasks = tasks if isinstance(tasks, Task | jax.Array | np.ndarray) else list(tasks)
     if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
-        raise TypeError(f"tasks must be a Task or a list of them, as make_task makes, got {type(tasks).__name__}")
+        raise TypeError(
+            "tasks must be a Task or a list of them, as make_task makes, got"
+            f" {type(tasks).__name__}"
+        )
     batch = tasks if isinstance(tasks, Task) else stack(tasks)
     if np.ndim(batch.labels) != 4:
         raise ValueError(
@@ -65,7 +71,9 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
     nothing = np.full(len(batch.start), np.nan, np.float32)
     levels = Levels(
         labels=np.asarray(batch.labels),
-        price=np.where(batch.destroyable, batch.removal_cost, np.float32(np.inf)).astype(np.float32),
+        price=np.where(batch.destroyable, batch.removal_cost, np.float32(np.inf)).astype(
+            np.float32
+        ),
         start=np.asarray(batch.start),
         goal=np.asarray(batch.goal),
         size=np.asarray(batch.size),
@@ -74,18 +82,25 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
     )
     if oracle:
         solution = solve(batch, max_destroyed=_MOST_DESTROYED)
-        levels = levels.replace(removal=np.asarray(solution.removal_cost), length=np.asarray(solution.cost))
-        is_kept = np.isin(solution.status, (Status.PATH_EXISTS, Status.SOLVED)) & (levels.start != levels.goal).any(axis=1)
+        levels = levels.replace(
+            removal=np.asarray(solution.removal_cost), length=np.asarray(solution.cost)
+        )
+        is_kept = np.isin(solution.status, (Status.PATH_EXISTS, Status.SOLVED)) & (
+            levels.start != levels.goal
+        ).any(axis=1)
         if not is_kept.any():
             raise ValueError(
-                f"none of the {len(is_kept)} tasks has a solution that takes a step: give tasks that can be solved"
+                f"none of the {len(is_kept)} tasks has a solution that takes a step: give tasks"
+                " that can be solved"
             )
         levels = jax.tree.map(lambda array: array[is_kept], levels)
     return jax.tree.map(jnp.asarray, levels)
 
 
 def to_tasks(levels: Levels) -> Task:
-    """Returns the batch of tasks the levels are; what cannot be destroyed costs 1. May be traced."""
+    """Returns the batch of tasks the levels are; what cannot be destroyed costs 1. May be
+    traced.
+    """
     is_destroyable = jnp.isfinite(levels.price)
     return Task(
         labels=levels.labels,
@@ -98,6 +113,8 @@ def to_tasks(levels: Levels) -> Task:
 
 
 def with_oracle(levels: Levels) -> Levels:
-    """Returns the levels with the oracle's removal and length, both inf where a level has no solution. May be traced."""
+    """Returns the levels with the oracle's removal and length, both inf where a level has no
+    solution. May be traced.
+    """
     solution = solve(to_tasks(levels), max_destroyed=_MOST_DESTROYED)
     return levels.replace(removal=solution.removal_cost, length=solution.cost)

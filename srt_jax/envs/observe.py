@@ -1,4 +1,6 @@
-"""What the agent sees: planes over the whole map or a window round the agent; and which actions do something."""
+"""What the agent sees: planes over the whole map or a window round the agent; and which actions
+do something.
+"""
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,9 +16,10 @@ NUM_PLANES = {"window": 6, "map": 5}
 def seen(levels: Levels, state: EnvState, kind: str, radius: int) -> Array:
     """Returns the observation, float32 [rows, cols, planes].
 
-    "window", 2 radius + 1 cells a side: 0 fixed (obstacles that cannot be destroyed, and all outside the map), 1 destroyable,
-    2 the price of opening the cell, 3 the goal, 4 and 5 the rows and columns to the goal over the map's sides, the same
-    everywhere. "map": 0 to 2 likewise, 3 the agent, 4 the goal.
+    "window", 2 radius + 1 cells a side: 0 fixed (obstacles that cannot be destroyed, and all
+    outside the map), 1 destroyable, 2 the price of opening the cell, 3 the goal, 4 and 5 the rows
+    and columns to the goal over the map's sides, the same everywhere. "map": 0 to 2 likewise, 3 the
+    agent, 4 the goal.
     """
     _, _, H, W = levels.labels.shape
     goal = levels.goal[state.level]
@@ -32,7 +35,11 @@ def seen(levels: Levels, state: EnvState, kind: str, radius: int) -> Array:
         planes += [(rows == state.cell[0]) & (cols == state.cell[1]), at_goal]
     else:
         ahead = (goal - state.cell).astype(jnp.float32) / jnp.asarray(np.array([H, W], np.float32))
-        planes += [at_goal, jnp.broadcast_to(ahead[0], rows.shape), jnp.broadcast_to(ahead[1], rows.shape)]
+        planes += [
+            at_goal,
+            jnp.broadcast_to(ahead[0], rows.shape),
+            jnp.broadcast_to(ahead[1], rows.shape),
+        ]
     return jnp.stack([plane.astype(jnp.float32) for plane in planes], axis=-1)
 
 
@@ -43,7 +50,11 @@ def _ground(levels: Levels, state: EnvState, rows: Array, cols: Array) -> list[A
     price = levels.price[state.level, jnp.maximum(ids, 0)]
     fixed = ((ids == OUTSIDE) | (is_there & ~jnp.isfinite(price))).any(axis=0)
     destroyable = is_there.any(axis=0) & ~fixed
-    return [fixed, destroyable, jnp.where(is_there & ~fixed[None], price, jnp.float32(0)).sum(axis=0)]
+    return [
+        fixed,
+        destroyable,
+        jnp.where(is_there & ~fixed[None], price, jnp.float32(0)).sum(axis=0),
+    ]
 
 
 def action_mask(levels: Levels, state: EnvState) -> Array:
@@ -54,5 +65,7 @@ def action_mask(levels: Levels, state: EnvState) -> Array:
     ids = owners(levels, state.level, rows, cols)  # [L, 3, 8]
     is_there = stands(state.gone, ids)
     can_move = ~(is_there | (ids == OUTSIDE)).any(axis=(0, 1))
-    can_destroy = (is_there & jnp.isfinite(levels.price[state.level, jnp.maximum(ids, 0)])).any(axis=(0, 1))
+    can_destroy = (is_there & jnp.isfinite(levels.price[state.level, jnp.maximum(ids, 0)])).any(
+        axis=(0, 1)
+    )
     return jnp.concatenate([can_move, can_destroy])

@@ -1,4 +1,6 @@
-"""The environment SmartRelocation-v0, with the methods and results of gymnax 1.0, and needing none of gymnax."""
+"""The environment SmartRelocation-v0, with the methods and results of gymnax 1.0, and needing
+none of gymnax.
+"""
 
 import dataclasses
 import functools
@@ -26,14 +28,17 @@ else:
 class EnvParams(_Record):
     """What may change without compiling anew. The reward of a step is
 
-        goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost * [nothing changed]
+        goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost *
+        [nothing changed]
 
     levels: the pool from which every reset draws.
-    step_cost: per cell side walked. removal_weight: per unit of removal cost. wasted_cost: for an action without effect.
+    step_cost: per cell side walked. removal_weight: per unit of removal cost. wasted_cost: for an
+      action without effect.
     max_steps_in_episode: after these an episode is truncated.
 
-    As set, walking round costs less than destroying on maps up to about 16 x 16, so that the oracle, which removes the least
-    and then walks the shortest, has (nearly) the greatest return there is.
+    As set, walking round costs less than destroying on maps up to about 16 x 16, so that the
+    oracle, which removes the least and then walks the shortest, has (nearly) the greatest return
+    there is.
     """
 
     levels: Levels
@@ -46,7 +51,8 @@ class EnvParams(_Record):
 
 @dataclasses.dataclass(frozen=True)
 class SmartRelocation:
-    """An agent walks to a goal that obstacles may cut off, and destroys what it must. Actions: `srt_jax.envs.rules`.
+    """An agent walks to a goal that obstacles may cut off, and destroys what it must. Actions:
+    `srt_jax.envs.rules`.
 
     Static options; everything else travels in `EnvParams`.
 
@@ -59,7 +65,9 @@ class SmartRelocation:
 
     def __post_init__(self) -> None:
         if self.observation not in NUM_PLANES:
-            raise ValueError(f"observation must be one of {', '.join(NUM_PLANES)}, got {self.observation!r}")
+            raise ValueError(
+                f"observation must be one of {', '.join(NUM_PLANES)}, got {self.observation!r}"
+            )
         if self.radius < 1:
             raise ValueError(f"radius must be at least 1, got {self.radius}")
 
@@ -84,12 +92,16 @@ class SmartRelocation:
         return self.reset_env(key, self._filled(params))
 
     @functools.partial(jax.jit, static_argnames=("self",))
-    def step(self, key: Array, state: EnvState, action: Array, params: EnvParams | None = None) -> tuple:
-        """Returns (observation, state, reward, terminated, truncated, info), all of the next episode where this one ended.
+    def step(
+        self, key: Array, state: EnvState, action: Array, params: EnvParams | None = None
+    ) -> tuple:
+        """Returns (observation, state, reward, terminated, truncated, info), all of the next
+        episode where this one ended.
 
-        Where an episode ends, observation and state are those of a fresh reset by `key`, and info["final_observation"] is what
-        was seen last; the other entries are of the step itself: terminated, truncated, discount (0 where terminated), success,
-        length, removal, and regret, the oracle's score less the episode's so far (NaN on levels without oracle).
+        Where an episode ends, observation and state are those of a fresh reset by `key`, and
+        info["final_observation"] is what was seen last; the other entries are of the step itself:
+        terminated, truncated, discount (0 where terminated), success, length, removal, and regret,
+        the oracle's score less the episode's so far (NaN on levels without oracle).
         """
         params = self._filled(params)
         stepped, reward, terminated, info = self._moved(state, action, params)
@@ -97,11 +109,17 @@ class SmartRelocation:
         is_over = jnp.asarray(terminated | truncated)
         fresh = self._fresh(key, params)
         following = jax.tree.map(lambda new, old: jnp.where(is_over, new, old), fresh, stepped)
-        info |= {"terminated": terminated, "truncated": truncated, "final_observation": self.get_obs(stepped, params)}
+        info |= {
+            "terminated": terminated,
+            "truncated": truncated,
+            "final_observation": self.get_obs(stepped, params),
+        }
         return self.get_obs(following, params), following, reward, terminated, truncated, info
 
     def step_env(self, key: Array, state: EnvState, action: Array, params: EnvParams) -> tuple:
-        """Returns (observation, state, reward, terminated, info) without resetting; `key` is not used: steps are certain."""
+        """Returns (observation, state, reward, terminated, info) without resetting; `key` is not
+        used: steps are certain.
+        """
         del key
         stepped, reward, terminated, info = self._moved(state, action, params)
         return self.get_obs(stepped, params), stepped, reward, terminated, info
@@ -121,7 +139,9 @@ class SmartRelocation:
         del key
         return seen(params.levels, state, self.observation, self.radius)
 
-    def observe(self, key: Array, state: EnvState, action: Array | None, params: EnvParams) -> Array:
+    def observe(
+        self, key: Array, state: EnvState, action: Array | None, params: EnvParams
+    ) -> Array:
         """`get_obs` by gymnax's other name."""
         del key, action
         return self.get_obs(state, params)
@@ -151,7 +171,11 @@ class SmartRelocation:
 
     def observation_space(self, params: EnvParams) -> Any:
         """Returns the space of observations: float32 [rows, cols, planes]."""
-        sides = params.levels.labels.shape[-2:] if self.observation == "map" else (2 * self.radius + 1,) * 2
+        sides = (
+            params.levels.labels.shape[-2:]
+            if self.observation == "map"
+            else (2 * self.radius + 1,) * 2
+        )
         return spaces().Box(-np.inf, np.inf, (*sides, NUM_PLANES[self.observation]), jnp.float32)
 
     def state_space(self, params: EnvParams) -> Any:
@@ -178,7 +202,9 @@ class SmartRelocation:
     def _filled(self, params: EnvParams | None) -> EnvParams:
         return self.default_params if params is None else params
 
-    def _moved(self, state: EnvState, action: Array, params: EnvParams) -> tuple[EnvState, Array, Array, dict[str, Array]]:
+    def _moved(
+        self, state: EnvState, action: Array, params: EnvParams
+    ) -> tuple[EnvState, Array, Array, dict[str, Array]]:
         """Returns the next state, its reward, whether it is the goal, and the entries of info."""
         _check(state, action)
         effect = act(params.levels, state, action)
@@ -208,34 +234,56 @@ class SmartRelocation:
 
     def _fresh(self, key: Array, params: EnvParams) -> EnvState:
         N = params.levels.start.shape[0]
-        drawn = jax.random.bits(key, (), jnp.uint32) % jnp.uint32(N)  # even but for N parts in 2**32
+        # even but for N parts in 2**32
+        drawn = jax.random.bits(key, (), jnp.uint32) % jnp.uint32(N)
         return _begun(drawn.astype(jnp.int32), params)
 
 
 def _check(state: EnvState, action: Array) -> None:
     if not jnp.issubdtype(jnp.result_type(action), jnp.integer):
-        raise TypeError(f"action must be a whole number 0..{NUM_ACTIONS - 1}, got {jnp.result_type(action)}")
+        raise TypeError(
+            f"action must be a whole number 0..{NUM_ACTIONS - 1}, got {jnp.result_type(action)}"
+        )
     if jnp.ndim(action) or jnp.ndim(state.cell) != 1:
         raise ValueError(
-            f"step takes one state and one action, got state.cell of shape {list(jnp.shape(state.cell))} and action of shape "
-            f"{list(jnp.shape(action))}: for many write jax.vmap(env.step, in_axes=(0, 0, 0, None))"
+            "step takes one state and one action, got state.cell of shape"
+            f" {list(jnp.shape(state.cell))} and action of shape {list(jnp.shape(action))}: for"
+            " many write jax.vmap(env.step, in_axes=(0, 0, 0, None))"
         )
 
 
 def oracle_score(params: EnvParams) -> Array:
-    """Returns the sum of rewards the oracle gets on each level: float32 [N]; NaN where it was not asked."""
+    """Returns the sum of rewards the oracle gets on each level: float32 [N]; NaN where it was
+    not asked.
+    """
     levels = params.levels
-    return params.goal_reward - params.step_cost * levels.length - params.removal_weight * levels.removal
+    return (
+        params.goal_reward
+        - params.step_cost * levels.length
+        - params.removal_weight * levels.removal
+    )
 
 
 def _begun(level: Array, params: EnvParams) -> EnvState:
     nothing = jnp.float32(0)
     gone = no_words(params.levels.price.shape[1])
     start = params.levels.start[level]
-    return EnvState(level=level, cell=start, gone=gone, time=jnp.int32(0), length=nothing, removal=nothing, score=nothing)
+    return EnvState(
+        level=level,
+        cell=start,
+        gone=gone,
+        time=jnp.int32(0),
+        length=nothing,
+        removal=nothing,
+        score=nothing,
+    )
 
 
 @functools.cache
 def _default_params() -> EnvParams:
     with jax.ensure_compile_time_eval():  # may be asked for first inside a jit
-        return EnvParams(levels=make_levels([task for _, task, _ in generate("rooms", count=80, size=16, seed=0)]))
+        return EnvParams(
+            levels=make_levels(
+                [task for _, task, _ in generate("rooms", count=80, size=16, seed=0)]
+            )
+        )

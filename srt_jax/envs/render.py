@@ -21,12 +21,15 @@ _COLOURS = {
 def render(state: Any, levels: Levels, *, cell_side: int = 16) -> np.ndarray:
     """Returns the map as it stands, uint8 [H * side, W * side, 3] (host).
 
-    White is free, black fixed, orange can be destroyed, grey is padding; the goal is a green square, the agent a blue disc.
+    White is free, black fixed, orange can be destroyed, grey is padding; the goal is a green
+    square, the agent a blue disc.
     """
     state = jax.tree.map(np.asarray, state)
     level = int(state.level)
     labels, price = np.asarray(levels.labels[level]), np.asarray(levels.price[level])
-    is_gone = np.unpackbits(state.gone.astype("<u4").view(np.uint8), bitorder="little")[: len(price)].astype(bool)
+    is_gone = np.unpackbits(state.gone.astype("<u4").view(np.uint8), bitorder="little")[
+        : len(price)
+    ].astype(bool)
     ids = labels.clip(0)
     stands = (labels >= 0) & ~is_gone[ids]
     image = np.full((*labels.shape[1:], 3), _COLOURS["free"], np.uint8)
@@ -37,7 +40,10 @@ def render(state: Any, levels: Levels, *, cell_side: int = 16) -> np.ndarray:
     apart = abs(np.arange(cell_side) - (cell_side - 1) / 2)
     square = np.maximum(apart[:, None], apart[None]) <= 0.4 * cell_side
     disc = np.hypot(apart[:, None], apart[None]) <= 0.35 * cell_side
-    for (row, col), mark, colour in ((levels.goal[level], square, "goal"), (state.cell, disc, "agent")):
+    for (row, col), mark, colour in (
+        (levels.goal[level], square, "goal"),
+        (state.cell, disc, "agent"),
+    ):
         top, left = int(row) * cell_side, int(col) * cell_side
         image[top : top + cell_side, left : left + cell_side][mark] = _COLOURS[colour]
     return image

@@ -1,9 +1,11 @@
-"""What an action does: eight moves, and destroying what is in the way of each. Reads three cells, whatever the map's size.
+"""What an action does: eight moves, and destroying what is in the way of each. Reads three cells,
+whatever the map's size.
 
-Action m of 0..7 is the move `MOVES[m]`; action 8 + m destroys every destroyable obstacle in the way of that move: those on the
-cell ahead and, on a diagonal, on the two cells beside it. The agent has no heading (PY16 §2: it is a disc), it need not turn.
-A route of `solve` needs at each step exactly the obstacles so named gone (`srt_jax.removal.route`), hence these actions carry out
-every answer, at its own removal cost and length.
+Action m of 0..7 is the move `MOVES[m]`; action 8 + m destroys every destroyable obstacle in the way
+of that move: those on the cell ahead and, on a diagonal, on the two cells beside it. The agent has
+no heading (PY16 §2: it is a disc), it need not turn. A route of `solve` needs at each step exactly
+the obstacles so named gone (`srt_jax.removal.route`), hence these actions carry out every answer,
+at its own removal cost and length.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -47,7 +49,9 @@ class EnvState(_Record):
 
 
 class Effect(NamedTuple):
-    """What an action brought about: way walked, cost of what was destroyed, whether anything changed."""
+    """What an action brought about: way walked, cost of what was destroyed, whether anything
+    changed.
+    """
 
     cell: Array
     gone: Array
@@ -62,11 +66,18 @@ def no_words(num_obstacles: int) -> Array:
 
 
 def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
-    """Returns the labels at cells int32 [...] of a level: int32 [L, ...]; OUTSIDE beyond the array."""
+    """Returns the labels at cells int32 [...] of a level: int32 [L, ...]; OUTSIDE beyond the
+    array.
+    """
     _, L, H, W = levels.labels.shape
     is_inside = (rows >= 0) & (rows < H) & (cols >= 0) & (cols < W)
     rows, cols = rows.clip(0, H - 1), cols.clip(0, W - 1)
-    return jnp.stack([jnp.where(is_inside, levels.labels[level, layer, rows, cols], OUTSIDE) for layer in range(L)])
+    return jnp.stack(
+        [
+            jnp.where(is_inside, levels.labels[level, layer, rows, cols], OUTSIDE)
+            for layer in range(L)
+        ]
+    )
 
 
 def stands(gone: Array, ids: Array) -> Array:
@@ -82,8 +93,12 @@ def act(levels: Levels, state: EnvState, action: Array) -> Effect:
     move = jnp.asarray(np.array(MOVES, np.int32))[action % len(MOVES)]
     is_move = action < len(MOVES)
     zero = jnp.int32(0)
-    rows, cols = state.cell[0] + jnp.stack([move[0], move[0], zero]), state.cell[1] + jnp.stack([move[1], zero, move[1]])
-    ids = owners(levels, state.level, rows, cols).reshape(-1)  # a straight move names its own cell: free, the agent is on it
+    rows, cols = (
+        state.cell[0] + jnp.stack([move[0], move[0], zero]),
+        state.cell[1] + jnp.stack([move[1], zero, move[1]]),
+    )
+    # a straight move names its own cell: free, the agent is on it
+    ids = owners(levels, state.level, rows, cols).reshape(-1)
     is_there = stands(state.gone, ids)
     is_moving = is_move & ~(is_there | (ids == OUTSIDE)).any()
     price = levels.price[state.level, jnp.maximum(ids, 0)]
@@ -93,7 +108,9 @@ def act(levels: Levels, state: EnvState, action: Array) -> Effect:
     return Effect(
         cell=jnp.where(is_moving, state.cell + move, state.cell),
         gone=state.gone | _as_words(ids, is_hit, state.gone.shape[0]),
-        length=jnp.where(is_moving, jnp.where((move != 0).all(), diagonal, straight), jnp.float32(0)),
+        length=jnp.where(
+            is_moving, jnp.where((move != 0).all(), diagonal, straight), jnp.float32(0)
+        ),
         removal=jnp.where(is_hit & ~is_again, price, jnp.float32(0)).sum(),
         is_wasted=~is_moving & ~is_hit.any(),
     )

@@ -1,4 +1,6 @@
-"""Levels drawn inside jit, always solvable: walls and fences in segments, and rooms whose doors are closed by posts."""
+"""Levels drawn inside jit, always solvable: walls and fences in segments, and rooms whose doors
+are closed by posts.
+"""
 
 import functools
 
@@ -17,10 +19,13 @@ _ROOMS = 3
 
 @functools.partial(jax.jit, static_argnames=("count", "kind", "size"))
 def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16) -> Levels:
-    """Returns levels of square maps, each with a solution; the oracle is not asked (`with_oracle` does). May be traced.
+    """Returns levels of square maps, each with a solution; the oracle is not asked (`with_oracle`
+    does). May be traced.
 
-    walls: three walls from edge to edge in four segments each, some fixed, one in each at least destroyable. fences: the same
-    with nothing fixed. rooms: 3 x 3 rooms between fixed walls; in every wall between two a door, open or closed by a post.
+    walls: three walls from edge to edge in four segments each, some fixed, one in each at least
+      destroyable. fences: the same
+    with nothing fixed. rooms: 3 x 3 rooms between fixed walls; in every wall between two a door,
+    open or closed by a post.
 
     Args:
       key: a JAX random key.
@@ -30,14 +35,28 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
       ValueError: an unknown kind, or a number out of range.
     """
     if kind not in KINDS:
-        raise ValueError(f"unknown kind {kind!r} of sampled levels: choose one of {', '.join(KINDS)}")
+        raise ValueError(
+            f"unknown kind {kind!r} of sampled levels: choose one of {', '.join(KINDS)}"
+        )
     if count < 1 or size < 12:
-        raise ValueError(f"count must be at least 1 and size at least 12, got count {count}, size {size}")
+        raise ValueError(
+            f"count must be at least 1 and size at least 12, got count {count}, size {size}"
+        )
     draw = _rooms if kind == "rooms" else functools.partial(_walls, is_fence=kind == "fences")
-    labels, price, start, goal = jax.vmap(functools.partial(draw, size=size))(jax.random.split(key, count))
+    labels, price, start, goal = jax.vmap(functools.partial(draw, size=size))(
+        jax.random.split(key, count)
+    )
     unknown = jnp.full(count, jnp.nan, jnp.float32)
     sizes = jnp.full((count, 2), size, jnp.int32)
-    return Levels(labels=labels[:, None], price=price, start=start, goal=goal, size=sizes, removal=unknown, length=unknown)
+    return Levels(
+        labels=labels[:, None],
+        price=price,
+        start=start,
+        goal=goal,
+        size=sizes,
+        removal=unknown,
+        length=unknown,
+    )
 
 
 def _priced(key: Array, shape: tuple[int, ...]) -> Array:
@@ -60,7 +79,9 @@ def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
         is_fixed &= jnp.arange(_SEGMENTS, dtype=jnp.int32)[None] != spared
         price = jnp.where(is_fixed, jnp.inf, price)
     cols = jax.random.randint(keys[4], (2,), 0, size, jnp.int32)
-    ends = jnp.stack([jnp.stack([jnp.int32(0), cols[0]]), jnp.stack([jnp.int32(size - 1), cols[1]])])
+    ends = jnp.stack(
+        [jnp.stack([jnp.int32(0), cols[0]]), jnp.stack([jnp.int32(size - 1), cols[1]])]
+    )
     is_flipped, is_turned = jax.random.bernoulli(keys[5], 0.5, (2,))
     ends = jnp.where(is_flipped, ends[::-1], ends)
     labels, ends = jnp.where(is_turned, labels.T, labels), jnp.where(is_turned, ends[:, ::-1], ends)
@@ -68,7 +89,9 @@ def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
 
 
 def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
-    """Walls are obstacle 0; the posts, two directions of (rooms - 1) x rooms, come after it; an open door is a free cell."""
+    """Walls are obstacle 0; the posts, two directions of (rooms - 1) x rooms, come after it; an
+    open door is a free cell.
+    """
     keys = jax.random.split(key, 5)
     edges = np.array([-1, *(i * size // _ROOMS for i in range(1, _ROOMS)), size], np.int32)
     row, col = np.mgrid[:size, :size].astype(np.int32)
@@ -81,14 +104,20 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
         for index in range(number):
             wall, room = edges[1 + index // _ROOMS], index % _ROOMS
             low, high = int(edges[room]) + 1, int(edges[room + 1])
-            place = low + (places[axis, index] * (high - low)).astype(jnp.int32).clip(0, high - low - 1)
-            door = jnp.where(is_open[axis, index], FREE, 1 + axis * number + index).astype(jnp.int32)
+            place = low + (places[axis, index] * (high - low)).astype(jnp.int32).clip(
+                0, high - low - 1
+            )
+            door = jnp.where(is_open[axis, index], FREE, 1 + axis * number + index).astype(
+                jnp.int32
+            )
             here = (int(wall), place) if axis == 0 else (place, int(wall))
             labels = jnp.where((row == here[0]) & (col == here[1]), door, labels)
     price = jnp.concatenate([jnp.full(1, jnp.inf, jnp.float32), _priced(keys[2], (2 * number,))])
     rooms = jax.random.choice(keys[3], _ROOMS * _ROOMS, (2,), replace=False).astype(jnp.int32)
     rooms = jnp.stack([rooms // _ROOMS, rooms % _ROOMS], axis=1)  # [2 ends, 2]
     lows, highs = jnp.asarray(edges[:-1] + 1)[rooms], jnp.asarray(edges[1:])[rooms]
-    inside = (jax.random.uniform(keys[4], (2, 2)) * (highs - lows).astype(jnp.float32)).astype(jnp.int32)
+    inside = (jax.random.uniform(keys[4], (2, 2)) * (highs - lows).astype(jnp.float32)).astype(
+        jnp.int32
+    )
     ends = lows + jnp.minimum(inside, highs - lows - 1)
     return labels, price, ends[0], ends[1]

@@ -1,4 +1,6 @@
-"""Spaces with the face of gymnax's; gymnax's own where the caller has loaded it, as its wrappers ask for its classes."""
+"""Spaces with the face of gymnax's; gymnax's own where the caller has loaded it, as its wrappers
+ask for its classes.
+"""
 
 import sys
 from typing import Any
@@ -33,7 +35,9 @@ class Box:
 
     def sample(self, key: Array) -> Array:
         """Returns an array drawn evenly between the bounds."""
-        return jax.random.uniform(key, self.shape, minval=self.low, maxval=self.high).astype(self.dtype)
+        return jax.random.uniform(key, self.shape, minval=self.low, maxval=self.high).astype(
+            self.dtype
+        )
 
     def contains(self, x: Array) -> Array:
         """Returns whether every entry of `x` lies within the bounds."""
@@ -53,7 +57,9 @@ class Dict:
 
     def contains(self, x: Any) -> Array:
         """Returns whether every field lies in its space."""
-        return jnp.array([space.contains(getattr(x, name)) for name, space in self.spaces.items()]).all()
+        return jnp.array(
+            [space.contains(getattr(x, name)) for name, space in self.spaces.items()]
+        ).all()
 
 
 def spaces() -> Any:

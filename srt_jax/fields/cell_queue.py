@@ -1,14 +1,17 @@
-"""A queue of cells whose cost has just fallen: what sweeps cannot finish in a few rounds, cell by cell.
+"""A queue of cells whose cost has just fallen: what sweeps cannot finish in a few rounds, cell by
+cell.
 
-Cells leave in the order they came, which from one start is nearly the order of their costs; a cell whose cost falls again comes
-back. It ends, because costs only fall, and then no move can improve any cell: the costs are those of shortest paths.
+Cells leave in the order they came, which from one start is nearly the order of their costs; a cell
+whose cost falls again comes back. It ends, because costs only fall, and then no move can improve
+any cell: the costs are those of shortest paths.
 
-A cell tries only the moves that follow from the one that led into it (the canonical ordering of jump point search, without
-corner cutting): after a straight move the same one, and moves to a side where the cell behind that side is blocked; after a
-diagonal move it and its two components. That loses nothing. Let y be a cell, x -> y the last move of a shortest path, x's cost
-exact and p its parent. If x -> y is straight and not tried after p -> x, then a shorter way leads from p to y past x, which
-cannot be. If it is diagonal and not tried, then either a shorter way does likewise, or y has an equally short way whose last
-move is a straight one. So some last move to y is always tried.
+A cell tries only the moves that follow from the one that led into it (the canonical ordering of
+jump point search, without corner cutting): after a straight move the same one, and moves to a side
+where the cell behind that side is blocked; after a diagonal move it and its two components. That
+loses nothing. Let y be a cell, x -> y the last move of a shortest path, x's cost exact and p its
+parent. If x -> y is straight and not tried after p -> x, then a shorter way leads from p to y past
+x, which cannot be. If it is diagonal and not tried, then either a shorter way does likewise, or y
+has an equally short way whose last move is a straight one. So some last move to y is always tried.
 """
 
 import functools
@@ -30,14 +33,20 @@ _NO_COST = np.uint32(2**32 - 1)
 
 
 def neighbours(free: Array) -> Array:
-    """Returns which of the eight neighbours are free, bit i for MOVES[i]: uint8, flat, of the map [H, W] with a border."""
+    """Returns which of the eight neighbours are free, bit i for MOVES[i]: uint8, flat, of the
+    map [H, W] with a border.
+    """
     height, width = free.shape
     byte = jnp.pad(free, 2).astype(jnp.uint8)
 
     def row_bits(row: Array) -> Array:
-        """Row by row: all at once, each byte of the flat result would be computed from its row and column, ten times slower."""
+        """Row by row: all at once, each byte of the flat result would be computed from its row
+        and column, ten times slower.
+        """
         rows = lax.dynamic_slice(byte, (row, 0), (3, width + 4))
-        moved = [rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)]
+        moved = [
+            rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)
+        ]
         return functools.reduce(jnp.bitwise_or, moved)
 
     return lax.map(row_bits, jnp.arange(height + 2)).reshape(-1)
@@ -45,7 +54,9 @@ def neighbours(free: Array) -> Array:
 
 @functools.cache
 def _moves_to_try() -> np.ndarray:
-    """uint8 [256 * 16]: the moves to try, by the free neighbours and the move that led into the cell."""
+    """uint8 [256 * 16]: the moves to try, by the free neighbours and the move that led into the
+    cell.
+    """
     free, last = np.divmod(np.arange(256 * 16), 16)
 
     def is_free(move: int) -> np.ndarray:
@@ -55,11 +66,16 @@ def _moves_to_try() -> np.ndarray:
     for move in range(8):
         is_legal = is_free(move) & (move % 2 == 0 or is_free(move - 1) & is_free(move + 1))
         follows = (last == _ANY) | (last == move)
-        if move % 2 == 0:  # straight: a component of a diagonal, or to a side behind which is a blocked cell
+        # straight: a component of a diagonal, or to a side behind which is a blocked cell
+        if move % 2 == 0:
             follows |= (last == (move + 1) % 8) | (last == (move - 1) % 8)
-            follows |= (last == (move + 2) % 8) & ~is_free(move - 1) | (last == (move - 2) % 8) & ~is_free(move + 1)
+            follows |= (last == (move + 2) % 8) & ~is_free(move - 1) | (
+                last == (move - 2) % 8
+            ) & ~is_free(move + 1)
         else:  # diagonal: straight on and to such a side
-            follows |= (last == (move + 1) % 8) & ~is_free(move - 2) | (last == (move - 1) % 8) & ~is_free(move + 2)
+            follows |= (last == (move + 1) % 8) & ~is_free(move - 2) | (
+                last == (move - 1) % 8
+            ) & ~is_free(move + 2)
         table |= (is_legal & follows).astype(np.uint8) << move
     return table
 
@@ -73,17 +89,20 @@ def spread(
     stride: int,
     towards: Target | None = None,
 ) -> tuple[Array, Array]:
-    """Returns the costs with all that follows from the sources, and whether the queue was too short for it.
+    """Returns the costs with all that follows from the sources, and whether the queue was too short
+    for it.
 
     Args:
       cost: uint32 [N], a flat bordered field (`row_sweeps`).
       free_beside: uint8 [N], from `neighbours`.
-      sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the queue's.
+      sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the
+        queue's.
       stride: columns of the bordered field.
       towards: follow up only what may lie on a shortest path to this cell.
 
     Returns:
-      uint32 [N]; bool [], if True some improvement was not followed up: start again from the frontier.
+      uint32 [N]; bool [], if True some improvement was not followed up: start again from the
+      frontier.
     """
     step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0], towards)
     mask = jnp.uint32(sources.shape[0] - 1)
@@ -118,18 +137,39 @@ def spread(
     return state[2], state[5]
 
 
-def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, room: int, towards: Target | None) -> Callable:
+def _stepper(
+    free_beside: Array,
+    straight: Array,
+    diagonal: Array,
+    stride: int,
+    room: int,
+    towards: Target | None,
+) -> Callable:
     """A function that takes one cell and tries its moves."""
     table = jnp.asarray(_moves_to_try())
-    offset = jnp.asarray(np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32))
+    offset = jnp.asarray(
+        np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32)
+    )
     one, mask, width = jnp.uint32(1), jnp.uint32(room - 1), jnp.uint32(stride)
 
     def moves_of(free_beside: Array, table: Array, led_by: Array, cell: Array) -> Array:
-        index = (read(free_beside, cell).astype(jnp.uint32) << jnp.uint32(4)) | (led_by & jnp.uint8(15)).astype(jnp.uint32)
+        index = (read(free_beside, cell).astype(jnp.uint32) << jnp.uint32(4)) | (
+            led_by & jnp.uint8(15)
+        ).astype(jnp.uint32)
         return read(table, index).astype(jnp.uint32)
 
-    def try_move(moves: Array, cell: Array, here: Array, tail: Array, cost: Array, led_by: Array, queue: Array) -> tuple:
-        """Tries the lowest of the moves left, none if there is none; without a branch: what is not to change is rewritten."""
+    def try_move(
+        moves: Array,
+        cell: Array,
+        here: Array,
+        tail: Array,
+        cost: Array,
+        led_by: Array,
+        queue: Array,
+    ) -> tuple:
+        """Tries the lowest of the moves left, none if there is none; without a branch: what is
+        not to change is rewritten.
+        """
         move = lax.population_count((moves & -moves) - one)
         to = cell + read(offset, move & jnp.uint32(7))
         total = here + jnp.where(move & one != 0, diagonal, straight)
@@ -137,13 +177,22 @@ def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, 
         old, old_led_by = read_apart(cost, to), read_apart(led_by, to)
         is_better = total < old
         cost = write(cost, jnp.minimum(old, total), to)
-        led_by = write(led_by, jnp.where(is_better, move.astype(jnp.uint8) | jnp.uint8(_WAITS), old_led_by), to)
+        led_by = write(
+            led_by, jnp.where(is_better, move.astype(jnp.uint8) | jnp.uint8(_WAITS), old_led_by), to
+        )
         queue = write(queue, to, tail & mask)
         tail = tail + (is_better & (old_led_by & jnp.uint8(_WAITS) == 0)).astype(jnp.uint32)
         return moves & (moves - one), tail, cost, led_by, queue
 
     def step(
-        cell: Array, is_source: Array, head: Array, tail: Array, cost: Array, led_by: Array, queue: Array, is_short: Array
+        cell: Array,
+        is_source: Array,
+        head: Array,
+        tail: Array,
+        cost: Array,
+        led_by: Array,
+        queue: Array,
+        is_short: Array,
     ) -> tuple:
         here, led = read_apart(cost, cell), read_apart(led_by, cell)
         moves = apart(moves_of)(free_beside, table, led, cell)
@@ -152,10 +201,17 @@ def _stepper(free_beside: Array, straight: Array, diagonal: Array, stride: int, 
         moves = jnp.where(is_full, jnp.uint32(0), moves)
         if towards is not None:
             at_least = here + towards.at_least(cell // width, cell % width, straight, diagonal)
-            moves = jnp.where(at_least > read_apart(cost, towards.index(stride)), jnp.uint32(0), moves)
-        led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)  # a source may wait in the queue as well
+            moves = jnp.where(
+                at_least > read_apart(cost, towards.index(stride)), jnp.uint32(0), moves
+            )
+        # a source may wait in the queue as well
+        led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)
         state = try_move(moves, cell, here, tail, cost, led_by, queue)
-        state = lax.while_loop(lambda s: s[0] != 0, lambda s: (*try_move(s[0], *s[5:], *s[1:5]), *s[5:]), (*state, cell, here))
+        state = lax.while_loop(
+            lambda s: s[0] != 0,
+            lambda s: (*try_move(s[0], *s[5:], *s[1:5]), *s[5:]),
+            (*state, cell, here),
+        )
         return *state[1:5], is_short
 
     return step

@@ -1,15 +1,20 @@
 """Lengths as integers: which fixed point a map takes, and how its sums become float32.
 
-A straight move costs s and a diagonal d, (s, d) a pair of `moves.FIXED_POINTS`. The finest pair is taken with which no shortest
-path of the map can pass `MAX_COST`. How long can one be? Tile the map by squares of 2x2 cells from (0, 0).
-- A square of four free cells holds at most two cells of a shortest path: from the first to the third of them one move leads,
-  not two. Other squares hold no more than their free cells. Let T be the sum: the path has at most T cells.
-- A diagonal move has two free cells beside it, and the path visits neither (by the argument above). No free cell stands beside
-  two diagonals of the path: two that share an end (N-E, E-S) cost 2 d, while N-cell-S costs 2 s < 2 d; two that do not (N-E,
-  S-W, in whatever order and direction) have N and S, or E and W, further apart on the path than 2 s, in the same way.
-  So with F free cells there are at most (F - T) / 2 diagonals on a path of T cells, and the length is at most
-  s T + (d - s) (F - T) / 2 < s (T + (F - T) / 4), since d < 3 s / 2. Fewer cells, with more diagonals, are shorter still.
-Both counts, hence the fixed point, depend on the free cells alone: padding with blocked cells changes no bit.
+A straight move costs s and a diagonal d, (s, d) a pair of `moves.FIXED_POINTS`. The finest pair is
+taken with which no shortest path of the map can pass `MAX_COST`. How long can one be? Tile the map
+by squares of 2x2 cells from (0, 0).
+- A square of four free cells holds at most two cells of a shortest path: from the first to the
+  third of them one move leads, not two. Other squares hold no more than their free cells. Let T be
+  the sum: the path has at most T cells.
+- A diagonal move has two free cells beside it, and the path visits neither (by the argument above).
+  No free cell stands beside two diagonals of the path: two that share an end (N-E, E-S) cost 2 d,
+  while N-cell-S costs 2 s < 2 d; two that do not (N-E, S-W, in whatever order and direction) have N
+  and S, or E and W, further apart on the path than 2 s, in the same way. So with F free cells there
+  are at most (F - T) / 2 diagonals on a path of T cells, and the length is at most s T + (d - s) (F
+  - T) / 2 < s (T + (F - T) / 4), since d < 3 s / 2. Fewer cells, with more diagonals, are shorter
+  still.
+Both counts, hence the fixed point, depend on the free cells alone: padding with blocked cells
+changes no bit.
 """
 
 import jax.numpy as jnp
@@ -23,13 +28,16 @@ MAX_COST = 2**31 - 1 - 2 * moves.FIXED_POINTS[0][1]
 
 
 def pairs(scale: Array) -> tuple[Array, Array]:
-    """Returns the costs (straight, diagonal), int32 like `scale`, of the fixed points with these indices."""
+    """Returns the costs (straight, diagonal), int32 like `scale`, of the fixed points with these
+    indices.
+    """
     straight, diagonal = np.array(moves.FIXED_POINTS, np.int32).T
     return jnp.asarray(straight)[scale], jnp.asarray(diagonal)[scale]
 
 
 def finest_scale(free: Array) -> Array | int:
-    """Returns the index of the finest fixed point that cannot overflow on a map; an int where its shape alone decides.
+    """Returns the index of the finest fixed point that cannot overflow on a map; an int where its
+    shape alone decides.
 
     Args:
       free: bool [H, W].
@@ -43,7 +51,10 @@ def finest_scale(free: Array) -> Array | int:
         return 0
     if 3 * rows * cols + 1 > _LONGEST[-1]:
         most = _LONGEST[-1] // 3 * 4
-        raise ValueError(f"a map of {height}x{width} cells is too large for exact lengths: split it, at most {most} cells")
+        raise ValueError(
+            f"a map of {height}x{width} cells is too large for exact lengths: split it, at most"
+            f" {most} cells"
+        )
     count = jnp.pad(free, ((0, height % 2), (0, width % 2))).astype(jnp.int32)
     count = count.reshape(rows, 2, cols, 2).sum((1, 3))
     num_free, num_path = count.sum(), jnp.where(count == 4, 2, count).sum()
@@ -55,11 +66,13 @@ _LONGEST = tuple(MAX_COST // straight for straight, _ in moves.FIXED_POINTS)
 
 
 def to_length(cost: Array, scale: Array | int) -> Array:
-    """Returns a cost as float32, in cell sides: exact where that is whole, else within 1.5 units in the last place.
+    """Returns a cost as float32, in cell sides: exact where that is whole, else within 1.5 units in
+    the last place.
 
-    For lengths below 2^24; past that float32 has no fraction to hold. A float division, or a product added to a sum, may be
-    rounded otherwise on a GPU or where the compiler fuses the two. So the whole part comes from integers, and the fraction
-    passes through an integer: no bit depends on the machine.
+    For lengths below 2^24; past that float32 has no fraction to hold. A float division, or a
+    product added to a sum, may be rounded otherwise on a GPU or where the compiler fuses the two.
+    So the whole part comes from integers, and the fraction passes through an integer: no bit
+    depends on the machine.
 
     Args:
       cost: int32, not negative.
@@ -68,14 +81,21 @@ def to_length(cost: Array, scale: Array | int) -> Array:
     Returns:
       float32, of the shape of `cost`.
     """
-    tables = (np.array([straight for straight, _ in moves.FIXED_POINTS]) / np.array([[1], [2.0**24]])) ** -1
+    tables = (
+        np.array([straight for straight, _ in moves.FIXED_POINTS]) / np.array([[1], [2.0**24]])
+    ) ** -1
     whole_by, parts_by = tables.astype(np.float32)
     is_known = isinstance(scale, int)
     straight = moves.FIXED_POINTS[scale][0] if is_known else pairs(scale)[0]
-    reciprocal, parts = (table[scale] if is_known else jnp.asarray(table)[scale] for table in (whole_by, parts_by))
-    whole = (cost.astype(jnp.float32) * reciprocal).astype(jnp.int32)  # an estimate, off by a few dozen at most
+    reciprocal, parts = (
+        table[scale] if is_known else jnp.asarray(table)[scale] for table in (whole_by, parts_by)
+    )
+    # an estimate, off by a few dozen at most
+    whole = (cost.astype(jnp.float32) * reciprocal).astype(jnp.int32)
     if not is_known:  # the finest scale, the one known beforehand, has small quotients: off by one
-        whole = whole + ((cost - whole * straight).astype(jnp.float32) * reciprocal).astype(jnp.int32)
+        whole = whole + ((cost - whole * straight).astype(jnp.float32) * reciprocal).astype(
+            jnp.int32
+        )
     rest = cost - whole * straight
     whole = whole + (rest >= straight).astype(jnp.int32) - (rest < 0).astype(jnp.int32)
     rest = cost - whole * straight

@@ -1,9 +1,11 @@
-"""Where only the way to one cell is asked for: which cells can lie on it (the bound of A*, on sweeps and queues).
+"""Where only the way to one cell is asked for: which cells can lie on it (the bound of A*, on
+sweeps and queues).
 
-A cell whose cost and least distance to the target add up to more than the target's own cost so far cannot lie on a shortest
-path there, and nothing need follow from it. Every cell on any shortest path is within the bound, at any time, for the
-target's cost only falls; so all of these end with exact costs, and the path read off them is the one read off a whole field.
-Other cells keep what they got: a cost no less than theirs.
+A cell whose cost and least distance to the target add up to more than the target's own cost so far
+cannot lie on a shortest path there, and nothing need follow from it. Every cell on any shortest
+path is within the bound, at any time, for the target's cost only falls; so all of these end with
+exact costs, and the path read off them is the one read off a whole field. Other cells keep what
+they got: a cost no less than theirs.
 """
 
 from typing import NamedTuple
@@ -15,7 +17,9 @@ from srt_jax.engine.kernel import read
 
 
 class Target(NamedTuple):
-    """The cell asked for, int32 (row, col) in a field with its border; (0, 0), a blocked cell, if it is outside the map."""
+    """The cell asked for, int32 (row, col) in a field with its border; (0, 0), a blocked cell,
+    if it is outside the map.
+    """
 
     row: Array
     col: Array
@@ -30,7 +34,9 @@ class Target(NamedTuple):
 
     def at_least(self, row: Array, col: Array, straight: Array, diagonal: Array) -> Array:
         """Returns the octile distance of cells to the target, uint32: no path there costs less."""
-        down, across = (jnp.abs(a.astype(jnp.int32) - b) for a, b in ((row, self.row), (col, self.col)))
+        down, across = (
+            jnp.abs(a.astype(jnp.int32) - b) for a, b in ((row, self.row), (col, self.col))
+        )
         low, high = (pick(down, across).astype(jnp.uint32) for pick in (jnp.minimum, jnp.maximum))
         return high * straight + low * (diagonal - straight)
 

@@ -1,11 +1,14 @@
-"""Sweeps over a field of costs: each carries costs as far as a cone of directions reaches, all columns at once as one vector.
+"""Sweeps over a field of costs: each carries costs as far as a cone of directions reaches, all
+columns at once as one vector.
 
-A sweep down the rows lets each row take what it can from the row above, straight and over both diagonals; the sweep back up
-does the same from below; on the transposed map the same two serve the columns. Where shortest paths seldom double back, as on
-streets, a few sweeps leave most costs exact. `frontier` finds what is left, and `cell_queue` does it.
+A sweep down the rows lets each row take what it can from the row above, straight and over both
+diagonals; the sweep back up does the same from below; on the transposed map the same two serve the
+columns. Where shortest paths seldom double back, as on streets, a few sweeps leave most costs
+exact. `frontier` finds what is left, and `cell_queue` does it.
 
-A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are plain slices. BLOCKED is
-one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move without a branch.
+A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are
+plain slices. BLOCKED is one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move
+without a branch.
 """
 
 import jax.numpy as jnp
@@ -18,26 +21,36 @@ _STRIP = 16  # rows
 
 
 def unreached(diagonal: Array) -> Array:
-    """Returns the cost of a free cell that nothing has reached: a move added to it does not set the bit of BLOCKED."""
+    """Returns the cost of a free cell that nothing has reached: a move added to it does not set
+    the bit of BLOCKED.
+    """
     return jnp.uint32(int(BLOCKED) - 1) - diagonal
 
 
 def new_field(free: Array, start: Array, diagonal: Array) -> Array:
-    """Returns the field before any sweep, uint32 [H + 2, W + 2]: 0 at the start if that is a free cell of the map."""
+    """Returns the field before any sweep, uint32 [H + 2, W + 2]: 0 at the start if that is a
+    free cell of the map.
+    """
     height, width = free.shape
     row, col = start[0] + 1, start[1] + 1
     inside = (row > 0) & (row <= height) & (col > 0) & (col <= width)
     row, col = jnp.where(inside, row, 0), jnp.where(inside, col, 0)  # else a cell of the border
     field = jnp.pad(jnp.where(free, unreached(diagonal), BLOCKED), 1, constant_values=BLOCKED)
     at_start = lax.dynamic_slice(field, (row, col), (1, 1))
-    return lax.dynamic_update_slice(field, jnp.where(at_start < BLOCKED, jnp.uint32(0), at_start), (row, col))
+    return lax.dynamic_update_slice(
+        field, jnp.where(at_start < BLOCKED, jnp.uint32(0), at_start), (row, col)
+    )
 
 
 def is_reached(field: Array, cell: Array) -> Array:
-    """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search can start there."""
+    """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search
+    can start there.
+    """
     row, col = cell[0] + 1, cell[1] + 1
     inside = (row > 0) & (row < field.shape[0] - 1) & (col > 0) & (col < field.shape[1] - 1)
-    at = lax.dynamic_slice(field, (jnp.where(inside, row, 0), jnp.where(inside, col, 0)), (1, 1))[0, 0]
+    at = lax.dynamic_slice(field, (jnp.where(inside, row, 0), jnp.where(inside, col, 0)), (1, 1))[
+        0, 0
+    ]
     return at == 0
 
 
@@ -51,22 +64,28 @@ def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
 
 
 def transposed(field: Array) -> Array:
-    """Returns field.T, 16 rows at a time: their cells lie in the nearest cache while they are spread over the columns."""
+    """Returns field.T, 16 rows at a time: their cells lie in the nearest cache while they are
+    spread over the columns.
+    """
     rows, cols = field.shape
     if rows < _STRIP:
         return field.T
 
     def move(strip: Array, out: Array) -> Array:
         first = jnp.minimum(strip * _STRIP, rows - _STRIP)
-        return lax.dynamic_update_slice(out, lax.dynamic_slice(field, (first, 0), (_STRIP, cols)).T, (0, first))
+        return lax.dynamic_update_slice(
+            out, lax.dynamic_slice(field, (first, 0), (_STRIP, cols)).T, (0, first)
+        )
 
     return lax.fori_loop(0, -(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
 
 
 def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
-    """Relaxes the rows inside the border, from the first to the last, or back if `upwards`; in place.
+    """Relaxes the rows inside the border, from the first to the last, or back if `upwards`; in
+    place.
 
-    Reading an array that the loop carries anywhere but in the slice then overwritten would copy it at every step.
+    Reading an array that the loop carries anywhere but in the slice then overwritten would copy it
+    at every step.
     """
     rows, cols = field.shape
 
@@ -74,10 +93,12 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
         return lax.dynamic_slice(field, (y, 0), (1, cols))[0]
 
     def row_step(step: Array, carry: tuple) -> tuple:
-        line, bare, field = carry  # the row before, with its border and without: to cut it out again costs 50 %
+        # the row before, with its border and without: to cut it out again costs 50 %
+        line, bare, field = carry
         y = rows - 2 - step if upwards else 1 + step
         new = _relaxed(line, bare, row_of(field, y), straight, diagonal)
-        line = lax.dynamic_update_slice(line, new, (1,))  # its ends, the border, stay: a pad is slower by 40 %
+        # its ends, the border, stay: a pad is slower by 40 %
+        line = lax.dynamic_update_slice(line, new, (1,))
         return line, new, lax.dynamic_update_slice(field, line[None], (y, 0))
 
     line = row_of(field, jnp.int32(rows - 1 if upwards else 0))
@@ -85,9 +106,12 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
 
 
 def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
-    """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare` not)."""
+    """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare`
+    not).
+    """
     here = row[1:-1]
-    left = jnp.maximum(line[:-2], row[:-2] & BLOCKED)  # a diagonal needs the cell beside the target in this row,
+    # a diagonal needs the cell beside the target in this row,
+    left = jnp.maximum(line[:-2], row[:-2] & BLOCKED)
     right = jnp.maximum(line[2:], row[2:] & BLOCKED)
     best = jnp.minimum(jnp.minimum(left, right) + diagonal, bare + straight)
     best = jnp.maximum(best, bare & BLOCKED)  # and the one in the row before

@@ -1,9 +1,11 @@
-"""A queue of words whose cells have just been reached: what sweeps of a flood cannot finish in a few rounds.
+"""A queue of words whose cells have just been reached: what sweeps of a flood cannot finish in a
+few rounds.
 
-In a maze the flood turns back at every corner, and each turn would cost a sweep over the whole map; a queue goes only where
-something changes. `open_cells` may be reached and are not yet; `due` are those of them beside a cell that has been. A word
-waits in the queue exactly while it has cells due, so the queue never holds more entries than there are words. Taking a word
-reaches the whole run of each due cell, inside the word, and makes the open cells beside these runs due. It ends, because
+In a maze the flood turns back at every corner, and each turn would cost a sweep over the whole map;
+a queue goes only where something changes. `open_cells` may be reached and are not yet; `due` are
+those of them beside a cell that has been. A word waits in the queue exactly while it has cells due,
+so the queue never holds more entries than there are words. Taking a word reaches the whole run of
+each due cell, inside the word, and makes the open cells beside these runs due. It ends, because
 every word taken loses at least one open cell.
 """
 
@@ -17,7 +19,9 @@ from srt_jax.engine.kernel import read, read_apart, write
 _ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
 
 
-def flood_rest(free: Array, reached: Array, *, group: int, through_corners: bool, fill_runs: Callable) -> Array:
+def flood_rest(
+    free: Array, reached: Array, *, group: int, through_corners: bool, fill_runs: Callable
+) -> Array:
     """Returns the flood of a group in lanes, [H, lanes], from what sweeps have reached.
 
     Args:
@@ -28,7 +32,9 @@ def flood_rest(free: Array, reached: Array, *, group: int, through_corners: bool
     height, lanes = free.shape
     beside = _beside(lanes, group, through_corners)
     open_cells = jnp.pad(free & ~reached, ((1, 1), (0, 0)))
-    due = _due(jnp.pad(reached, ((1, 1), (0, 0))), beside, group).reshape(-1) & open_cells.reshape(-1)
+    due = _due(jnp.pad(reached, ((1, 1), (0, 0))), beside, group).reshape(-1) & open_cells.reshape(
+        -1
+    )
     num, queue = _nonzero(due, lanes)
     mask = jnp.uint32(queue.shape[0] - 1)
 
@@ -39,7 +45,8 @@ def flood_rest(free: Array, reached: Array, *, group: int, through_corners: bool
         due_here = read_apart(due, word) & free_here
         new = fill_runs(free_here, due_here)
         open_cells = write(open_cells, free_here & ~new, word)
-        due = write(due, due_here & ~new, word)  # which is 0, but in this way the write waits for the read
+        # which is 0, but in this way the write waits for the read
+        due = write(due, due_here & ~new, word)
         for offset, moved in beside:
             to = word + jnp.uint32(offset % 2**32)
             had = read_apart(due, to)
@@ -54,7 +61,9 @@ def flood_rest(free: Array, reached: Array, *, group: int, through_corners: bool
     return free & ~open_cells.reshape(height + 2, lanes)[1:-1]
 
 
-def _beside(lanes: int, group: int, through_corners: bool) -> list[tuple[int, Callable[[Array], Array]]]:
+def _beside(
+    lanes: int, group: int, through_corners: bool
+) -> list[tuple[int, Callable[[Array], Array]]]:
     """The neighbouring words, as offsets, and which of their cells touch given cells of a word."""
     one, top = jnp.uint32(_ONE), jnp.uint32(_TOP)
     to_left, to_right = (-group, lambda cells: cells << top), (group, lambda cells: cells >> top)
@@ -65,12 +74,16 @@ def _beside(lanes: int, group: int, through_corners: bool) -> list[tuple[int, Ca
         return cells | (cells << one) | (cells >> one)
 
     rows = [(-lanes, wide), (lanes, wide)]
-    corners = [(row + side, moved) for row in (-lanes, lanes) for side, moved in (to_left, to_right)]
+    corners = [
+        (row + side, moved) for row in (-lanes, lanes) for side, moved in (to_left, to_right)
+    ]
     return [*rows, to_left, to_right, *corners]
 
 
 def _due(reached: Array, beside: list, group: int) -> Array:
-    """The cells that touch reached ones, uint32 like `reached` [H + 2, lanes]; guards and border take what they get."""
+    """The cells that touch reached ones, uint32 like `reached` [H + 2, lanes]; guards and border
+    take what they get.
+    """
     flat = jnp.pad(reached.reshape(-1), reached.shape[1] + group)
     size, margin = reached.size, reached.shape[1] + group
     due = jnp.zeros(size, jnp.uint32)
@@ -87,5 +100,6 @@ def _nonzero(words: Array, lanes: int) -> tuple[Array, Array]:
         num, queue = state
         return num + (read(words, i) != 0).astype(jnp.uint32), write(queue, i, num)
 
-    first, last = jnp.uint32(lanes), jnp.uint32(words.shape[0] - lanes)  # the border rows hold no cell
+    # the border rows hold no cell
+    first, last = jnp.uint32(lanes), jnp.uint32(words.shape[0] - lanes)
     return lax.fori_loop(first, last, step, (jnp.uint32(0), jnp.zeros(room, jnp.uint32)))

@@ -1,1 +1,3 @@
-"""One file per format read or written; `files` reads and writes whole files. Described in docs/formats.md."""
+"""One file per format read or written; `files` reads and writes whole files. Described in
+docs/formats.md.
+"""

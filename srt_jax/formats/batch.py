@@ -28,7 +28,8 @@ class Batch(NamedTuple):
 
     tasks: NumPy arrays with one batch dimension, padded as by `stack`.
     names: one per task; "0", "1", ... where the file has none.
-    optimum: float32 [B], the least total removal cost that opens a way, inf where none does, NaN where unknown.
+    optimum: float32 [B], the least total removal cost that opens a way, inf where none does, NaN
+      where unknown.
     """
 
     tasks: Task
@@ -36,7 +37,13 @@ class Batch(NamedTuple):
     optimum: np.ndarray
 
 
-def write_batch(path: PathLike, tasks: Task, *, names: Sequence[str] | None = None, optimum: ArrayLike | None = None) -> None:
+def write_batch(
+    path: PathLike,
+    tasks: Task,
+    *,
+    names: Sequence[str] | None = None,
+    optimum: ArrayLike | None = None,
+) -> None:
     """Writes a batch (`stack` makes one); what `read_batch` would refuse is refused here.
 
     Args:
@@ -58,7 +65,8 @@ def read_batch(path: PathLike) -> Batch:
     """Returns the batch in an `.npz` file.
 
     Raises:
-      ValueError: the file is missing, cut off, no batch, or an array has a wrong dtype, shape or range.
+      ValueError: the file is missing, cut off, no batch, or an array has a wrong dtype, shape or
+        range.
     """
     return _checked(str(path), _arrays(path))
 
@@ -68,32 +76,59 @@ def _arrays(path: PathLike) -> dict[str, np.ndarray]:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as data:
             return {name: data[name] for name in data.files}
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, AttributeError, TypeError, OSError, KeyError) as error:
-        raise ValueError(f"{path}: no whole .npz file of plain arrays: it is cut off, damaged, or of another kind") from error
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        ValueError,
+        EOFError,
+        AttributeError,
+        TypeError,
+        OSError,
+        KeyError,
+    ) as error:
+        raise ValueError(
+            f"{path}: no whole .npz file of plain arrays: it is cut off, damaged, or of another"
+            " kind"
+        ) from error
 
 
 def _checked(path: str, arrays: dict[str, np.ndarray]) -> Batch:
-    wrong = (_FIELDS.keys() - arrays.keys()) | (arrays.keys() - _FIELDS.keys() - {"names", "optimum"})
+    wrong = (_FIELDS.keys() - arrays.keys()) | (
+        arrays.keys() - _FIELDS.keys() - {"names", "optimum"}
+    )
     if wrong:
         name = min(wrong)
         told = "is missing" if name in _FIELDS else "is unknown"
-        raise ValueError(f"{path}: the array {name!r} {told}: a batch holds {', '.join(_FIELDS)}, and may hold names, optimum")
-    sizes = {"2": 2, **dict(zip("BLHW", arrays["labels"].shape)), **dict(zip("BM", arrays["destroyable"].shape))}
+        raise ValueError(
+            f"{path}: the array {name!r} {told}: a batch holds {', '.join(_FIELDS)}, and may hold"
+            " names, optimum"
+        )
+    sizes = {
+        "2": 2,
+        **dict(zip("BLHW", arrays["labels"].shape)),
+        **dict(zip("BM", arrays["destroyable"].shape)),
+    }
     num_tasks = sizes.get("B", 0)
     arrays.setdefault("names", np.array([str(index) for index in range(num_tasks)], np.str_))
     arrays.setdefault("optimum", np.full(num_tasks, np.nan, np.float32))
-    for name, (dtype, axes) in (_FIELDS | {"names": (np.str_, "[B]"), "optimum": (np.float32, "[B]")}).items():
+    for name, (dtype, axes) in (
+        _FIELDS | {"names": (np.str_, "[B]"), "optimum": (np.float32, "[B]")}
+    ).items():
         _check_array(f"{path}: {name}", arrays[name], dtype, axes, sizes)
     _check_ranges(path, arrays)
     tasks = Task(**{name: arrays[name] for name in _FIELDS})
     return Batch(tasks=tasks, names=tuple(arrays["names"].tolist()), optimum=arrays["optimum"])
 
 
-def _check_array(name: str, array: np.ndarray, dtype: type, axes: str, sizes: dict[str, int]) -> None:
+def _check_array(
+    name: str, array: np.ndarray, dtype: type, axes: str, sizes: dict[str, int]
+) -> None:
     if not np.issubdtype(array.dtype, dtype):
         raise ValueError(f"{name} must be {np.dtype(dtype).name}, got {array.dtype}")
     if list(array.shape) != [sizes.get(axis) for axis in axes.strip("[]").split(", ")]:
-        raise ValueError(f"{name} must have shape {axes}, sizes equal in all arrays, got {list(array.shape)}")
+        raise ValueError(
+            f"{name} must have shape {axes}, sizes equal in all arrays, got {list(array.shape)}"
+        )
     if 0 in array.shape:
         raise ValueError(f"{name} has shape {list(array.shape)}: the batch is empty")
 
@@ -106,11 +141,15 @@ def _check_ranges(path: str, arrays: dict[str, np.ndarray]) -> None:
     is_id = (labels >= FREE) & (labels < cost.shape[1])
     is_padding = labels == np.where(np.arange(num_layers) == 0, OUTSIDE, FREE)[:, None, None]
     broken = {
-        f"size must lie between 1 x 1 and {height} x {width}, the shape of labels": (size < 1) | (size > (height, width)),
+        f"size must lie between 1 x 1 and {height} x {width}, the shape of labels": (
+            (size < 1) | (size > (height, width))
+        ),
         "start must lie inside the map": (arrays["start"] < 0) | (arrays["start"] >= size),
         "goal must lie inside the map": (arrays["goal"] < 0) | (arrays["goal"] >= size),
         f"labels must be {FREE} (free) or an id from 0 to {cost.shape[1] - 1}": is_inside & ~is_id,
-        f"labels beyond the map's size must be {OUTSIDE} in layer 0 and {FREE} in the others": ~is_inside & ~is_padding,
+        f"labels beyond the map's size must be {OUTSIDE} in layer 0 and {FREE} in the others": (
+            ~is_inside & ~is_padding
+        ),
         "removal_cost must be positive and finite": ~(np.isfinite(cost) & (cost > 0)),
         "optimum must not be negative (NaN where unknown)": arrays["optimum"] < 0,
     }

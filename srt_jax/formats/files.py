@@ -26,14 +26,17 @@ def read_bytes(path: PathLike, kind: str) -> bytes:
 
 
 def read_lines(path: PathLike, kind: str) -> list[str]:
-    """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8 stand as U+FFFD."""
+    """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8
+    stand as U+FFFD.
+    """
     text = read_bytes(path, kind).decode("utf-8-sig", errors="replace")
     return [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
 
 
 @contextlib.contextmanager
 def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
-    """Opens a file that takes its name only once it is whole: on an error nothing is left, and an older file stays.
+    """Opens a file that takes its name only once it is whole: on an error nothing is left, and an
+    older file stays.
 
     Raises:
       ValueError: the folder does not exist or cannot be written to.
@@ -46,13 +49,17 @@ def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
             yield file
         os.replace(draft, target)
     except OSError as error:
-        raise ValueError(f"{path}: cannot be written: {error.strerror}; name a file in a folder that exists") from error
+        raise ValueError(
+            f"{path}: cannot be written: {error.strerror}; name a file in a folder that exists"
+        ) from error
     finally:
         draft.unlink(missing_ok=True)
 
 
 def make_folder(path: pathlib.Path) -> None:
-    """Makes the folder and those above it, where they are missing; ValueError where that cannot be."""
+    """Makes the folder and those above it, where they are missing; ValueError where that cannot
+    be.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -60,7 +67,8 @@ def make_folder(path: pathlib.Path) -> None:
 
 
 def needed(module: str, *, extra: str, what: str) -> Any:
-    """Returns a module that is not part of the core; ImportError with the command that installs it where it is absent.
+    """Returns a module that is not part of the core; ImportError with the command that installs it
+    where it is absent.
 
     Args:
       extra: of this package, which brings it. what: asks for it, such as "reading OpenStreetMap".
@@ -68,5 +76,7 @@ def needed(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(module.split(".")[0], module.split(".")[0])
+        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(
+            module.split(".")[0], module.split(".")[0]
+        )
         raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error

@@ -1,8 +1,8 @@
 """GeoJSON: polygons made obstacles, and places written so that they read back equal.
 
-The standard (RFC 7946) has longitude and latitude in degrees. What `write_geojson` writes is in metres and says so in a member
-of its own, "srt-jax"; a "crs" of the older standard is believed too. Where a file says nothing, coordinates that cannot be
-degrees are metres.
+The standard (RFC 7946) has longitude and latitude in degrees. What `write_geojson` writes is in
+metres and says so in a member of its own, "srt-jax"; a "crs" of the older standard is believed too.
+Where a file says nothing, coordinates that cannot be degrees are metres.
 """
 
 import json
@@ -28,7 +28,15 @@ from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
-TYPES = ("FeatureCollection", "Feature", "Polygon", "MultiPolygon", "LineString", "MultiLineString", "GeometryCollection")
+TYPES = (
+    "FeatureCollection",
+    "Feature",
+    "Polygon",
+    "MultiPolygon",
+    "LineString",
+    "MultiLineString",
+    "GeometryCollection",
+)
 UNITS = ("auto", "degrees", "metres")
 _OWN = "srt-jax"
 _LINE_WIDTH = 0.2
@@ -36,7 +44,9 @@ _LINE_WIDTH = 0.2
 
 
 class _Given(NamedTuple):
-    """parts: polygons, or one line, as arrays in the file's units. properties: of its feature. called: its name in messages."""
+    """parts: polygons, or one line, as arrays in the file's units. properties: of its feature.
+    called: its name in messages.
+    """
 
     parts: list[list[np.ndarray]]
     is_line: bool
@@ -45,19 +55,27 @@ class _Given(NamedTuple):
 
 
 def read_geojson(
-    path: PathLike, *, units: str = "auto", rules: Sequence[TagRule] | None = None, notes: Notes | None = None
+    path: PathLike,
+    *,
+    units: str = "auto",
+    rules: Sequence[TagRule] | None = None,
+    notes: Notes | None = None,
 ) -> Place:
-    """Returns the obstacles in a GeoJSON file: one of each feature with polygons, and one of each line.
+    """Returns the obstacles in a GeoJSON file: one of each feature with polygons, and one of each
+    line.
 
-    A feature's properties `destroyable`, `removal_cost`, `name` count; without them the tag rules, which look at its properties
-    too; else it can be destroyed at cost 1. Lines get the rule's width, or 0.2 m.
+    A feature's properties `destroyable`, `removal_cost`, `name` count; without them the tag rules,
+    which look at its properties too; else it can be destroyed at cost 1. Lines get the rule's
+    width, or 0.2 m.
 
     Args:
       units: of the coordinates, one of UNITS.
-      notes: receives what was odd and how often: rings not closed or crossing, points, features without a geometry.
+      notes: receives what was odd and how often: rings not closed or crossing, points, features
+        without a geometry.
 
     Raises:
-      ValueError: the file is missing or no GeoJSON, or a coordinate or property is wrong; the message says where.
+      ValueError: the file is missing or no GeoJSON, or a coordinate or property is wrong; the
+        message says where.
     """
     notes = Notes() if notes is None else notes
     rules = default_rules() if rules is None else tuple(rules)
@@ -75,8 +93,13 @@ def read_geojson(
 def write_geojson(path: PathLike, place: Place) -> None:
     """Writes a place in metres, one feature per obstacle; `read_geojson` reads it back equal."""
     own = {"units": "metres", "bounds": place.bounds, "attribution": place.attribution}
-    head = f'{{"type": "FeatureCollection", "{_OWN}": {json.dumps(own, ensure_ascii=False)}, "features": ['
-    features = ",\n".join(json.dumps(_feature(obstacle), ensure_ascii=False) for obstacle in place.obstacles)
+    head = (
+        f'{{"type": "FeatureCollection", "{_OWN}": {json.dumps(own, ensure_ascii=False)},'
+        ' "features": ['
+    )
+    features = ",\n".join(
+        json.dumps(_feature(obstacle), ensure_ascii=False) for obstacle in place.obstacles
+    )
     with written(path) as file:
         file.write(f"{head}\n{features}\n]}}\n")
 
@@ -84,7 +107,10 @@ def write_geojson(path: PathLike, place: Place) -> None:
 def _feature(obstacle: Obstacle) -> dict[str, Any]:
     parts = [[(*ring, ring[0]) for ring in part] for part in obstacle.parts]
     single = len(parts) == 1
-    geometry = {"type": "Polygon" if single else "MultiPolygon", "coordinates": parts[0] if single else parts}
+    geometry = {
+        "type": "Polygon" if single else "MultiPolygon",
+        "coordinates": parts[0] if single else parts,
+    }
     properties = {name: getattr(obstacle, name) for name in ("name", "destroyable", "removal_cost")}
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
@@ -93,12 +119,20 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
     given = list(_all_given(document, notes))
     own = _own(document)
     box = _box(own.get("bounds", document.get("bbox")))
-    points = [ring for one in given for part in one.parts for ring in part] + ([np.reshape(box, (2, 2))] if box else [])
+    points = [ring for one in given for part in one.parts for ring in part] + (
+        [np.reshape(box, (2, 2))] if box else []
+    )
     all_points = np.concatenate(points) if points else np.zeros((0, 2))
     if _units(document, own, units, all_points, notes) == "degrees" and len(all_points):
         projection = projection_over(all_points.min(axis=0), all_points.max(axis=0))
-        notes.tell(f"metres east and north of longitude {projection.longitude:.7f}, latitude {projection.latitude:.7f}")
-        given = [one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts]) for one in given]
+        notes.tell(
+            f"metres east and north of longitude {projection.longitude:.7f}, latitude"
+            f" {projection.latitude:.7f}"
+        )
+        given = [
+            one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts])
+            for one in given
+        ]
         box = projection.to_metres(np.reshape(box, (2, 2))).ravel().tolist() if box else None
     shapes = [_shape(one, rules, notes) for one in given]
     made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
@@ -108,8 +142,12 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
     return place
 
 
-def _units(document: dict[str, Any], own: dict[str, Any], units: str, points: np.ndarray, notes: Notes) -> str:
-    """Returns "degrees" or "metres": what is asked for, else what the file says, else what the numbers allow."""
+def _units(
+    document: dict[str, Any], own: dict[str, Any], units: str, points: np.ndarray, notes: Notes
+) -> str:
+    """Returns "degrees" or "metres": what is asked for, else what the file says, else what the
+    numbers allow.
+    """
     if units != "auto":
         return units
     if own.get("units") in UNITS[1:]:
@@ -118,7 +156,10 @@ def _units(document: dict[str, Any], own: dict[str, Any], units: str, points: np
     if "CRS84" in crs or "4326" in crs:
         return "degrees"
     if "crs" in document and document["crs"] is not None:
-        notes.tell("the file names a coordinate system that is not longitude and latitude: taken as metres, x east, y north")
+        notes.tell(
+            "the file names a coordinate system that is not longitude and latitude: taken as"
+            " metres, x east, y north"
+        )
         return "metres"
     fits = not len(points) or (np.abs(points).max(axis=0) <= (180, 90)).all()
     notes.tell(
@@ -139,7 +180,11 @@ def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape:
     if not given.is_line:
         return Shape(given.parts, given.called, options)
     width = (rule.width if rule else None) or _LINE_WIDTH
-    return Shape(wall_parts(given.parts[0][0], width, called=given.called, notes=notes), given.called, options)
+    return Shape(
+        wall_parts(given.parts[0][0], width, called=given.called, notes=notes),
+        given.called,
+        options,
+    )
 
 
 def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
@@ -155,7 +200,9 @@ def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
             raise ValueError(f"{called} must be an object, got {type(feature).__name__}")
         properties = feature.get("properties") or {}
         if not isinstance(properties, dict):
-            raise ValueError(f"{called}: properties must be an object, got {type(properties).__name__}")
+            raise ValueError(
+                f"{called}: properties must be an object, got {type(properties).__name__}"
+            )
         if feature.get("geometry") is None:
             notes.add("features passed over: they have no geometry", example=called)
             continue
@@ -165,14 +212,18 @@ def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
         yield from (_Given([[line]], True, properties, called) for line in lines)
 
 
-def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
+def _taken_apart(
+    geometry: Any, called: str, notes: Notes
+) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
     """Returns the polygons and the lines of a geometry."""
     if not isinstance(geometry, dict) or not isinstance(geometry.get("type"), str):
         raise ValueError(f"{called}: a geometry must be an object with a type")
     kind, coordinates = geometry["type"], geometry.get("coordinates", [])
     if kind == "GeometryCollection":
         apart = [_taken_apart(one, called, notes) for one in geometry.get("geometries", [])]
-        return [polygon for polygons, _ in apart for polygon in polygons], [line for _, lines in apart for line in lines]
+        return [polygon for polygons, _ in apart for polygon in polygons], [
+            line for _, lines in apart for line in lines
+        ]
     if kind in ("Point", "MultiPoint"):
         notes.add(POINTLESS, example=called)
         return [], []
@@ -182,7 +233,10 @@ def _taken_apart(geometry: Any, called: str, notes: Notes) -> tuple[list[list[np
         parts = [coordinates] if kind == "Polygon" else coordinates
         return [[_ring(ring, called, notes) for ring in part] for part in parts if part], []
     if kind in ("LineString", "MultiLineString"):
-        return [], [_points(line, called) for line in ([coordinates] if kind == "LineString" else coordinates)]
+        return [], [
+            _points(line, called)
+            for line in ([coordinates] if kind == "LineString" else coordinates)
+        ]
     raise ValueError(f"{called}: a geometry of type {kind!r} is not known")
 
 
@@ -199,7 +253,9 @@ def _points(line: Any, called: str) -> np.ndarray:
     except (TypeError, ValueError) as error:
         raise ValueError(f"{called}: a point must be a list of numbers [x, y]") from error
     if points.ndim != 2 or points.shape[1:] != (2,):
-        raise ValueError(f"{called}: a ring or line must be a list of points [x, y], with one point at least")
+        raise ValueError(
+            f"{called}: a ring or line must be a list of points [x, y], with one point at least"
+        )
     if not np.isfinite(points).all():
         raise ValueError(f"{called}: coordinates must be finite")
     return points
@@ -214,10 +270,16 @@ def _own(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _box(box: Any) -> list[float] | None:
-    """Returns the box a file states, (x_min, y_min, x_max, y_max), without heights; None where it states none."""
+    """Returns the box a file states, (x_min, y_min, x_max, y_max), without heights; None where
+    it states none.
+    """
     if box is None:
         return None
-    if not (isinstance(box, list) and len(box) in (4, 6) and all(isinstance(number, int | float) for number in box)):
+    if not (
+        isinstance(box, list)
+        and len(box) in (4, 6)
+        and all(isinstance(number, int | float) for number in box)
+    ):
         raise ValueError(f"a bbox holds 4 or 6 numbers, got {box!r}")
     half = len(box) // 2
     return [*box[:2], *box[half : half + 2]]

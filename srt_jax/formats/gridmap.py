@@ -1,7 +1,7 @@
 """A map that comes as cells, and the one place where shades, signs and numbers become `free`.
 
-In every such file the first row is the top one (north), so nothing is turned: row 0 here is the first row there. Where a file
-writes x and y, x is the column and y the row.
+In every such file the first row is the top one (north), so nothing is turned: row 0 here is the
+first row there. Where a file writes x and y, x is the column and y the row.
 """
 
 import dataclasses
@@ -19,7 +19,8 @@ class GridMap:
     """One map of cells.
 
     free: bool [H, W], True where the agent fits.
-    unknown: bool [H, W], the cells of which the file does not say; what they count as is decided in `free`.
+    unknown: bool [H, W], the cells of which the file does not say; what they count as is decided in
+      `free`.
     cell_side: metres.
     corner: (x, y), metres, the outer corner of the lower left cell.
     start, goal: (row, col), where the file names them.
@@ -36,27 +37,38 @@ class GridMap:
     def grid(self) -> Grid:
         """Where the cells lie in metres."""
         height, width = self.free.shape
-        return Grid((self.corner[0], self.corner[1] + height * self.cell_side), self.cell_side, height, width)
+        return Grid(
+            (self.corner[0], self.corner[1] + height * self.cell_side),
+            self.cell_side,
+            height,
+            width,
+        )
 
 
 def free_map(free: np.ndarray) -> GridMap:
     """Returns the map of a mask, bool [H, W], that is known everywhere."""
     free = np.asarray(free)
     if free.dtype != bool:
-        raise TypeError(f"free must be bool (True where the agent fits), got {free.dtype}: write free.astype(bool)")
+        raise TypeError(
+            f"free must be bool (True where the agent fits), got {free.dtype}: write"
+            " free.astype(bool)"
+        )
     if free.ndim != 2 or 0 in free.shape:
         raise ValueError(f"free must have shape [H, W] with no empty side, got {list(free.shape)}")
     return GridMap(free, np.zeros_like(free))
 
 
 def decided(occupied: np.ndarray, free: np.ndarray, *, unknown_as: str, notes: Notes) -> GridMap:
-    """Returns the map where cells are `occupied`, `free` (bool [H, W]), or neither: unknown, which is noted.
+    """Returns the map where cells are `occupied`, `free` (bool [H, W]), or neither: unknown, which
+    is noted.
 
     Args:
       unknown_as: "blocked" or "free".
     """
     if unknown_as not in UNKNOWN_AS:
-        raise ValueError(f"unknown cells can count as {' or '.join(UNKNOWN_AS)}, not as {unknown_as!r}")
+        raise ValueError(
+            f"unknown cells can count as {' or '.join(UNKNOWN_AS)}, not as {unknown_as!r}"
+        )
     unknown = ~occupied & ~free
     notes.add(f"unknown cells, taken as {unknown_as}", int(unknown.sum()))
     return GridMap(free | unknown if unknown_as == "free" else free, unknown)

@@ -1,4 +1,6 @@
-"""JSON read strictly: whole, in UTF-8, every number finite, no member twice, no member that is not known."""
+"""JSON read strictly: whole, in UTF-8, every number finite, no member twice, no member that is
+not known.
+"""
 
 import json
 from typing import Any, NoReturn
@@ -17,9 +19,13 @@ def read_json(path: PathLike, kind: str) -> Any:
     """
     content = read_bytes(path, kind)
     try:
-        return json.loads(content, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats)
+        return json.loads(
+            content, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats
+        )
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}") from error
+        raise ValueError(
+            f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}"
+        ) from error
     except (UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{path}: no JSON text in UTF-8, or nested too deeply") from error
     except ValueError as error:
@@ -27,16 +33,22 @@ def read_json(path: PathLike, kind: str) -> Any:
 
 
 def fields_of(where: str, value: object, *required: str, **defaults: object) -> dict[str, Any]:
-    """Returns the members of a JSON object in the order asked for; ValueError for one that is missing or not known."""
+    """Returns the members of a JSON object in the order asked for; ValueError for one that is
+    missing or not known.
+    """
     if not isinstance(value, dict):
-        raise ValueError(f"{where} must be an object with {', '.join(required)}, got {type(value).__name__}")
+        raise ValueError(
+            f"{where} must be an object with {', '.join(required)}, got {type(value).__name__}"
+        )
     names = (*required, *defaults)
     for name in required:
         if name not in value:
             raise ValueError(f"{where} lacks {name!r}: it has {', '.join(names)}")
     for name in value:
         if name not in names:
-            raise ValueError(f"{where} has the unknown member {name!r}: known are {', '.join(names)}")
+            raise ValueError(
+                f"{where} has the unknown member {name!r}: known are {', '.join(names)}"
+            )
     return {name: value.get(name, defaults.get(name)) for name in names}
 
 

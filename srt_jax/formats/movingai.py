@@ -1,8 +1,9 @@
 """MovingAI benchmark files: `.map` (octile grids) and `.scen` (start, goal and optimal length).
 
-Signs of a map: '.' and 'G' (ground) and 'S' (swamp) are free; '@' and 'O' (out of bounds), 'T' (trees) and 'W' (water) are
-blocked. By the benchmark's rules swamp can be entered from ground and water cannot; our agent moves on the ground.
-In the files x is the column and y the row; here a cell is (row, col) as everywhere.
+Signs of a map: '.' and 'G' (ground) and 'S' (swamp) are free; '@' and 'O' (out of bounds), 'T'
+(trees) and 'W' (water) are blocked. By the benchmark's rules swamp can be entered from ground and
+water cannot; our agent moves on the ground. In the files x is the column and y the row; here a cell
+is (row, col) as everywhere.
 """
 
 from collections.abc import Iterable
@@ -15,14 +16,26 @@ from srt_jax.formats.notes import Notes
 
 FREE_SIGNS = ".GS"
 BLOCKED_SIGNS = "@OTW"
-_SCEN_FIELDS = ("bucket", "map", "width", "height", "start x", "start y", "goal x", "goal y", "optimal length")
+_SCEN_FIELDS = (
+    "bucket",
+    "map",
+    "width",
+    "height",
+    "start x",
+    "start y",
+    "goal x",
+    "goal y",
+    "optimal length",
+)
 
 
 class ScenRow(NamedTuple):
     """A row of a scenario.
 
-    bucket: int, groups rows by length. map_name: the map's file name without folders. width, height: of that map.
-    start, goal: (row, col). length: of a shortest path, cell sides, where a diagonal needs both side cells free.
+    bucket: int, groups rows by length. map_name: the map's file name without folders. width,
+      height: of that map.
+    start, goal: (row, col). length: of a shortest path, cell sides, where a diagonal needs both
+      side cells free.
     """
 
     bucket: int
@@ -38,10 +51,12 @@ def read_map(path: PathLike, *, notes: Notes | None = None) -> np.ndarray:
     """Returns the free cells of a `.map` file, bool [H, W].
 
     Args:
-      notes: receives how many cells are swamp (free) or water (blocked), which some moving agents see otherwise.
+      notes: receives how many cells are swamp (free) or water (blocked), which some moving agents
+        see otherwise.
 
     Raises:
-      ValueError: with file and line, where the file is missing, no octile map, or not what its header says.
+      ValueError: with file and line, where the file is missing, no octile map, or not what its
+        header says.
     """
     lines = read_lines(path, "MovingAI map")
     height, width, first = _map_header(path, lines)
@@ -50,20 +65,24 @@ def read_map(path: PathLike, *, notes: Notes | None = None) -> np.ndarray:
         rows.pop()
     if len(rows) != height:
         raise ValueError(
-            f"{path}:{min(len(lines), first + height)}: the header says {height} rows, the file holds {len(rows)}: "
-            "it is cut off or its header is wrong"
+            f"{path}:{min(len(lines), first + height)}: the header says {height} rows, the file"
+            f" holds {len(rows)}: it is cut off or its header is wrong"
         )
     for index, row in enumerate(rows):
         if len(row) != width:
-            raise ValueError(f"{path}:{first + index + 1}: the header says {width} columns, this row has {len(row)}")
+            raise ValueError(
+                f"{path}:{first + index + 1}: the header says {width} columns, this row has"
+                f" {len(row)}"
+            )
     signs = np.array(rows).reshape(height, 1).view("U1").reshape(height, width)
     free = np.isin(signs, list(FREE_SIGNS))
     unknown = np.argwhere(~free & ~np.isin(signs, list(BLOCKED_SIGNS)))
     if len(unknown):
         row, col = unknown[0].tolist()
         raise ValueError(
-            f"{path}:{first + row + 1}: column {col + 1} holds {str(signs[row, col])!r}, which is no MovingAI sign: "
-            f"free are {', '.join(FREE_SIGNS)}, blocked are {', '.join(BLOCKED_SIGNS)}"
+            f"{path}:{first + row + 1}: column {col + 1} holds {str(signs[row, col])!r}, which is"
+            f" no MovingAI sign: free are {', '.join(FREE_SIGNS)}, blocked are"
+            f" {', '.join(BLOCKED_SIGNS)}"
         )
     if notes is not None:
         notes.add("swamp cells, taken as free", int((signs == "S").sum()))
@@ -75,7 +94,10 @@ def write_map(path: PathLike, free: np.ndarray) -> None:
     """Writes bool [H, W] as a `.map` file: '.' where free, '@' where not."""
     free = np.asarray(free)
     if free.dtype != bool:
-        raise TypeError(f"free must be bool (True where the agent fits), got {free.dtype}: write free.astype(bool)")
+        raise TypeError(
+            f"free must be bool (True where the agent fits), got {free.dtype}: write"
+            " free.astype(bool)"
+        )
     if free.ndim != 2 or 0 in free.shape:
         raise ValueError(f"free must have shape [H, W] with no empty side, got {list(free.shape)}")
     height, width = free.shape
@@ -88,13 +110,18 @@ def read_scen(path: PathLike) -> list[ScenRow]:
     """Returns the rows of a `.scen` file in order; [] where it has none.
 
     Raises:
-      ValueError: with file and line, where the file is missing, of another version, or a row is wrong.
+      ValueError: with file and line, where the file is missing, of another version, or a row is
+        wrong.
     """
     lines = read_lines(path, "MovingAI scenario")
     words = lines[0].split()
     if len(words) != 2 or words[0] != "version" or words[1] not in ("1", "1.0"):
         raise ValueError(f"{path}:1: a scenario starts with 'version 1', got {lines[0][:40]!r}")
-    return [_scen_row(f"{path}:{number}", line) for number, line in enumerate(lines[1:], 2) if line.strip()]
+    return [
+        _scen_row(f"{path}:{number}", line)
+        for number, line in enumerate(lines[1:], 2)
+        if line.strip()
+    ]
 
 
 def write_scen(path: PathLike, rows: Iterable[ScenRow]) -> None:
@@ -115,16 +142,22 @@ def _map_header(path: PathLike, lines: list[str]) -> tuple[int, int, int]:
         if words == ["map"]:
             missing = {"type", "height", "width"} - found.keys()
             if missing:
-                raise ValueError(f"{path}:{index + 1}: the header ends without {', '.join(sorted(missing))}")
+                raise ValueError(
+                    f"{path}:{index + 1}: the header ends without {', '.join(sorted(missing))}"
+                )
             return found["height"], found["width"], index + 1
         if len(words) != 2 or words[0] not in ("type", "height", "width") or words[0] in found:
             break
         found[words[0]] = _header_value(f"{path}:{index + 1}", *words)
     else:
         index, line = len(lines), ""
-        raise ValueError(f"{path}:{index}: the file ends within its header: 'type octile', 'height H', 'width W', 'map'")
+        raise ValueError(
+            f"{path}:{index}: the file ends within its header: 'type octile', 'height H', 'width"
+            " W', 'map'"
+        )
     raise ValueError(
-        f"{path}:{index + 1}: a map starts with 'type octile', 'height H', 'width W', 'map', one a line, got {line[:40]!r}"
+        f"{path}:{index + 1}: a map starts with 'type octile', 'height H', 'width W', 'map', one a"
+        f" line, got {line[:40]!r}"
     )
 
 
@@ -132,7 +165,8 @@ def _header_value(where: str, name: str, value: str) -> int | str:
     if name == "type":
         if value != "octile":
             raise ValueError(
-                f"{where}: maps of type {value!r} are not read, only 'octile', on which moves go in eight directions"
+                f"{where}: maps of type {value!r} are not read, only 'octile', on which moves go in"
+                " eight directions"
             )
         return value
     if not (value.isascii() and value.isdigit()) or int(value) == 0:
@@ -143,22 +177,36 @@ def _header_value(where: str, name: str, value: str) -> int | str:
 def _scen_row(where: str, line: str) -> ScenRow:
     fields = line.split("\t") if "\t" in line else line.split()
     if len(fields) != len(_SCEN_FIELDS):
-        raise ValueError(f"{where}: a row has {len(_SCEN_FIELDS)} fields ({', '.join(_SCEN_FIELDS)}), got {len(fields)}")
+        raise ValueError(
+            f"{where}: a row has {len(_SCEN_FIELDS)} fields ({', '.join(_SCEN_FIELDS)}), got"
+            f" {len(fields)}"
+        )
     numbers = {}
     for name, field in zip(_SCEN_FIELDS, fields):
         if name not in ("map", "optimal length"):
             if not (field.strip().isascii() and field.strip().isdigit()):
-                raise ValueError(f"{where}: {name} must be a whole number, not negative, got {field[:20]!r}")
+                raise ValueError(
+                    f"{where}: {name} must be a whole number, not negative, got {field[:20]!r}"
+                )
             numbers[name] = int(field)
-    for name, side in (("start x", "width"), ("start y", "height"), ("goal x", "width"), ("goal y", "height")):
+    for name, side in (
+        ("start x", "width"),
+        ("start y", "height"),
+        ("goal x", "width"),
+        ("goal y", "height"),
+    ):
         if numbers[name] >= numbers[side]:
-            raise ValueError(f"{where}: {name} is {numbers[name]}, outside a map of {side} {numbers[side]}")
+            raise ValueError(
+                f"{where}: {name} is {numbers[name]}, outside a map of {side} {numbers[side]}"
+            )
     try:
         length = float(fields[8])
     except ValueError:
         length = np.nan
     if not 0 <= length < np.inf:
-        raise ValueError(f"{where}: the optimal length must be a number, not negative, got {fields[8][:20]!r}")
+        raise ValueError(
+            f"{where}: the optimal length must be a number, not negative, got {fields[8][:20]!r}"
+        )
     return ScenRow(
         bucket=numbers["bucket"],
         map_name=fields[1].strip().replace("\\", "/").rsplit("/", 1)[-1],

@@ -5,7 +5,9 @@ from typing import Any, NamedTuple
 
 
 class Note(NamedTuple):
-    """what: in words. count: how often; 0 for a plain fact. example: one place where it was so, or ""."""
+    """what: in words. count: how often; 0 for a plain fact. example: one place where it was so,
+    or "".
+    """
 
     what: str
     count: int = 0

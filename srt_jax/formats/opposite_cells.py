@@ -8,10 +8,12 @@ Cell = tuple[int, int]
 
 
 def opposite_cells(free: np.ndarray) -> tuple[Cell, Cell]:
-    """Returns two cells of the largest free region, at its two ends along its longer side; the same for the same map.
+    """Returns two cells of the largest free region, at its two ends along its longer side; the same
+    for the same map.
 
-    Of the cells at an end the one nearest the middle of that end is taken, of equally near ones the first in row order. Of
-    equally large regions the first counts; of equally long sides, west to east.
+    Of the cells at an end the one nearest the middle of that end is taken, of equally near ones the
+    first in row order. Of equally large regions the first counts; of equally long sides, west to
+    east.
 
     Args:
       free: bool [H, W].
@@ -21,7 +23,9 @@ def opposite_cells(free: np.ndarray) -> tuple[Cell, Cell]:
     """
     cells = np.argwhere(largest_region(np.asarray(free, bool)))
     if not len(cells):
-        raise ValueError("no cell is free, so that there is no place for a start: take smaller cells")
+        raise ValueError(
+            "no cell is free, so that there is no place for a start: take smaller cells"
+        )
     spans = np.ptp(cells, axis=0)
     along = int(spans[0] > spans[1]) ^ 1
     ends = []

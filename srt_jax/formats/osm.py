@@ -1,7 +1,9 @@
-"""OpenStreetMap extracts (`.osm`, `.osm.gz`, `.osm.bz2`, `.osm.pbf`): tagged areas and lines made obstacles in metres.
+"""OpenStreetMap extracts (`.osm`, `.osm.gz`, `.osm.bz2`, `.osm.pbf`): tagged areas and lines made
+obstacles in metres.
 
-An area is what osmium assembles: a closed way, or a multipolygon relation with its courtyards. Coordinates are longitude and
-latitude; the bounds are the extract's box, which nodes and whole objects may lie outside of.
+An area is what osmium assembles: a closed way, or a multipolygon relation with its courtyards.
+Coordinates are longitude and latitude; the bounds are the extract's box, which nodes and whole
+objects may lie outside of.
 """
 
 import contextlib
@@ -36,7 +38,9 @@ _Name = tuple[str, int]
 
 
 class _Thing(NamedTuple):
-    """parts: polygons in degrees, or one line. rule: which made it an obstacle. name: may be empty."""
+    """parts: polygons in degrees, or one line. rule: which made it an obstacle. name: may be
+    empty.
+    """
 
     parts: list[list[Any]]
     rule: TagRule
@@ -51,15 +55,19 @@ class _Found(NamedTuple):
     lost: dict[_Name, TagRule]
 
 
-def read_osm(path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: Notes | None = None) -> Place:
+def read_osm(
+    path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: Notes | None = None
+) -> Place:
     """Returns the obstacles in an extract: ways by id, then relations by id; needs osmium.
 
     Args:
       rules: which tags make an obstacle; without them `default_rules`. The first that fits decides.
-      notes: receives what was odd and how often: missing nodes and members, unclosed and crossing rings, objects outside.
+      notes: receives what was odd and how often: missing nodes and members, unclosed and crossing
+        rings, objects outside.
 
     Raises:
-      ValueError: the file is missing, cut off or no extract, or it says neither how far it reaches nor has an obstacle.
+      ValueError: the file is missing, cut off or no extract, or it says neither how far it reaches
+        nor has an obstacle.
     """
     osmium = needed("osmium", extra="osm", what="reading OpenStreetMap")
     rules = default_rules() if rules is None else tuple(rules)
@@ -96,7 +104,10 @@ def _found(osmium: Any, path: str, rules: Sequence[TagRule], notes: Notes) -> _F
         is_area = rule.width is None or item.tags.get("area") == "yes"
         if item.is_area() and is_area:
             name = ("way" if item.from_way() else "relation", item.orig_id())
-            parts = [[_places(ring) for ring in (outer, *item.inner_rings(outer))] for outer in item.outer_rings()]
+            parts = [
+                [_places(ring) for ring in (outer, *item.inner_rings(outer))]
+                for outer in item.outer_rings()
+            ]
             if parts:  # osmium makes an empty area of what it cannot assemble
                 things[name] = _Thing(parts, rule, item.tags.get("name", ""))
         elif item.is_way() and is_area:
@@ -110,29 +121,48 @@ def _found(osmium: Any, path: str, rules: Sequence[TagRule], notes: Notes) -> _F
     return _Found(things, {name: rule for name, rule in tagged.items() if name not in things})
 
 
-def _explain_losses(osmium: Any, path: str, found: _Found, rules: Sequence[TagRule], notes: Notes) -> None:
-    """Notes why areas could not be assembled; ways that only cross themselves become things after all."""
+def _explain_losses(
+    osmium: Any, path: str, found: _Found, rules: Sequence[TagRule], notes: Notes
+) -> None:
+    """Notes why areas could not be assembled; ways that only cross themselves become things
+    after all.
+    """
     ways = {number for kind, number in found.lost if kind == "way"}
     relations = {number for kind, number in found.lost if kind == "relation"}
     if not (ways or relations):
         return
     members: dict[int, list[int]] = {}
     if relations:
-        for item in osmium.FileProcessor(path, osmium.osm.RELATION).with_filter(osmium.filter.IdFilter(relations)):
+        for item in osmium.FileProcessor(path, osmium.osm.RELATION).with_filter(
+            osmium.filter.IdFilter(relations)
+        ):
             members[item.id] = [member.ref for member in item.members if member.type == "w"]
     wanted = ways | {way for refs in members.values() for way in refs}
     whole = set()
-    for item in osmium.FileProcessor(path).with_locations().with_filter(osmium.filter.IdFilter(wanted)):
+    for item in (
+        osmium.FileProcessor(path).with_locations().with_filter(osmium.filter.IdFilter(wanted))
+    ):
         if item.is_way() and all(node.location.valid() for node in item.nodes):
             whole.add(item.id)
             if item.id in ways and item.is_closed():
                 rule = found.lost["way", item.id]
-                found.things["way", item.id] = _Thing([[_places(item.nodes)]], rule, item.tags.get("name", ""))
+                found.things["way", item.id] = _Thing(
+                    [[_places(item.nodes)]], rule, item.tags.get("name", "")
+                )
     for number in sorted(ways):
-        why = LOST_NODES if number not in whole else BROKEN_WAYS if ("way", number) in found.things else UNCLOSED_WAYS
+        why = (
+            LOST_NODES
+            if number not in whole
+            else BROKEN_WAYS
+            if ("way", number) in found.things
+            else UNCLOSED_WAYS
+        )
         notes.add(why, example=f"way {number}")
     for number, refs in sorted(members.items()):
-        notes.add(BROKEN_RELATIONS if whole.issuperset(refs) else LOST_MEMBERS, example=f"relation {number}")
+        notes.add(
+            BROKEN_RELATIONS if whole.issuperset(refs) else LOST_MEMBERS,
+            example=f"relation {number}",
+        )
 
 
 def _shape(name: _Name, thing: _Thing, projection: Projection, notes: Notes) -> Shape:
@@ -161,24 +191,47 @@ def _box(osmium: Any, path: str, found: _Found, notes: Notes) -> np.ndarray:
     box = osmium.io.Reader(path).header().box()
     if box.valid() and box.size() > 0:
         return np.array([(corner.lon, corner.lat) for corner in (box.bottom_left, box.top_right)])
-    places = [place for thing in found.things.values() for part in thing.parts for ring in part for place in ring]
+    places = [
+        place
+        for thing in found.things.values()
+        for part in thing.parts
+        for ring in part
+        for place in ring
+    ]
     if not places:
-        raise ValueError(f"{path}: it names no bounds, and nothing in it is an obstacle by the tag rules: give other rules")
+        raise ValueError(
+            f"{path}: it names no bounds, and nothing in it is an obstacle by the tag rules: give"
+            " other rules"
+        )
     notes.tell("the file names no bounds: taken is the box around its obstacles")
     return np.array([np.min(places, axis=0), np.max(places, axis=0)])
 
 
-def _summarise(kept: dict[_Name, Obstacle], found: _Found, projection: Projection, box: np.ndarray, notes: Notes) -> None:
+def _summarise(
+    kept: dict[_Name, Obstacle],
+    found: _Found,
+    projection: Projection,
+    box: np.ndarray,
+    notes: Notes,
+) -> None:
     counts = Counter(found.things[name].rule.key for name in kept)
     relations = Counter(found.things[name].rule.key for name in kept if name[0] == "relation")
     for key, count in counts.items():
         several = f" ({relations[key]} of them multipolygons)" if relations[key] else ""
-        firm = sum(not kept[name].destroyable for name in kept if found.things[name].rule.key == key)
+        firm = sum(
+            not kept[name].destroyable for name in kept if found.things[name].rule.key == key
+        )
         notes.tell(f"{count} obstacles by the tag {key}{several}, {firm} of them firm")
     crooked = max(projection.error_at(latitude) for latitude in box[:, 1])
-    notes.tell(f"metres east and north of longitude {projection.longitude:.7f}, latitude {projection.latitude:.7f}")
+    notes.tell(
+        f"metres east and north of longitude {projection.longitude:.7f}, latitude"
+        f" {projection.latitude:.7f}"
+    )
     if crooked > _CROOKED:
-        notes.tell(f"the extract is large: lengths from east to west are off by up to {crooked:.1%} at its border")
+        notes.tell(
+            f"the extract is large: lengths from east to west are off by up to {crooked:.1%} at its"
+            " border"
+        )
     notes.tell(f"map data {ATTRIBUTION}")
 
 
@@ -189,5 +242,6 @@ def _told(osmium: Any, path: PathLike) -> Iterator[None]:
         yield
     except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
         raise ValueError(
-            f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind than its ending says ({error})"
+            f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind"
+            f" than its ending says ({error})"
         ) from error

@@ -17,7 +17,9 @@ _BETWEEN = 32
 
 
 class Shades(NamedTuple):
-    """shade: float64 [H, W], 0 black to 255 white, the mean of the colours. is_clear: bool [H, W], not fully opaque."""
+    """shade: float64 [H, W], 0 black to 255 white, the mean of the colours. is_clear: bool [H,
+    W], not fully opaque.
+    """
 
     shade: np.ndarray
     is_clear: np.ndarray
@@ -39,7 +41,8 @@ def read_shades(path: PathLike, kind: str) -> Shades:
                 return _shades(picture)
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
-            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind ({error})"
+            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind"
+            f" ({error})"
         ) from error
 
 
@@ -50,34 +53,49 @@ def read_image(
     threshold: float = 128.0,
     notes: Notes | None = None,
 ) -> GridMap:
-    """Returns the map in a picture, a cell per pixel of side 1: the light pixels are free, or the dark ones.
+    """Returns the map in a picture, a cell per pixel of side 1: the light pixels are free, or the
+    dark ones.
 
-    A pixel is light where the mean of its colours is at least `threshold`; what is not opaque is seen on white.
+    A pixel is light where the mean of its colours is at least `threshold`; what is not opaque is
+    seen on white.
 
     Args:
       free: one of POLARITIES.
       threshold: above 0, at most 255.
-      notes: receives how many pixels are neither plainly light nor plainly dark, and how many not opaque.
+      notes: receives how many pixels are neither plainly light nor plainly dark, and how many not
+        opaque.
     """
     if free not in POLARITIES:
-        raise ValueError(f"the free pixels can be the {' or the '.join(POLARITIES)} ones, not {free!r}")
+        raise ValueError(
+            f"the free pixels can be the {' or the '.join(POLARITIES)} ones, not {free!r}"
+        )
     if not 0 < threshold <= 255:
-        raise ValueError(f"the threshold must lie above 0 (black) and at most at 255 (white), got {threshold:g}")
+        raise ValueError(
+            f"the threshold must lie above 0 (black) and at most at 255 (white), got {threshold:g}"
+        )
     notes = Notes() if notes is None else notes
     shade, is_clear = read_shades(path, "picture of a map")
     notes.add("pixels that are not opaque, seen on white", int(is_clear.sum()))
-    notes.add(f"pixels in between, parted at {threshold:g}", int(((shade > _BETWEEN) & (shade < 255 - _BETWEEN)).sum()))
+    notes.add(
+        f"pixels in between, parted at {threshold:g}",
+        int(((shade > _BETWEEN) & (shade < 255 - _BETWEEN)).sum()),
+    )
     is_free = (shade >= threshold) == (free == "light")
     return decided(~is_free, is_free, unknown_as="blocked", notes=notes)
 
 
 def write_image(path: PathLike, free: np.ndarray) -> None:
-    """Writes bool [H, W] as a black and white picture, free white; the ending of the name decides its form."""
+    """Writes bool [H, W] as a black and white picture, free white; the ending of the name
+    decides its form.
+    """
     image_module = needed("PIL.Image", extra="image", what="writing pictures")
     ending = "." + str(path).rsplit(".", 1)[-1].lower()
     form = {"jpg": "jpeg", "tif": "tiff", "pgm": "ppm", "pbm": "ppm"}.get(ending[1:], ending[1:])
     if ending not in ENDINGS or form == "jpeg":
-        raise ValueError(f"{path}: a map is written as a picture without losses: end the name in .png, .pgm, .bmp or .tif")
+        raise ValueError(
+            f"{path}: a map is written as a picture without losses: end the name in .png, .pgm,"
+            " .bmp or .tif"
+        )
     with written(path, "wb") as file:
         image_module.fromarray(np.where(free, np.uint8(255), np.uint8(0))).save(file, format=form)
 

@@ -1,4 +1,6 @@
-"""What files hold, as tasks, polygons and cells: the ending of a file's name decides who reads it."""
+"""What files hold, as tasks, polygons and cells: the ending of a file's name decides who reads
+it.
+"""
 
 import dataclasses
 import pathlib
@@ -42,14 +44,19 @@ class Reading:
     """How files are read; each format takes what concerns it.
 
     start, goal: cells (row, col), for maps and places, which have none of their own.
-    size: cells a side of the largest square in the middle of a place. cell_side: metres; then the whole place is covered, and
-      scenes get cells of that side. Not both; without either SIZE cells.
+    size: cells a side of the largest square in the middle of a place. cell_side: metres; then the
+      whole place is covered, and scenes get cells of that side. Not both; without either SIZE
+      cells.
     rule: of covering, "touch" or "centre" (`raster.cover`).
     tags: a file of tag rules for places (`tag_rules.read_rules`).
-    units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells of ROS maps count as.
-    block: a way to cut the goal off (`blockage.block`), added to every task as one more obstacle, which can be destroyed.
-    repair: whether polygons of a .json world that cross themselves are made valid (by shapely) instead of refused.
-    chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps and places do so anyway.
+    units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells
+      of ROS maps count as.
+    block: a way to cut the goal off (`blockage.block`), added to every task as one more obstacle,
+      which can be destroyed.
+    repair: whether polygons of a .json world that cross themselves are made valid (by shapely)
+      instead of refused.
+    chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps
+      and places do so anyway.
     """
 
     start: Cell | None = None
@@ -70,7 +77,8 @@ class Reading:
 class Source(NamedTuple):
     """What a file holds.
 
-    place: its polygons, where it has some. world: the same with agent and goal. grid: where the cells of its one map lie, in
+    place: its polygons, where it has some. world: the same with agent and goal. grid: where the
+      cells of its one map lie, in
     metres. map: those cells, where they are what the file holds.
     """
 
@@ -82,14 +90,19 @@ class Source(NamedTuple):
 
 
 def read_source(path: str, how: Reading, notes: Notes) -> Source:
-    """Returns what a file holds, by the ending of its name; errors as for `task_files.read_tasks`."""
+    """Returns what a file holds, by the ending of its name; errors as for
+    `task_files.read_tasks`.
+    """
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
     if pathlib.Path(path).is_dir():
-        raise ValueError(f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}")
+        raise ValueError(
+            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
+        )
     if ending is None:
         raise ValueError(
-            f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one of {', '.join(_READERS)}"
+            f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one"
+            f" of {', '.join(_READERS)}"
         )
     if how.size is not None and how.cell_side is not None:
         raise ValueError("--size and --cell-side both say how large a cell is: give one of them")
@@ -97,15 +110,19 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         ending = ".geojson"
     reader, has_ends = _READERS[ending]
     if has_ends and (how.start or how.goal):
-        raise ValueError(f"{path}: --start and --goal are for maps and places; this file has its own")
+        raise ValueError(
+            f"{path}: --start and --goal are for maps and places; this file has its own"
+        )
     return reader(path, how, notes)
 
 
 def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
-    """Returns the map, bool [H, W], that every row of a scenario is on; without `map_path` it is looked for beside it.
+    """Returns the map, bool [H, W], that every row of a scenario is on; without `map_path` it is
+    looked for beside it.
 
     Raises:
-      ValueError: it is not there, or a row is for a map of another size, or starts or ends on no free cell.
+      ValueError: it is not there, or a row is for a map of another size, or starts or ends on no
+        free cell.
     """
     rows = read_scen(scen_path)
     if map_path is None:
@@ -114,8 +131,9 @@ def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
     for number, row in enumerate(rows, start=2):
         if (row.height, row.width) != free.shape:
             raise ValueError(
-                f"{scen_path}:{number}: the row is for a map {row.width} wide and {row.height} high, but {map_path} is "
-                f"{free.shape[1]} wide and {free.shape[0]} high: give the map it was made for"
+                f"{scen_path}:{number}: the row is for a map {row.width} wide and {row.height}"
+                f" high, but {map_path} is {free.shape[1]} wide and {free.shape[0]} high: give the"
+                " map it was made for"
             )
         for what, cell in (("start", row.start), ("goal", row.goal)):
             _require_free(f"{scen_path}:{number}: {what}", free, cell)
@@ -124,7 +142,10 @@ def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
 
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
     if not how.chooses and (how.start is None or how.goal is None):
-        raise ValueError(f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12 (row, column)")
+        raise ValueError(
+            f"{path}: a map has no start and goal: give both, such as --start 3,5 --goal 40,12"
+            " (row, column)"
+        )
     return _on_cells(path, free_map(read_map(path, notes=notes)), how, notes)
 
 
@@ -159,9 +180,14 @@ def _read_namo(path: str, how: Reading, notes: Notes) -> Source:
 def _read_xml(path: str, how: Reading, notes: Notes) -> Source:
     grid_map = read_xml_map(path, notes=notes)
     if grid_map.start is not None and (how.start or how.goal):
-        raise ValueError(f"{path}: --start and --goal are for maps and places; this file has its own")
+        raise ValueError(
+            f"{path}: --start and --goal are for maps and places; this file has its own"
+        )
     return _on_cells(
-        path, grid_map, dataclasses.replace(how, start=grid_map.start or how.start, goal=grid_map.goal or how.goal), notes
+        path,
+        grid_map,
+        dataclasses.replace(how, start=grid_map.start or how.start, goal=grid_map.goal or how.goal),
+        notes,
     )
 
 
@@ -170,7 +196,12 @@ def _read_ros(path: str, how: Reading, notes: Notes) -> Source:
 
 
 def _read_image(path: str, how: Reading, notes: Notes) -> Source:
-    return _on_cells(path, pictures.read_image(path, free=how.free_pixels, threshold=how.threshold, notes=notes), how, notes)
+    return _on_cells(
+        path,
+        pictures.read_image(path, free=how.free_pixels, threshold=how.threshold, notes=notes),
+        how,
+        notes,
+    )
 
 
 def _read_osm(path: str, how: Reading, notes: Notes) -> Source:
@@ -180,7 +211,9 @@ def _read_osm(path: str, how: Reading, notes: Notes) -> Source:
 
 def _read_geojson(path: str, how: Reading, notes: Notes) -> Source:
     rules = None if how.tags is None else read_rules(how.tags)
-    return _on_place(path, geojson.read_geojson(path, units=how.units, rules=rules, notes=notes), how, notes)
+    return _on_place(
+        path, geojson.read_geojson(path, units=how.units, rules=rules, notes=notes), how, notes
+    )
 
 
 _READERS: dict[str, tuple[Callable[[str, Reading, Notes], Source], bool]] = {
@@ -201,7 +234,9 @@ ENDINGS = tuple(_READERS)
 
 
 def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Source:
-    """Returns the task on a map of cells: its obstacles are the 8-connected pieces of what is not free."""
+    """Returns the task on a map of cells: its obstacles are the 8-connected pieces of what is
+    not free.
+    """
     start, goal = _ends(path, grid_map.free, how, notes)
     _require_free(f"{path}: start", grid_map.free, start)
     _require_free(f"{path}: goal", grid_map.free, goal)
@@ -210,7 +245,11 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
         grid = grid_map.grid
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return Source([NamedTask(_stem(path), task)], grid=grid, map=dataclasses.replace(grid_map, start=start, goal=goal))
+    return Source(
+        [NamedTask(_stem(path), task)],
+        grid=grid,
+        map=dataclasses.replace(grid_map, start=start, goal=goal),
+    )
 
 
 def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
@@ -234,30 +273,40 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
 def _of_world(path: str, world: World, how: Reading) -> Source:
     task = _with_free_start(path, rasterize(world, rule=how.rule))
     grid = grid_over(world.bounds, world.goal_side)
-    return Source([NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world)
+    return Source(
+        [NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world
+    )
 
 
 def _ends(path: str, free: np.ndarray, how: Reading, notes: Notes) -> tuple[Cell, Cell]:
     if (how.start is None) != (how.goal is None):
-        raise ValueError(f"{path}: of --start and --goal one is missing: give both, or none and they are chosen")
+        raise ValueError(
+            f"{path}: of --start and --goal one is missing: give both, or none and they are chosen"
+        )
     if how.start is not None and how.goal is not None:
         return how.start, how.goal
     try:
         start, goal = opposite_cells(free)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    notes.tell(f"start {start[0]},{start[1]} and goal {goal[0]},{goal[1]} chosen, on opposite sides of the largest free region")
+    notes.tell(
+        f"start {start[0]},{start[1]} and goal {goal[0]},{goal[1]} chosen, on opposite sides of the"
+        " largest free region"
+    )
     return start, goal
 
 
 def _require_free(what: str, free: np.ndarray, cell: Cell) -> None:
     height, width = free.shape
     if not (0 <= cell[0] < height and 0 <= cell[1] < width):
-        raise ValueError(f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to {width - 1}")
+        raise ValueError(
+            f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to"
+            f" {width - 1}"
+        )
     if not free[cell]:
         raise ValueError(
-            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or .npz file, where a goal may "
-            "lie inside one that can be destroyed"
+            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or"
+            " .npz file, where a goal may lie inside one that can be destroyed"
         )
 
 
@@ -266,7 +315,8 @@ def _with_free_start(path: str, task: Task) -> Task:
     owners = task.labels[:, row, col]
     if (owners != FREE).any():
         raise ValueError(
-            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}: move the agent elsewhere"
+            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}:"
+            " move the agent elsewhere"
         )
     return task
 
@@ -274,7 +324,10 @@ def _with_free_start(path: str, task: Task) -> Task:
 def _is_geojson(path: str) -> bool:
     """Whether a .json file looks like GeoJSON: the first "type" in it is one of GeoJSON's."""
     head = read_bytes(path, "world")[:4096].decode("utf-8", errors="replace")
-    return any(f'"type":"{kind}"' in "".join(head.split()) for kind in geojson.TYPES) and "srt-jax world" not in head
+    return (
+        any(f'"type":"{kind}"' in "".join(head.split()) for kind in geojson.TYPES)
+        and "srt-jax world" not in head
+    )
 
 
 def _stem(path: str) -> str:

@@ -1,9 +1,11 @@
-"""Maps of ROS `map_server`: a YAML file beside a picture; its rules of occupancy, its units and its corner.
+"""Maps of ROS `map_server`: a YAML file beside a picture; its rules of occupancy, its units and its
+corner.
 
-A pixel's occupancy is p = (255 - shade) / 255, or shade / 255 where the file says `negate`. Above `occupied_thresh` a cell is
-blocked, below `free_thresh` free, and else unknown, as are pixels that are not opaque. Mode `scale` asks the same of a cell, as
-what lies between the thresholds is neither; in mode `raw` the shade itself is the occupancy in percent, unknown above 100.
-The picture's first row is the northern one, and `origin` the outer corner of the lower left pixel.
+A pixel's occupancy is p = (255 - shade) / 255, or shade / 255 where the file says `negate`. Above
+`occupied_thresh` a cell is blocked, below `free_thresh` free, and else unknown, as are pixels that
+are not opaque. Mode `scale` asks the same of a cell, as what lies between the thresholds is
+neither; in mode `raw` the shade itself is the occupancy in percent, unknown above 100. The
+picture's first row is the northern one, and `origin` the outer corner of the lower left pixel.
 """
 
 import math
@@ -24,12 +26,15 @@ _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 _THRESHOLDS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
 
 
-def read_ros_map(path: PathLike, *, unknown_as: str = "blocked", notes: Notes | None = None) -> GridMap:
+def read_ros_map(
+    path: PathLike, *, unknown_as: str = "blocked", notes: Notes | None = None
+) -> GridMap:
     """Returns the map that a map_server YAML file describes; needs pyyaml and pillow.
 
     Args:
       unknown_as: what unknown cells count as, "blocked" or "free".
-      notes: receives how many cells are unknown, which members are not known, and whether a turn was left out.
+      notes: receives how many cells are unknown, which members are not known, and whether a turn
+        was left out.
 
     Raises:
       ValueError: the file or its picture is missing or damaged, or a member is missing or wrong.
@@ -47,21 +52,28 @@ def read_ros_map(path: PathLike, *, unknown_as: str = "blocked", notes: Notes | 
     made = decided(occupied, free, unknown_as=unknown_as, notes=notes)
     x, y, yaw = fields["origin"]
     if yaw:
-        notes.tell(f"the map's turn by {yaw:g} radians is left out: rows and columns are the picture's")
+        notes.tell(
+            f"the map's turn by {yaw:g} radians is left out: rows and columns are the picture's"
+        )
     return GridMap(made.free, made.unknown, cell_side=fields["resolution"], corner=(x, y))
 
 
 def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
-    """Writes a map as map_server's saver does: a YAML file, and a picture of the same name ending in .pgm.
+    """Writes a map as map_server's saver does: a YAML file, and a picture of the same name ending
+    in .pgm.
 
     Cells that are unknown stay so. It reads back equal where unknown cells count as they did.
     """
     target = pathlib.Path(path)
     picture = target.with_suffix(".pgm")
     height, width = grid_map.free.shape
-    shades = np.where(grid_map.unknown, _UNKNOWN, np.where(grid_map.free, _FREE, _OCCUPIED)).astype(np.uint8)
+    shades = np.where(grid_map.unknown, _UNKNOWN, np.where(grid_map.free, _FREE, _OCCUPIED)).astype(
+        np.uint8
+    )
     with written(picture, "wb") as file:
-        file.write(f"P5\n# CREATOR: srt-jax {grid_map.cell_side:.3f} m/pix\n{width} {height}\n255\n".encode())
+        file.write(
+            f"P5\n# CREATOR: srt-jax {grid_map.cell_side:.3f} m/pix\n{width} {height}\n255\n".encode()
+        )
         file.write(shades.tobytes())
     x, y = grid_map.corner
     lines = [
@@ -93,7 +105,9 @@ def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
             told = f"; {', '.join(unknown)} is not known" if unknown else ""
             raise ValueError(f"{path}: the map lacks {name!r}: it has {', '.join(_REQUIRED)}{told}")
     notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
-    fields: dict[str, Any] = {"mode": "trinary"} | {name: document[name] for name in (*_REQUIRED, "mode") if name in document}
+    fields: dict[str, Any] = {"mode": "trinary"} | {
+        name: document[name] for name in (*_REQUIRED, "mode") if name in document
+    }
     if not isinstance(fields["image"], str):
         raise ValueError(f"{path}: image must be the name of a picture, got {fields['image']!r}")
     if fields["mode"] not in MODES:
@@ -101,16 +115,20 @@ def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
     if fields["negate"] not in (0, 1):
         raise ValueError(f"{path}: negate must be 0 or 1, got {fields['negate']!r}")
     if not (isinstance(fields["origin"], list) and len(fields["origin"]) == 3):
-        raise ValueError(f"{path}: origin must be [x, y, yaw] of the lower left pixel, got {fields['origin']!r}")
+        raise ValueError(
+            f"{path}: origin must be [x, y, yaw] of the lower left pixel, got {fields['origin']!r}"
+        )
     fields["origin"] = [_number(f"{path}: a number of origin", value) for value in fields["origin"]]
     for name in ("resolution", "occupied_thresh", "free_thresh"):
         fields[name] = _number(f"{path}: {name}", fields[name])
     if fields["resolution"] <= 0:
-        raise ValueError(f"{path}: resolution is {fields['resolution']:g}: it must be positive, metres per pixel")
+        raise ValueError(
+            f"{path}: resolution is {fields['resolution']:g}: it must be positive, metres per pixel"
+        )
     if not 0 <= fields["free_thresh"] <= fields["occupied_thresh"] <= 1:
         raise ValueError(
-            f"{path}: thresholds must be 0 <= free_thresh <= occupied_thresh <= 1, got {fields['free_thresh']:g} and "
-            f"{fields['occupied_thresh']:g}"
+            f"{path}: thresholds must be 0 <= free_thresh <= occupied_thresh <= 1, got"
+            f" {fields['free_thresh']:g} and {fields['occupied_thresh']:g}"
         )
     return fields
 

@@ -1,4 +1,6 @@
-"""Tasks from any file that `srt-jax solve` reads; the ending of its name decides the format (`reading`)."""
+"""Tasks from any file that `srt-jax solve` reads; the ending of its name decides the format
+(`reading`).
+"""
 
 from collections.abc import Collection
 
@@ -34,11 +36,16 @@ def read_tasks(
     """
     how = reading or Reading(start=start, goal=goal, repair=repair)
     source = read_source(path, how, Notes() if notes is None else notes)
-    return [named._replace(task=prepared(path, named.task, destroyable, how.block)) for named in source.tasks]
+    return [
+        named._replace(task=prepared(path, named.task, destroyable, how.block))
+        for named in source.tasks
+    ]
 
 
 def prepared(path: str, task: Task, destroyable: str | None, kind: str | None) -> Task:
-    """Returns the task with obstacles destroyable as `read_tasks` has it, and the goal cut off as `Reading.block` has it."""
+    """Returns the task with obstacles destroyable as `read_tasks` has it, and the goal cut off
+    as `Reading.block` has it.
+    """
     task = _with_flags(path, task, destroyable)
     return task if kind is None else _with_blocker(path, task, kind)
 
@@ -50,7 +57,8 @@ def _with_blocker(path: str, task: Task, kind: str) -> Task:
         labels, blocker = block(task.labels, start, goal, kind)
     except ValueError as error:
         raise ValueError(f"{path}: --block {error}") from error
-    labels[labels == blocker] = num_obstacles  # ids in between belong to obstacles that cover no cell
+    # ids in between belong to obstacles that cover no cell
+    labels[labels == blocker] = num_obstacles
     flags, costs = np.append(task.destroyable, True), np.append(task.removal_cost, np.float32(1))
     return task.replace(labels=labels, destroyable=flags, removal_cost=costs)
 
@@ -63,7 +71,10 @@ def _with_flags(path: str, task: Task, destroyable: str | None) -> Task:
     wanted = _ids(destroyable) if ids is None else ids
     wrong = [i for i in wanted if not 0 <= i < num_obstacles]
     if wrong:
-        raise ValueError(f"{path}: --destroyable names obstacle {wrong[0]}, but the ids there are 0 to {num_obstacles - 1}")
+        raise ValueError(
+            f"{path}: --destroyable names obstacle {wrong[0]}, but the ids there are 0 to"
+            f" {num_obstacles - 1}"
+        )
     covers = np.isin(np.arange(num_obstacles), task.labels)
     return task.replace(destroyable=np.isin(np.arange(num_obstacles), list(wanted)) & covers)
 
@@ -72,4 +83,6 @@ def _ids(text: str) -> Collection[int]:
     try:
         return [int(part) for part in text.split(",")]
     except ValueError:
-        raise ValueError(f"--destroyable must be all, none or ids such as 3,7, got {text!r}") from None
+        raise ValueError(
+            f"--destroyable must be all, none or ids such as 3,7, got {text!r}"
+        ) from None

@@ -14,10 +14,12 @@ def read_world(path: PathLike, *, repair: bool = False) -> World:
     """Returns the world in a JSON file.
 
     Args:
-      repair: make valid polygons of rings that cross themselves (needs shapely) instead of refusing them.
+      repair: make valid polygons of rings that cross themselves (needs shapely) instead of refusing
+        them.
 
     Raises:
-      ValueError: the file is missing, no JSON, of another version, or breaks a rule of `World`; the message says where.
+      ValueError: the file is missing, no JSON, of another version, or breaks a rule of `World`; the
+        message says where.
     """
     document = read_json(path, "world")
     try:
@@ -36,22 +38,36 @@ def write_world(path: PathLike, world: World) -> None:
         "goal": world.goal,
     }
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
-    obstacles = ",\n    ".join(json.dumps(_written(obstacle), ensure_ascii=False) for obstacle in world.obstacles)
+    obstacles = ",\n    ".join(
+        json.dumps(_written(obstacle), ensure_ascii=False) for obstacle in world.obstacles
+    )
     lines.append('  "obstacles": [' + (f"\n    {obstacles}\n  ]" if obstacles else "]"))
     with written(path) as file:
         file.write("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def _written(obstacle: Obstacle) -> dict[str, Any]:
-    shape = {"polygon": obstacle.parts[0]} if len(obstacle.parts) == 1 else {"multipolygon": obstacle.parts}
-    return {"name": obstacle.name, "destroyable": obstacle.destroyable, "removal_cost": obstacle.removal_cost, **shape}
+    shape = (
+        {"polygon": obstacle.parts[0]}
+        if len(obstacle.parts) == 1
+        else {"multipolygon": obstacle.parts}
+    )
+    return {
+        "name": obstacle.name,
+        "destroyable": obstacle.destroyable,
+        "removal_cost": obstacle.removal_cost,
+        **shape,
+    }
 
 
 def _world(document: object, repair: bool) -> World:
-    fields = fields_of("the file", document, "format", "version", "bounds", "agent", "goal", "obstacles")
+    fields = fields_of(
+        "the file", document, "format", "version", "bounds", "agent", "goal", "obstacles"
+    )
     if (fields["format"], fields["version"]) != (FORMAT, VERSION):
         raise ValueError(
-            f"format {fields['format']!r} version {fields['version']!r} is not read, only {FORMAT!r} version {VERSION}"
+            f"format {fields['format']!r} version {fields['version']!r} is not read, only"
+            f" {FORMAT!r} version {VERSION}"
         )
     agent = fields_of("agent", fields["agent"], "position", "radius")
     goal = fields["goal"]
@@ -61,7 +77,10 @@ def _world(document: object, repair: bool) -> World:
         raise ValueError("obstacles must be a list")
     return World(
         bounds=fields["bounds"],
-        obstacles=tuple(_obstacle(f"obstacles[{index}]", item, repair) for index, item in enumerate(fields["obstacles"])),
+        obstacles=tuple(
+            _obstacle(f"obstacles[{index}]", item, repair)
+            for index, item in enumerate(fields["obstacles"])
+        ),
         position=agent["position"],
         radius=agent["radius"],
         goal=goal,
@@ -75,6 +94,8 @@ def _obstacle(where: str, item: object, repair: bool) -> Obstacle:
         raise ValueError(f"{where}: name must be a text, got {fields['name']!r}")
     parts = fields.pop(shape)
     try:
-        return Obstacle(parts=parts if shape == "multipolygon" else (parts,), repair=repair, **fields)
+        return Obstacle(
+            parts=parts if shape == "multipolygon" else (parts,), repair=repair, **fields
+        )
     except (ValueError, TypeError) as error:
         raise ValueError(f"{where}: {error}") from error

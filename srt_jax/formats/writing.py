@@ -23,7 +23,9 @@ from srt_jax.task import stack
 from srt_jax.types import FREE, Task
 
 _SHARE = 0.45
-"""Of a cell's side: the radius of an agent of which nothing else is known; it must be less than a half."""
+"""Of a cell's side: the radius of an agent of which nothing else is known; it must be less than
+a half.
+"""
 
 
 def write_source(path: str, source: Source, notes: Notes) -> None:
@@ -33,11 +35,14 @@ def write_source(path: str, source: Source, notes: Notes) -> None:
       notes: receives what the format has no room for.
 
     Raises:
-      ValueError: an unknown ending; cells where polygons are needed; several tasks where the format has room for one.
+      ValueError: an unknown ending; cells where polygons are needed; several tasks where the format
+        has room for one.
     """
     ending = pathlib.Path(path).suffix.lower()
     if ending not in _WRITERS:
-        raise ValueError(f"{path}: cannot write the ending {ending!r}: use one of {', '.join(_WRITERS)}")
+        raise ValueError(
+            f"{path}: cannot write the ending {ending!r}: use one of {', '.join(_WRITERS)}"
+        )
     _WRITERS[ending](path, source, notes)
 
 
@@ -46,13 +51,22 @@ def with_flags_of_task(source: Source) -> Source:
     if source.place is None:
         return source
     flags = np.asarray(_only_task("", source).destroyable).tolist()
-    obstacles = tuple(dataclasses.replace(obstacle, destroyable=flag) for obstacle, flag in zip(source.place.obstacles, flags))
+    obstacles = tuple(
+        dataclasses.replace(obstacle, destroyable=flag)
+        for obstacle, flag in zip(source.place.obstacles, flags)
+    )
     world = None if source.world is None else dataclasses.replace(source.world, obstacles=obstacles)
-    return source._replace(place=dataclasses.replace(source.place, obstacles=obstacles), world=world)
+    return source._replace(
+        place=dataclasses.replace(source.place, obstacles=obstacles), world=world
+    )
 
 
 def _write_batch(path: str, source: Source, notes: Notes) -> None:
-    write_batch(path, stack([named.task for named in source.tasks]), names=[named.name for named in source.tasks])
+    write_batch(
+        path,
+        stack([named.task for named in source.tasks]),
+        names=[named.name for named in source.tasks],
+    )
 
 
 def _write_geojson(path: str, source: Source, notes: Notes) -> None:
@@ -109,14 +123,18 @@ ENDINGS = tuple(_WRITERS)
 def _polygons(path: str, source: Source) -> Place:
     if source.place is None:
         raise ValueError(
-            f"{path}: this format holds polygons, and the input has none, only cells: write .map, .npz, .xml or .yaml"
+            f"{path}: this format holds polygons, and the input has none, only cells: write .map,"
+            " .npz, .xml or .yaml"
         )
     return source.place
 
 
 def _only_task(path: str, source: Source) -> Task:
     if len(source.tasks) != 1:
-        raise ValueError(f"{path}: this format holds one map, and the input has {len(source.tasks)} tasks: write .npz")
+        raise ValueError(
+            f"{path}: this format holds one map, and the input has {len(source.tasks)} tasks: write"
+            " .npz"
+        )
     return source.tasks[0].task
 
 
@@ -127,7 +145,10 @@ def _cells(path: str, source: Source, notes: Notes) -> GridMap:
     if source.map is not None:
         return dataclasses.replace(source.map, start=start, goal=goal)
     free = (np.asarray(task.labels) == FREE).all(axis=0)
-    notes.tell("written are cells that are free or not: which obstacle covers them, and what it costs, is left out")
+    notes.tell(
+        "written are cells that are free or not: which obstacle covers them, and what it costs, is"
+        " left out"
+    )
     if source.grid is None:
         return GridMap(free, np.zeros_like(free), start=start, goal=goal)
     (x, y), height = source.grid.origin, source.grid.height * source.grid.side

@@ -9,11 +9,14 @@ def read_xml(path: PathLike, kind: str) -> ElementTree.Element:
     """Returns the root of an XML file.
 
     Raises:
-      ValueError: the file is missing or no XML; entities, which plain files have no use for, are refused.
+      ValueError: the file is missing or no XML; entities, which plain files have no use for, are
+        refused.
     """
     content = read_bytes(path, kind)
     if b"<!ENTITY" in content:
-        raise ValueError(f"{path}: a {kind} that defines entities of its own is not read: write its text out")
+        raise ValueError(
+            f"{path}: a {kind} that defines entities of its own is not read: write its text out"
+        )
     try:
         return ElementTree.fromstring(content)
     except (ElementTree.ParseError, ValueError, LookupError) as error:

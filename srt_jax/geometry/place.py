@@ -9,7 +9,8 @@ from srt_jax.geometry.world import Obstacle, as_bounds
 class Place:
     """A place to set tasks in.
 
-    bounds: (x_min, y_min, x_max, y_max), metres, x to the east and y to the north; obstacles may reach across.
+    bounds: (x_min, y_min, x_max, y_max), metres, x to the east and y to the north; obstacles may
+      reach across.
     obstacles: in the order of their ids, with their names where they have one.
     attribution: to be shown beside whatever is made from it; "" where nothing is asked for.
     """

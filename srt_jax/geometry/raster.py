@@ -1,7 +1,7 @@
 """From metres to cells and back: the one place that knows both (PY16 §3.2).
 
-The lattice is anchored at the north-west corner of the bounds; row 0 is on top, whole cells only. All of it is decided in whole
-nanometres, without rounding.
+The lattice is anchored at the north-west corner of the bounds; row 0 is on top, whole cells only.
+All of it is decided in whole nanometres, without rounding.
 """
 
 import dataclasses
@@ -17,7 +17,9 @@ from srt_jax.task import make_task
 from srt_jax.types import FREE, Task
 
 _MAX_EXTENT = 2e9
-"""Metres from end to end of all allowed coordinates, of which twice the nanometres fit into 64 bits."""
+"""Metres from end to end of all allowed coordinates, of which twice the nanometres fit into 64
+bits.
+"""
 _MAX_CELLS = 1 << 28
 """A GiB of labels per layer; more is a slip in a unit."""
 _RULES = {"touch": touched, "centre": centred}
@@ -42,43 +44,57 @@ class Grid:
         side = as_metres("side", self.side, ()).item()
         if min(side, self.height, self.width) <= 0:
             raise ValueError(
-                f"a grid of {self.height} x {self.width} cells with side {side:g} m is empty: all must be positive"
+                f"a grid of {self.height} x {self.width} cells with side {side:g} m is empty: all"
+                " must be positive"
             )
-        if side * max(self.height, self.width) > _MAX_EXTENT or self.height * self.width > _MAX_CELLS:
+        if (
+            side * max(self.height, self.width) > _MAX_EXTENT
+            or self.height * self.width > _MAX_CELLS
+        ):
             raise ValueError(
-                f"a grid of {self.height} x {self.width} cells with side {side:g} m is too large: at most {_MAX_CELLS} cells "
-                f"and {_MAX_EXTENT:g} m; take a larger cell or smaller bounds"
+                f"a grid of {self.height} x {self.width} cells with side {side:g} m is too large:"
+                f" at most {_MAX_CELLS} cells and {_MAX_EXTENT:g} m; take a larger cell or smaller"
+                " bounds"
             )
         object.__setattr__(self, "origin", (x, y))
         object.__setattr__(self, "side", side)
 
 
 def grid_over(bounds: Sequence[float], side: float) -> Grid:
-    """Returns the grid of all whole cells within the bounds, from the north-west corner; ValueError where not one fits."""
+    """Returns the grid of all whole cells within the bounds, from the north-west corner;
+    ValueError where not one fits.
+    """
     x_min, y_min, x_max, y_max = as_bounds(bounds)
     step = int(as_units(as_metres("side", side, ())))
     extent = as_units((x_max, y_max)) - as_units((x_min, y_min))
     if not 0 < step <= extent.min():
-        raise ValueError(f"no cell with side {side:g} m fits into the bounds {(x_min, y_min, x_max, y_max)}")
+        raise ValueError(
+            f"no cell with side {side:g} m fits into the bounds {(x_min, y_min, x_max, y_max)}"
+        )
     width, height = (extent // step).tolist()
     return Grid(origin=(x_min, y_max), side=side, height=height, width=width)
 
 
 def square_grid(bounds: Sequence[float], num_cells: int) -> Grid:
-    """Returns the grid of num_cells x num_cells cells over the largest square in the middle of the bounds.
+    """Returns the grid of num_cells x num_cells cells over the largest square in the middle of the
+    bounds.
 
-    The side of a cell is whole nanometres, so the grid may fall short of the square by less than num_cells of them.
+    The side of a cell is whole nanometres, so the grid may fall short of the square by less than
+    num_cells of them.
     """
     if num_cells < 1:
         raise ValueError(f"a grid needs at least one cell a side, got {num_cells}")
     low, high = as_units(as_bounds(bounds)).reshape(2, 2)
     step = int((high - low).min()) // num_cells
     x, y = ((low + high) // 2 + np.array([-1, 1]) * (step * num_cells // 2)).tolist()
-    return Grid((x / UNITS_PER_METRE, y / UNITS_PER_METRE), step / UNITS_PER_METRE, num_cells, num_cells)
+    return Grid(
+        (x / UNITS_PER_METRE, y / UNITS_PER_METRE), step / UNITS_PER_METRE, num_cells, num_cells
+    )
 
 
 def cell_of(grid: Grid, point: ArrayLike) -> np.ndarray:
-    """Returns the cell (row, col) that holds `point`; a point on a line between cells belongs to the lower, right one.
+    """Returns the cell (row, col) that holds `point`; a point on a line between cells belongs to
+    the lower, right one.
 
     On the outer right and lower border it belongs to the last cell.
 
@@ -92,14 +108,18 @@ def cell_of(grid: Grid, point: ArrayLike) -> np.ndarray:
       ValueError: a point outside the grid.
     """
     points = as_metres("point", point, (*np.shape(point)[:-1], 2))
-    origin, step, size = as_units(grid.origin), int(as_units(grid.side)), np.array([grid.height, grid.width])
+    origin, step, size = (
+        as_units(grid.origin),
+        int(as_units(grid.side)),
+        np.array([grid.height, grid.width]),
+    )
     away = ((as_units(points) - origin) * np.array([1, -1]))[..., ::-1]
     is_outside = ((away < 0) | (away > size * step)).any(axis=-1)
     if is_outside.any():
         x, y = points[is_outside][0].tolist()
         raise ValueError(
-            f"point ({x:g}, {y:g}) lies outside the grid of {grid.height} x {grid.width} whole cells of {grid.side:g} m "
-            f"with its north-west corner at {grid.origin}"
+            f"point ({x:g}, {y:g}) lies outside the grid of {grid.height} x {grid.width} whole"
+            f" cells of {grid.side:g} m with its north-west corner at {grid.origin}"
         )
     return np.minimum(away // step, size - 1).astype(np.int32)
 
@@ -113,23 +133,35 @@ def point_of(grid: Grid, cell: ArrayLike) -> np.ndarray:
     cells = np.asarray(cell)
     if not np.issubdtype(cells.dtype, np.integer):
         raise TypeError(f"cell must hold integers (row, col), got {cells.dtype}")
-    if cells.shape[-1:] != (2,) or (cells < 0).any() or (cells >= np.array([grid.height, grid.width])).any():
-        raise ValueError(f"cell must hold (row, col) inside the grid of {grid.height} x {grid.width} cells")
-    away = (2 * cells.astype(np.int64) + 1)[..., ::-1] * np.array([1, -1]) * (int(as_units(grid.side)) / 2 / UNITS_PER_METRE)
+    if (
+        cells.shape[-1:] != (2,)
+        or (cells < 0).any()
+        or (cells >= np.array([grid.height, grid.width])).any()
+    ):
+        raise ValueError(
+            f"cell must hold (row, col) inside the grid of {grid.height} x {grid.width} cells"
+        )
+    away = (
+        (2 * cells.astype(np.int64) + 1)[..., ::-1]
+        * np.array([1, -1])
+        * (int(as_units(grid.side)) / 2 / UNITS_PER_METRE)
+    )
     return np.array(grid.origin) + away
 
 
 def rasterize(world: World, *, rule: str = "touch") -> Task:
-    """Returns the task on the grid of the world's whole cells, cell side = side of the goal square (PY16 §3.2).
+    """Returns the task on the grid of the world's whole cells, cell side = side of the goal square
+    (PY16 §3.2).
 
-    Obstacle i of the world is obstacle i of the task, also where it covers no cell. Start and goal are the cells that hold the
-    agent's position and the centre of the goal square.
+    Obstacle i of the world is obstacle i of the task, also where it covers no cell. Start and goal
+    are the cells that hold the agent's position and the centre of the goal square.
 
     Args:
       rule: as in `cover`.
 
     Raises:
-      ValueError: an unknown rule, no whole cell within the bounds, or start or goal in the strip beyond the last whole cell.
+      ValueError: an unknown rule, no whole cell within the bounds, or start or goal in the strip
+        beyond the last whole cell.
     """
     grid = grid_over(world.bounds, world.goal_side)
     return make_task(
@@ -144,12 +176,14 @@ def rasterize(world: World, *, rule: str = "touch") -> Task:
 def cover(obstacles: Sequence[Obstacle], grid: Grid, *, rule: str = "touch") -> np.ndarray:
     """Returns which obstacles cover each cell; one layer of -1 where there is none.
 
-    The owners of a cell lie in layers 0, 1, ... by ascending id: there are only as many layers as the most owners of a cell.
+    The owners of a cell lie in layers 0, 1, ... by ascending id: there are only as many layers as
+    the most owners of a cell.
 
     Args:
       obstacles: obstacle i has id i.
-      rule: "touch": an obstacle covers the cells whose open square its interior meets, so that the agent's disc fits any free
-        cell; running along a cell's side is not meeting. "centre": it covers the cells whose centre is in it or on its border.
+      rule: "touch": an obstacle covers the cells whose open square its interior meets, so that the
+        agent's disc fits any free cell; running along a cell's side is not meeting. "centre": it
+        covers the cells whose centre is in it or on its border.
 
     Returns:
       int32 [L, H, W].
@@ -172,7 +206,12 @@ def cover(obstacles: Sequence[Obstacle], grid: Grid, *, rule: str = "touch") -> 
 
 def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
     """Returns the edges of all rings in the largest steps in which everything is whole."""
-    rings = [(owner, ring) for owner, obstacle in enumerate(obstacles) for part in obstacle.parts for ring in part]
+    rings = [
+        (owner, ring)
+        for owner, obstacle in enumerate(obstacles)
+        for part in obstacle.parts
+        for ring in part
+    ]
     sizes = np.array([len(ring) for _, ring in rings], np.int64)
     owner = np.array([owner for owner, _ in rings], np.int64)
     points = np.array([point for _, ring in rings for point in ring], np.float64).reshape(-1, 2)
@@ -186,15 +225,28 @@ def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
     ends = np.cumsum(sizes)
     successor[ends - 1] = ends - sizes
     is_down = (steps[:, 1] <= steps[successor, 1])[:, None]
-    tail, head = np.where(is_down, steps, steps[successor]), np.where(is_down, steps[successor], steps)
+    tail, head = (
+        np.where(is_down, steps, steps[successor]),
+        np.where(is_down, steps[successor], steps),
+    )
     largest = max((dy * (cell + abs(dx)) for dx, dy in (head - tail).tolist()), default=0)
     return Edges(
-        for_products(tail, largest), for_products(head, largest), np.repeat(owner, sizes), cell, grid.height, grid.width
+        for_products(tail, largest),
+        for_products(head, largest),
+        np.repeat(owner, sizes),
+        cell,
+        grid.height,
+        grid.width,
     )
 
 
 def _reach_the_grid(steps: np.ndarray, sizes: np.ndarray, extent: np.ndarray) -> np.ndarray:
-    """Returns bool [rings], whether the box around a ring meets the grid; the others change nothing, not even as holes."""
+    """Returns bool [rings], whether the box around a ring meets the grid; the others change
+    nothing, not even as holes.
+    """
     starts = np.cumsum(sizes) - sizes
-    low, high = (extreme.reduceat(steps, starts, axis=0) if len(sizes) else steps for extreme in (np.minimum, np.maximum))
+    low, high = (
+        extreme.reduceat(steps, starts, axis=0) if len(sizes) else steps
+        for extreme in (np.minimum, np.maximum)
+    )
     return np.all((high > 0) & (low < extent), axis=1)

@@ -1,7 +1,8 @@
 """Closed rings of points and whether they bound a polygon, decided exactly.
 
-Points are in metres and are taken to the nearest nanometre; from there on all arithmetic is in whole numbers, so that no
-answer hangs on rounding. Python's own integers step in where a product might not fit into 64 bits.
+Points are in metres and are taken to the nearest nanometre; from there on all arithmetic is in
+whole numbers, so that no answer hangs on rounding. Python's own integers step in where a product
+might not fit into 64 bits.
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,15 +32,23 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
     try:
         array = np.asarray(values)
     except ValueError as error:
-        raise ValueError(f"{name} must have shape {_spelled(shape)}, but its rows differ in length") from error
-    if array.size and not (np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)):
+        raise ValueError(
+            f"{name} must have shape {_spelled(shape)}, but its rows differ in length"
+        ) from error
+    if array.size and not (
+        np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
+    ):
         raise TypeError(f"{name} must hold numbers (metres), got {array.dtype}")
-    if array.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, array.shape)):
+    if array.ndim != len(shape) or any(
+        want not in (-1, have) for want, have in zip(shape, array.shape)
+    ):
         raise ValueError(f"{name} must have shape {_spelled(shape)}, got {list(array.shape)}")
     array = array.astype(np.float64)
     wrong = ~(np.abs(array) <= _MAX_METRES)
     if wrong.any():
-        raise ValueError(f"{name} holds {array[wrong][0]}: coordinates must be finite and at most 1e9 metres")
+        raise ValueError(
+            f"{name} holds {array[wrong][0]}: coordinates must be finite and at most 1e9 metres"
+        )
     return np.where(np.abs(array) < _FINEST_METRES, np.round(array, 9), array) + 0.0
 
 
@@ -49,12 +58,15 @@ def as_units(metres: ArrayLike) -> np.ndarray:
 
 
 def for_products(values: np.ndarray, largest: int) -> np.ndarray:
-    """Returns int64 `values` as they are if `largest`, the largest number they will lead to, fits; else as Python integers."""
+    """Returns int64 `values` as they are if `largest`, the largest number they will lead to,
+    fits; else as Python integers.
+    """
     return values if largest < 2**62 else values.astype(object)
 
 
 def as_ring(name: str, points: ArrayLike) -> Ring:
-    """Returns the ring through `points` without a closing point and without points that repeat the one before.
+    """Returns the ring through `points` without a closing point and without points that repeat the
+    one before.
 
     Raises:
       TypeError, ValueError: not numbers [K, 2], NaN, or fewer than three different points.
@@ -62,15 +74,18 @@ def as_ring(name: str, points: ArrayLike) -> Ring:
     given = [(x, y) for x, y in as_metres(name, points, (-1, 2)).tolist()]
     num_different = len(set(given))
     if num_different < 3:
-        raise ValueError(f"{name} has {num_different} different points: a polygon needs at least three")
+        raise ValueError(
+            f"{name} has {num_different} different points: a polygon needs at least three"
+        )
     return tuple(point for point, after in zip(given, given[1:] + given[:1]) if point != after)
 
 
 def conflict(parts: Parts) -> str:
     """Returns what keeps the rings from bounding polygons, in words; "" where nothing does.
 
-    A ring must not meet itself; two rings may touch in points but neither cross nor run along one another; holes lie inside
-    their outer ring and outside each other; polygons of one obstacle do not lie inside each other.
+    A ring must not meet itself; two rings may touch in points but neither cross nor run along one
+    another; holes lie inside their outer ring and outside each other; polygons of one obstacle do
+    not lie inside each other.
     """
     return conflicts([parts])[0]
 
@@ -82,19 +97,28 @@ def conflicts(many: Sequence[Parts]) -> list[str]:
 
 
 def repaired(parts: Parts) -> Parts:
-    """Returns valid polygons that cover what `parts` enclose (by shapely's make_valid); () where they enclose nothing.
+    """Returns valid polygons that cover what `parts` enclose (by shapely's make_valid); () where
+    they enclose nothing.
 
-    A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without area vanish.
+    A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without
+    area vanish.
     """
     try:
         import shapely
     except ImportError as error:
-        raise ImportError("repairing polygons needs shapely: pip install 'srt-jax[world]'") from error
+        raise ImportError(
+            "repairing polygons needs shapely: pip install 'srt-jax[world]'"
+        ) from error
     polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in parts]
     valid = shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
-    snapped = shapely.get_parts(shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE)))
+    snapped = shapely.get_parts(
+        shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE))
+    )
     return tuple(
-        tuple(as_ring("a repaired ring", np.asarray(ring.coords)) for ring in (polygon.exterior, *polygon.interiors))
+        tuple(
+            as_ring("a repaired ring", np.asarray(ring.coords))
+            for ring in (polygon.exterior, *polygon.interiors)
+        )
         for polygon in snapped
         if isinstance(polygon, shapely.Polygon) and not polygon.is_empty
     )
@@ -121,16 +145,32 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     found: dict[int, str] = {}
     for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
         is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)
-        for wrong in _wrong_pairs(tails, heads, a, b, ring_of[a] == ring_of[b], is_neighbour).tolist():
+        for wrong in _wrong_pairs(
+            tails, heads, a, b, ring_of[a] == ring_of[b], is_neighbour
+        ).tolist():
             first, second = a[wrong], b[wrong]
-            others = "itself" if ring_of[first] == ring_of[second] else "another ring of the same obstacle"
-            told = [_told(tails[edge] + origin[edge], heads[edge] + origin[edge]) for edge in (first, second)]
-            found.setdefault(int(owner[first]), f"a ring meets {others} where edge {told[0]} meets edge {told[1]}")
+            others = (
+                "itself"
+                if ring_of[first] == ring_of[second]
+                else "another ring of the same obstacle"
+            )
+            told = [
+                _told(tails[edge] + origin[edge], heads[edge] + origin[edge])
+                for edge in (first, second)
+            ]
+            found.setdefault(
+                int(owner[first]),
+                f"a ring meets {others} where edge {told[0]} meets edge {told[1]}",
+            )
     return found
 
 
-def _close_pairs(low: np.ndarray, high: np.ndarray, owner: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yields pairs of edges of one owner whose bounding boxes meet, in blocks: a sweep from left to right, owner by owner."""
+def _close_pairs(
+    low: np.ndarray, high: np.ndarray, owner: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yields pairs of edges of one owner whose bounding boxes meet, in blocks: a sweep from left
+    to right, owner by owner.
+    """
     _, rank = np.unique(np.concatenate([low[:, 0], high[:, 0]]), return_inverse=True)
     left, right = (owner * len(rank) + ranks for ranks in np.split(rank.reshape(-1), 2))
     order = np.argsort(left, kind="stable")
@@ -150,7 +190,9 @@ def _close_pairs(low: np.ndarray, high: np.ndarray, owner: np.ndarray) -> Iterat
 
 
 def _wrong_pairs(tails, heads, a, b, is_same_ring, is_adjacent) -> np.ndarray:
-    """Returns the places in the pairs (a, b) of edges that meet as they must not; their bounding boxes do meet."""
+    """Returns the places in the pairs (a, b) of edges that meet as they must not; their bounding
+    boxes do meet.
+    """
     sides = [_side(tails[a], heads[a], tails[b]), _side(tails[a], heads[a], heads[b])]
     sides += [_side(tails[b], heads[b], tails[a]), _side(tails[b], heads[b], heads[a])]
     meets = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
@@ -162,7 +204,9 @@ def _wrong_pairs(tails, heads, a, b, is_same_ring, is_adjacent) -> np.ndarray:
 
 
 def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Returns int64 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1 to the right, 0 on it."""
+    """Returns int64 [...], 1 where `point` lies to the left of the line from `tail` to `head`,
+    -1 to the right, 0 on it.
+    """
     along, out = head - tail, point - tail
     left, right = along[..., 0] * out[..., 1], along[..., 1] * out[..., 0]
     return (left > right).astype(np.int64) - (left < right).astype(np.int64)
@@ -187,12 +231,16 @@ def _misplaced(parts: Parts) -> str:
 
 
 def _where(ring: Ring, around: Ring) -> np.ndarray:
-    """Returns for each point and middle of an edge of `ring`: 1 inside `around`, 0 on it, -1 outside (int64 [2 K])."""
+    """Returns for each point and middle of an edge of `ring`: 1 inside `around`, 0 on it, -1
+    outside (int64 [2 K]).
+    """
     corners, tails = as_units(ring), 2 * as_units(around)
     points = np.concatenate([2 * corners, corners + np.roll(corners, -1, axis=0)])
     origin = np.minimum(points.min(axis=0), tails.min(axis=0))
     extent = int(max((points - origin).max(), (tails - origin).max()))
-    points, tails = (for_products(values - origin, 2 * extent * extent) for values in (points, tails))
+    points, tails = (
+        for_products(values - origin, 2 * extent * extent) for values in (points, tails)
+    )
     heads, points = np.roll(tails, -1, axis=0), points[:, None]
     side = _side(tails, heads, points)
     low, high = np.minimum(tails, heads), np.maximum(tails, heads)
@@ -204,7 +252,10 @@ def _where(ring: Ring, around: Ring) -> np.ndarray:
 
 
 def _told(tail: np.ndarray, head: np.ndarray) -> str:
-    return "-".join(f"({x / UNITS_PER_METRE:g}, {y / UNITS_PER_METRE:g})" for x, y in (tail.tolist(), head.tolist()))
+    return "-".join(
+        f"({x / UNITS_PER_METRE:g}, {y / UNITS_PER_METRE:g})"
+        for x, y in (tail.tolist(), head.tolist())
+    )
 
 
 def _spelled(shape: tuple[int, ...]) -> str:

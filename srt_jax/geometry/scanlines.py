@@ -1,7 +1,9 @@
-"""Which cells polygons cover, in whole numbers and row by row: exact, and without a loop over cells.
+"""Which cells polygons cover, in whole numbers and row by row: exact, and without a loop over
+cells.
 
-Coordinates are whole steps to the right and down from the outer corner of cell (0, 0); a cell's side is an even number of
-steps, so that centres are whole too. Inside is what an odd number of an owner's rings enclose.
+Coordinates are whole steps to the right and down from the outer corner of cell (0, 0); a cell's
+side is an even number of steps, so that centres are whole too. Inside is what an odd number of an
+owner's rings enclose.
 """
 
 from typing import NamedTuple
@@ -12,7 +14,8 @@ import numpy as np
 class Edges(NamedTuple):
     """The edges of all rings.
 
-    tail, head: int64 (or Python integers, where a product might exceed 64 bits) [E, 2], (x, y), head.y >= tail.y.
+    tail, head: int64 (or Python integers, where a product might exceed 64 bits) [E, 2], (x, y),
+      head.y >= tail.y.
     owner: int64 [E].
     cell: the side of a cell in steps, even.
     height, width: number of rows and columns; what lies beyond is left out.
@@ -38,14 +41,16 @@ class Spans(NamedTuple):
 def touched(edges: Edges) -> Spans:
     """Returns the cells whose open square the inside of an owner meets; runs may overlap.
 
-    Where a border enters the open square, the inside does so too. Where none does, the square is all inside or all outside,
-    and its centre says which.
+    Where a border enters the open square, the inside does so too. Where none does, the square is
+    all inside or all outside, and its centre says which.
     """
     low, high = edges.tail[:, 1], edges.head[:, 1]
     edge, row = _rows(edges, low // edges.cell, -(-high // edges.cell) - 1)
     top = _columns(edges, edge, np.maximum(low[edge], row * edges.cell))
     bottom = _columns(edges, edge, np.minimum(high[edge], (row + 1) * edges.cell))
-    border = Spans(edges.owner[edge], row, np.minimum(top[0], bottom[0]), np.maximum(top[1], bottom[1]) - 1)
+    border = Spans(
+        edges.owner[edge], row, np.minimum(top[0], bottom[0]), np.maximum(top[1], bottom[1]) - 1
+    )
     level = _level(edges)
     row, in_row = low[level] // edges.cell, low[level] % edges.cell
     left, right = _ends(edges, level)
@@ -63,14 +68,20 @@ def centred(edges: Edges) -> Spans:
     level = _level(edges)
     row, off_centre = low[level] // edges.cell, low[level] % edges.cell
     left, right = _ends(edges, level)
-    level_border = Spans(edges.owner[level], row, -((half - left) // edges.cell), (right - half) // edges.cell)
+    level_border = Spans(
+        edges.owner[level], row, -((half - left) // edges.cell), (right - half) // edges.cell
+    )
     return _joined(_inside(edges), border, _where(level_border, off_centre == 0))
 
 
 def cells_of(spans: Spans, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns owner and cell (row * width + column) of every cell on the map in the runs, each once, by owner and then cell."""
+    """Returns owner and cell (row * width + column) of every cell on the map in the runs, each
+    once, by owner and then cell.
+    """
     first, last = np.maximum(spans.first, 0), np.minimum(spans.last, width - 1)
-    owner, row, first, last = _where(Spans(spans.owner, spans.row, first, last), (first <= last) & _is_row(spans.row, height))
+    owner, row, first, last = _where(
+        Spans(spans.owner, spans.row, first, last), (first <= last) & _is_row(spans.row, height)
+    )
     # All rows of all owners in one line: runs merge wherever they overlap, and never across rows.
     start, end = ((owner * height + row) * width + column for column in (first, last))
     order = np.argsort(start)
@@ -85,7 +96,8 @@ def _inside(edges: Edges) -> Spans:
     """Returns the cells whose centre is inside; a centre on the border may go either way."""
     half = edges.cell // 2
     low, high = edges.tail[:, 1] - half, edges.head[:, 1] - half
-    # Half-open in y, so that a corner on the line counts once; hence an even number of crossings per row and owner.
+    # Half-open in y, so that a corner on the line counts once; hence an even number of crossings
+    # per row and owner.
     edge, row = _rows(edges, -(-low // edges.cell), -(-high // edges.cell) - 1)
     first = _columns(edges, edge, row * edges.cell + half, shift=half)[0] + 1
     owner = edges.owner[edge]
@@ -94,10 +106,15 @@ def _inside(edges: Edges) -> Spans:
     return Spans(owner[::2], row[::2], first[::2], first[1::2] - 1)
 
 
-def _columns(edges: Edges, edge: np.ndarray, y: np.ndarray, *, shift: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Returns floor and ceil of (x - shift) / cell where each edge, not a level one, meets the line at y."""
+def _columns(
+    edges: Edges, edge: np.ndarray, y: np.ndarray, *, shift: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns floor and ceil of (x - shift) / cell where each edge, not a level one, meets the
+    line at y.
+    """
     (dx, dy), low = (edges.head - edges.tail).T, edges.tail[:, 1]
-    # The whole cells go first, so that the products stay small; and what is an edge's own is reckoned once, not in every row.
+    # The whole cells go first, so that the products stay small; and what is an edge's own is
+    # reckoned once, not in every row.
     start = edges.tail[:, 0] - shift
     whole, rest = start // edges.cell, start % edges.cell
     above, below = (rest * dy)[edge] + dx[edge] * (y - low[edge]), (edges.cell * dy)[edge]
@@ -107,7 +124,9 @@ def _columns(edges: Edges, edge: np.ndarray, y: np.ndarray, *, shift: int = 0) -
 
 
 def _rows(edges: Edges, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (edge, row) for every row on the map from `first` to `last` of every edge that is not level."""
+    """Returns (edge, row) for every row on the map from `first` to `last` of every edge that is
+    not level.
+    """
     first = np.maximum(first, 0).astype(np.int64)
     count = np.minimum(last, edges.height - 1).astype(np.int64) - first + 1
     edge, offset = _runs(np.where(edges.tail[:, 1] < edges.head[:, 1], np.maximum(count, 0), 0))
@@ -124,7 +143,9 @@ def _ends(edges: Edges, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _runs(count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns for runs of the given lengths, laid end to end, which run each item is in and its place there."""
+    """Returns for runs of the given lengths, laid end to end, which run each item is in and its
+    place there.
+    """
     run = np.repeat(np.arange(len(count)), count)
     return run, np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
 

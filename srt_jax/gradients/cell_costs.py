@@ -1,11 +1,13 @@
-"""Costs of shortest paths over cells of unequal cost: what a move costs, and a queue that spreads costs from the start.
+"""Costs of shortest paths over cells of unequal cost: what a move costs, and a queue that spreads
+costs from the start.
 
-A move costs its length times the mean of the costs of its two cells: the integral of the cost along the move by the trapezoid
-rule, the same both ways, and the plain length where every cell costs 1.
+A move costs its length times the mean of the costs of its two cells: the integral of the cost along
+the move by the trapezoid rule, the same both ways, and the plain length where every cell costs 1.
 
-Sums are float32, added up from the start, each move's cost rounded once. Rounding is monotone, so the least such sum over all
-walks to a cell is one number, whatever the order in which moves are tried: any search that stops only when no move can improve
-a cell ends at the same bits, in a queue or by relaxing all cells at once, in any batch and on any machine.
+Sums are float32, added up from the start, each move's cost rounded once. Rounding is monotone, so
+the least such sum over all walks to a cell is one number, whatever the order in which moves are
+tried: any search that stops only when no move can improve a cell ends at the same bits, in a queue
+or by relaxing all cells at once, in any batch and on any machine.
 """
 
 import functools
@@ -16,12 +18,21 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.engine.kernel import (
+    batch_kernel,
+    compiled_whole,
+    each,
+    read_apart,
+    runs_in_place,
+    write,
+)
 from srt_jax.moves import MOVES
 
 
 class MoveCosts(NamedTuple):
-    """What a move costs from each cell to its neighbour, and back: float32 [..., H + 2, W + 2], bordered; inf where illegal."""
+    """What a move costs from each cell to its neighbour, and back: float32 [..., H + 2, W + 2],
+    bordered; inf where illegal.
+    """
 
     east: Array
     south: Array
@@ -30,7 +41,9 @@ class MoveCosts(NamedTuple):
 
 
 _EDGE = ((2, True), (1, True), (3, True), (0, True), (0, False), (3, False), (1, False), (2, False))
-"""For each of MOVES the index into MoveCosts, and whether the entry is that of the cell moved to."""
+"""For each of MOVES the index into MoveCosts, and whether the entry is that of the cell moved
+to.
+"""
 
 
 def is_open(free: Array, cell_cost: Array) -> Array:
@@ -56,7 +69,9 @@ def move_costs(free: Array, cell_cost: Array) -> MoveCosts:
 
 
 def shifted(field: Array, down: int, right: int, outside: float = np.inf) -> Array:
-    """Returns `field` [..., H, W] read at the cell `down` rows below and `right` columns to the right of each."""
+    """Returns `field` [..., H, W] read at the cell `down` rows below and `right` columns to the
+    right of each.
+    """
     *_, height, width = field.shape
     border = [(0, 0)] * (field.ndim - 2) + [(1, 1)] * 2
     around = jnp.pad(field, border, constant_values=np.array(outside, field.dtype))
@@ -69,14 +84,16 @@ def cost_of_move(costs: MoveCosts, move: int) -> Array:
     return shifted(costs[which], *MOVES[move]) if is_back else costs[which]
 
 
-def cost_maps(free: Array, start: Array, cell_cost: Array, *, length_map: Callable[[Array, Array], Array]) -> Array:
+def cost_maps(
+    free: Array, start: Array, cell_cost: Array, *, length_map: Callable[[Array, Array], Array]
+) -> Array:
     """Returns the least costs from the start of a batch; inf where no path leads.
 
     Args:
-      free: bool [B, H, W]. start: int32 [B, 2]; may lie outside. cell_cost: float32 [B, H, W]; a cell whose cost is not
-        positive and finite counts as blocked.
-      length_map: (free [H, W], start [2]) -> float32 [H, W], plain lengths: what maps are given whose free cells all cost the
-        same, times that cost. They are faster and exact.
+      free: bool [B, H, W]. start: int32 [B, 2]; may lie outside. cell_cost: float32 [B, H, W]; a
+        cell whose cost is not positive and finite counts as blocked.
+      length_map: (free [H, W], start [2]) -> float32 [H, W], plain lengths: what maps are given
+        whose free cells all cost the same, times that cost. They are faster and exact.
 
     Returns:
       float32 [B, H, W].
@@ -99,7 +116,9 @@ def cost_maps(free: Array, start: Array, cell_cost: Array, *, length_map: Callab
         uniform = jnp.where((least == most) & (most < jnp.inf), most, 0)
         total = jnp.where(may_enter, cell_cost, 0).sum(axis=(1, 2))
         mean = total / jnp.maximum(may_enter.sum(axis=(1, 2), dtype=jnp.float32), 1)
-        return compiled_whole(functools.partial(each, one_map))(free, start, cell_cost, uniform, mean)
+        return compiled_whole(functools.partial(each, one_map))(
+            free, start, cell_cost, uniform, mean
+        )
 
     return run(free, start, cell_cost)
 
@@ -110,7 +129,9 @@ def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
     row, col = start
     is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
     at = jnp.where(is_inside, row, 0), jnp.where(is_inside, col, 0)
-    may_start = is_inside & is_open(*(lax.dynamic_slice(field, at, (1, 1))[0, 0] for field in (free, cell_cost)))
+    may_start = is_inside & is_open(
+        *(lax.dynamic_slice(field, at, (1, 1))[0, 0] for field in (free, cell_cost))
+    )
     cell = jnp.where(may_start, (row + 1) * (width + 2) + col + 1, 0).astype(jnp.uint32)
     cost = jnp.full((height + 2) * (width + 2), jnp.inf, jnp.float32)
     cost = write(cost, jnp.where(may_start, jnp.float32(0), jnp.inf), cell)
@@ -123,7 +144,9 @@ def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
 
 
 def _relaxed(cost: Array, costs: MoveCosts) -> Array:
-    """Tries all moves of all cells at once until no cost falls: as many rounds as the longest path has moves."""
+    """Tries all moves of all cells at once until no cost falls: as many rounds as the longest
+    path has moves.
+    """
     per_move = [cost_of_move(costs, move) for move in range(8)]
 
     def once_more(state: tuple) -> tuple:
@@ -138,9 +161,10 @@ def _relaxed(cost: Array, costs: MoveCosts) -> Array:
 def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
     """Returns the costs to come: float32 [N], flat and bordered, inf where no path leads.
 
-    Cells wait in a ring, each at most once. Those that cost more than a limit go to its end untried; the limit rises, pass by
-    pass over the ring, to the least cost that waits plus `step`. So cells are tried nearly in the order of their costs, and few
-    twice. It ends, because costs only fall, and then no move can improve any cell.
+    Cells wait in a ring, each at most once. Those that cost more than a limit go to its end
+    untried; the limit rises, pass by pass over the ring, to the least cost that waits plus `step`.
+    So cells are tried nearly in the order of their costs, and few twice. It ends, because costs
+    only fall, and then no move can improve any cell.
 
     Args:
       cost: float32 [N], flat and bordered: 0 at the start, else inf.
@@ -176,13 +200,30 @@ def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
         tail = tail + is_late.astype(jnp.uint32)
         least = jnp.minimum(least, jnp.where(is_late, here, jnp.inf))
         state = (~is_late, cell, here, tail, least, cost, waits, queue)
-        _, _, _, tail, least, *rest = lax.while_loop(lambda state: state[0], try_moves, state)  # once, or not at all
+        # once, or not at all
+        _, _, _, tail, least, *rest = lax.while_loop(lambda state: state[0], try_moves, state)
         head = head + one
         is_end = head == end
         limit = jnp.where(is_end, least + step, limit)
-        return head, tail, jnp.where(is_end, tail, end), limit, jnp.where(is_end, jnp.inf, least), *rest
+        return (
+            head,
+            tail,
+            jnp.where(is_end, tail, end),
+            limit,
+            jnp.where(is_end, jnp.inf, least),
+            *rest,
+        )
 
     queue = write(jnp.zeros(room, jnp.uint32), start, jnp.uint32(0))
     num = (start != 0).astype(jnp.uint32)
-    state = (jnp.uint32(0), num, num, jnp.float32(0), jnp.float32(np.inf), cost, jnp.zeros(size, jnp.uint8), queue)
+    state = (
+        jnp.uint32(0),
+        num,
+        num,
+        jnp.float32(0),
+        jnp.float32(np.inf),
+        cost,
+        jnp.zeros(size, jnp.uint8),
+        queue,
+    )
     return lax.while_loop(lambda state: state[0] != state[1], take, state)[5]

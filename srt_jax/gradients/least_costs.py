@@ -1,11 +1,12 @@
 """Derivatives of least costs, by the envelope theorem: those of the cost of the path that is least.
 
-A least cost is the minimum, over all paths, of sums that are linear in the cell costs. Where one path is least, the derivative
-is that path's: for each cell on it, the length of it that the cell answers for. Where several are, it is that of the path which
-the rule of `path_tree.parents` picks (the first in row order): one of the supergradients, always the same one.
+A least cost is the minimum, over all paths, of sums that are linear in the cell costs. Where one
+path is least, the derivative is that path's: for each cell on it, the length of it that the cell
+answers for. Where several are, it is that of the path which the rule of `path_tree.parents` picks
+(the first in row order): one of the supergradients, always the same one.
 
-The rules are custom_jvp with a linear solve along the tree of shortest paths inside, so forward and reverse mode both work, and
-what is kept for the way back is a byte a cell.
+The rules are custom_jvp with a linear solve along the tree of shortest paths inside, so forward and
+reverse mode both work, and what is kept for the way back is a byte a cell.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,8 @@ from srt_jax.types import Array
 
 
 def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callable) -> Array:
-    """Returns `distance.cost_to_come` for cells of unequal cost, differentiable with respect to `cell_cost`.
+    """Returns `distance.cost_to_come` for cells of unequal cost, differentiable with respect to
+    `cell_cost`.
 
     Args:
       free: bool [..., H, W]. start: int32 [..., 2]. cell_cost: float32 [..., H, W].
@@ -44,8 +46,12 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
     return of_costs(free, start, cell_cost)
 
 
-def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_map: Callable) -> Array:
-    """Returns the least cost from `start` to `goal`, float32 [...]; only the path there is differentiated: cheaper."""
+def least_cost(
+    free: Array, start: Array, goal: Array, cell_cost: Array, length_map: Callable
+) -> Array:
+    """Returns the least cost from `start` to `goal`, float32 [...]; only the path there is
+    differentiated: cheaper.
+    """
     batch = checked_batch(free, start, cell_cost, goal=(goal, 1))
 
     @jax.custom_jvp
@@ -65,25 +71,35 @@ def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array, length_
 
 
 def _tree(batch: tuple[int, ...], free: Array, cell_cost: Array, cost: Array) -> Array:
-    """The tree of least paths, as a constant: between its jumps it does not change with the costs."""
+    """The tree of least paths, as a constant: between its jumps it does not change with the
+    costs.
+    """
     return eager.call(parents, batch, free, *lax.stop_gradient((cell_cost, cost)))
 
 
-def checked_batch(free: Array, start: Array, cell_cost: Array, **others: tuple[Array, int]) -> tuple[int, ...]:
+def checked_batch(
+    free: Array, start: Array, cell_cost: Array, **others: tuple[Array, int]
+) -> tuple[int, ...]:
     """Returns the batch dimensions.
 
-    ValueError where arrays do not fit, or, outside jit, where the cost of a free cell is not positive.
+    ValueError where arrays do not fit, or, outside jit, where the cost of a free cell is not
+    positive.
     """
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1), traversal_cost=(cell_cost, 2), **others)
+    batch = arguments.common_batch(
+        free=(free, 2), start=(start, 1), traversal_cost=(cell_cost, 2), **others
+    )
     if free.shape != cell_cost.shape:
-        raise ValueError(f"traversal_cost must have the shape of free, {list(free.shape)}, got {list(cell_cost.shape)}")
+        raise ValueError(
+            f"traversal_cost must have the shape of free, {list(free.shape)}, got"
+            f" {list(cell_cost.shape)}"
+        )
     if not arguments.is_traced(free, cell_cost):
         is_wrong = np.asarray(free) & ~(np.asarray(cell_cost) > 0)
         if is_wrong.any():
             where = np.argwhere(is_wrong)[0].tolist()
             raise ValueError(
-                f"traversal_cost at {where} is {np.asarray(cell_cost)[tuple(where)]}: the cost of a free cell must be "
-                "positive; block the cell, or give it a small cost"
+                f"traversal_cost at {where} is {np.asarray(cell_cost)[tuple(where)]}: the cost of a"
+                " free cell must be positive; block the cell, or give it a small cost"
             )
     return batch
 
@@ -101,7 +117,10 @@ def _along_path(tree: Array, on_path: Array, tangent: Array) -> Array:
 def _at(cost: Array, goal: Array) -> Array:
     """The entries of `cost` [..., H, W] at `goal` [..., 2]; inf where it lies outside the map."""
     *batch, height, width = cost.shape
-    is_inside = jnp.all((goal >= 0) & (goal < np.array([height, width], np.int32).reshape([1] * len(batch) + [2])), axis=-1)
+    is_inside = jnp.all(
+        (goal >= 0) & (goal < np.array([height, width], np.int32).reshape([1] * len(batch) + [2])),
+        axis=-1,
+    )
     place = jnp.where(is_inside, goal[..., 0] * width + goal[..., 1], 0)[..., None]
     there = jnp.take_along_axis(jnp.reshape(cost, (*batch, height * width)), place, axis=-1)[..., 0]
     return jnp.where(is_inside, there, jnp.inf)

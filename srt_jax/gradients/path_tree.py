@@ -1,11 +1,13 @@
-"""The tree of shortest paths: each cell's parent, and sums along it, up to the root and down to the leaves.
+"""The tree of shortest paths: each cell's parent, and sums along it, up to the root and down to the
+leaves.
 
-By the envelope theorem the derivative of the least cost is that of the cost of the path that is least: a change of costs is
-added up along the tree from the start (`path_sums`), and the adjoint runs back along it (`subtree_sums`). Both take one step a
-cell and a few arrays of the map's size, however long the paths are.
+By the envelope theorem the derivative of the least cost is that of the cost of the path that is
+least: a change of costs is added up along the tree from the start (`path_sums`), and the adjoint
+runs back along it (`subtree_sums`). Both take one step a cell and a few arrays of the map's size,
+however long the paths are.
 
-The tree is a byte a cell: 1 + the index in `moves.MOVES` of the move from the cell to its parent; ROOT, which is 0, at the
-start and at cells not reached.
+The tree is a byte a cell: 1 + the index in `moves.MOVES` of the move from the cell to its parent;
+ROOT, which is 0, at the start and at cells not reached.
 """
 
 import functools
@@ -16,7 +18,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
 
-from srt_jax.engine.kernel import batch_kernel, compiled_whole, each, read_apart, runs_in_place, write
+from srt_jax.engine.kernel import (
+    batch_kernel,
+    compiled_whole,
+    each,
+    read_apart,
+    runs_in_place,
+    write,
+)
 from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted
 from srt_jax.moves import MOVES
 
@@ -28,18 +37,21 @@ _BACK = tuple(MOVES.index((-down, -right)) for down, right in MOVES)
 
 @batch_kernel
 def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
-    """Returns the tree of each map: the move from each cell to the neighbour with the least cost plus move.
+    """Returns the tree of each map: the move from each cell to the neighbour with the least cost
+    plus move.
 
-    Ties go to the first neighbour in row order. A parent costs strictly less than its child, so there is no cycle; where
-    float32 has swallowed the cost of the move, see `_adopted`.
+    Ties go to the first neighbour in row order. A parent costs strictly less than its child, so
+    there is no cycle; where float32 has swallowed the cost of the move, see `_adopted`.
 
     Args:
-      free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs from the start.
+      free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs
+        from the start.
 
     Returns:
       uint8 [B, H, W].
     """
-    # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads the tree ten times over.
+    # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads
+    # the tree ten times over.
     tree, second = compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
     tree = _adopted(tree, free, cell_cost, cost)
     return jnp.where(tree == ROOT, second, tree)
@@ -48,7 +60,8 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
 def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
     """Gives a parent to cells whose last move costs too little to count beside the cost so far.
 
-    Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and there is no round.
+    Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and
+    there is no round.
     """
 
     def is_orphan(tree: Array) -> Array:
@@ -59,7 +72,12 @@ def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
         costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
         for move, (down, right) in enumerate(MOVES):
             total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
-            fits = orphan & (new == ROOT) & ~shifted(orphan, down, right, outside=True) & (total == cost)
+            fits = (
+                orphan
+                & (new == ROOT)
+                & ~shifted(orphan, down, right, outside=True)
+                & (total == cost)
+            )
             new = jnp.where(fits, jnp.uint8(1 + move), new)
         return new, jnp.any(new != tree)
 
@@ -67,7 +85,9 @@ def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
 
 
 def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
-    """The tree where cost plus move is the cell's cost up to rounding, and the tree without that condition."""
+    """The tree where cost plus move is the cell's cost up to rounding, and the tree without that
+    condition.
+    """
     costs = move_costs(free, cell_cost)
     best, least = jnp.full(cost.shape, ROOT, jnp.uint8), jnp.full(cost.shape, jnp.inf, jnp.float32)
     for move, (down, right) in enumerate(MOVES):
@@ -78,18 +98,29 @@ def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, 
 
 
 def from_parent(tree: Array, field: Array) -> Array:
-    """Returns the value of `field` [..., H, W] at each cell's parent; 0 at roots. Linear, and transposed by JAX."""
-    return _total(jnp.where(tree == 1 + move, shifted(field, *MOVES[move], outside=0), 0) for move in range(8))
+    """Returns the value of `field` [..., H, W] at each cell's parent; 0 at roots. Linear, and
+    transposed by JAX.
+    """
+    return _total(
+        jnp.where(tree == 1 + move, shifted(field, *MOVES[move], outside=0), 0) for move in range(8)
+    )
 
 
 def move_integral(tree: Array, field: Array) -> Array:
-    """Returns the integral of `field` [..., H, W] over the move from each cell's parent; 0 at roots. Linear likewise."""
-    halves = [jnp.where(tree == 1 + move, jnp.float32(0.5 * _LENGTHS[move]), 0) for move in range(8)]
-    return _total(half * (field + shifted(field, *MOVES[move], outside=0)) for move, half in enumerate(halves))
+    """Returns the integral of `field` [..., H, W] over the move from each cell's parent; 0 at
+    roots. Linear likewise.
+    """
+    halves = [
+        jnp.where(tree == 1 + move, jnp.float32(0.5 * _LENGTHS[move]), 0) for move in range(8)
+    ]
+    return _total(
+        half * (field + shifted(field, *MOVES[move], outside=0)) for move, half in enumerate(halves)
+    )
 
 
 def path_sums(tree: Array, field: Array) -> Array:
-    """Returns the sum of `field` over each cell and all its ancestors: x with x(cell) = field(cell) + x(parent).
+    """Returns the sum of `field` over each cell and all its ancestors: x with x(cell) = field(cell)
+    + x(parent).
 
     Linear in `field`; its transpose is `subtree_sums`, which is linear likewise.
     """
@@ -107,7 +138,8 @@ def subtree_sums(tree: Array, field: Array) -> Array:
 
 
 def path_mask(tree: Array, goal: Array) -> Array:
-    """Returns the cells on the way from the root to `goal`, both ends among them; none where `goal` lies outside the map.
+    """Returns the cells on the way from the root to `goal`, both ends among them; none where `goal`
+    lies outside the map.
 
     Args:
       tree: uint8 [B, H, W]. goal: int32 [B, 2].
@@ -126,9 +158,15 @@ def path_mask(tree: Array, goal: Array) -> Array:
         def step(state: tuple) -> tuple:
             cell, _, mask = state
             move = read_apart(tree, cell).astype(jnp.uint32)
-            return cell + read_apart(step_to, move), move != ROOT, write(mask, jnp.bool_(True), cell)
+            return (
+                cell + read_apart(step_to, move),
+                move != ROOT,
+                write(mask, jnp.bool_(True), cell),
+            )
 
-        return lax.while_loop(lambda state: state[1], step, (cell, is_inside, mask))[2].reshape(height, width)
+        return lax.while_loop(lambda state: state[1], step, (cell, is_inside, mask))[2].reshape(
+            height, width
+        )
 
     return batch_kernel(compiled_whole(functools.partial(each, one_map)))(tree, goal)
 
@@ -139,7 +177,9 @@ def _total(terms: Iterable[Array]) -> Array:
 
 def _steps(width: int) -> Array:
     """ROOT, 0, and the moves as steps in a flat map."""
-    return jnp.asarray(np.array([0, *(down * width + right for down, right in MOVES)], np.int32).astype(np.uint32))
+    return jnp.asarray(
+        np.array([0, *(down * width + right for down, right in MOVES)], np.int32).astype(np.uint32)
+    )
 
 
 def _sums(tree: Array, field: Array, *, downwards: bool) -> Array:
@@ -168,7 +208,9 @@ def _moved_back(field: Array, move: int, outside: int = ROOT) -> Array:
 
 
 def _add_in_order(tree: Array, num_children: Array, field: Array, downwards: bool) -> Array:
-    """Cell by cell, in an order in which every cell comes after its children, or in the reverse of it."""
+    """Cell by cell, in an order in which every cell comes after its children, or in the reverse
+    of it.
+    """
     width = tree.shape[1]
     step_to, flat = _steps(width), tree.reshape(-1)
     order, num = _leaves_first(flat, num_children.reshape(-1), step_to)
@@ -184,7 +226,8 @@ def _add_in_order(tree: Array, num_children: Array, field: Array, downwards: boo
 
 
 def _leaves_first(tree: Array, waiting: Array, step_to: Array) -> tuple[Array, Array]:
-    """The cells that have a parent, every one after its children, and their number: uint32 [N] and uint32 [].
+    """The cells that have a parent, every one after its children, and their number: uint32 [N] and
+    uint32 [].
 
     From each leaf, in row order, upwards as long as the last child has been listed.
     """
@@ -218,8 +261,13 @@ def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool
         """For each move, `value` at the other end of it, and whether the tree has this move."""
         moves = range(8)
         if downwards:
-            return [(tree == 1 + move, shifted(value, *MOVES[move], outside=outside)) for move in moves]
-        return [(_moved_back(tree, move) == 1 + move, _moved_back(value, move, outside)) for move in moves]
+            return [
+                (tree == 1 + move, shifted(value, *MOVES[move], outside=outside)) for move in moves
+            ]
+        return [
+            (_moved_back(tree, move) == 1 + move, _moved_back(value, move, outside))
+            for move in moves
+        ]
 
     def level(state: tuple) -> tuple:
         sums, is_waiting = state

@@ -1,1 +1,3 @@
-"""Made-up instances: base maps, the blockers of the paper, rooms, fences and rings with known optimum."""
+"""Made-up instances: base maps, the blockers of the paper, rooms, fences and rings with known
+optimum.
+"""

@@ -1,8 +1,9 @@
-"""Fences and rings between start and goal, made of obstacles in segments, in parts and overlapping; and the proven optimum.
+"""Fences and rings between start and goal, made of obstacles in segments, in parts and overlapping;
+and the proven optimum.
 
-Every barrier is one cell thick and closed, and the free cells between two barriers hang together. So a way to the goal crosses
-a cell of each barrier, one cell of each suffices, and the least removal is the cheapest union of owners over a choice of one
-cell a barrier.
+Every barrier is one cell thick and closed, and the free cells between two barriers hang together.
+So a way to the goal crosses a cell of each barrier, one cell of each suffices, and the least
+removal is the cheapest union of owners over a choice of one cell a barrier.
 """
 
 from math import fsum
@@ -15,7 +16,9 @@ COSTS = (1.0, 1.0, 1.0, 0.5, 2.0, 3.0)
 
 
 class Barrier(NamedTuple):
-    """Cells of a barrier in order, and which can be crossed: not the corners of a ring, as no straight move leads there."""
+    """Cells of a barrier in order, and which can be crossed: not the corners of a ring, as no
+    straight move leads there.
+    """
 
     rows: np.ndarray
     cols: np.ndarray
@@ -44,10 +47,15 @@ def fence(row: int, width: int) -> Barrier:
 
 
 def ring(centre: tuple[int, int], radius: int) -> Barrier:
-    """Returns the barrier of all cells `radius` rows or columns from the centre, clockwise from the upper left corner."""
+    """Returns the barrier of all cells `radius` rows or columns from the centre, clockwise from
+    the upper left corner.
+    """
     side = np.arange(-radius, radius)
     edge = np.full(2 * radius, radius)
-    rows, cols = np.concatenate([-edge, side, edge, -side]), np.concatenate([side, edge, -side, -edge])
+    rows, cols = (
+        np.concatenate([-edge, side, edge, -side]),
+        np.concatenate([side, edge, -side, -edge]),
+    )
     return Barrier(rows + centre[0], cols + centre[1], abs(rows) != abs(cols))
 
 
@@ -56,8 +64,11 @@ def lay_whole(labels: np.ndarray, barrier: Barrier, objects: Objects) -> None:
     labels[0, barrier.rows, barrier.cols] = objects.add(destroyable=True)
 
 
-def lay_segments(labels: np.ndarray, barrier: Barrier, objects: Objects, rng: np.random.Generator) -> None:
-    """Lays obstacles along the barrier: new ones, fixed ones, further parts of earlier ones, seldom a gap; and one over others.
+def lay_segments(
+    labels: np.ndarray, barrier: Barrier, objects: Objects, rng: np.random.Generator
+) -> None:
+    """Lays obstacles along the barrier: new ones, fixed ones, further parts of earlier ones, seldom
+    a gap; and one over others.
 
     Args:
       labels: int32 [2, H, W], written to; what lies over others goes to the second layer.
@@ -80,7 +91,9 @@ def lay_segments(labels: np.ndarray, barrier: Barrier, objects: Objects, rng: np
 
 
 def least_over(labels: np.ndarray, barriers: list[Barrier], objects: Objects) -> float:
-    """Returns the least total cost of obstacles whose removal opens every barrier; inf where one of them cannot be opened."""
+    """Returns the least total cost of obstacles whose removal opens every barrier; inf where one
+    of them cannot be opened.
+    """
     unions = {frozenset[int]()}
     for rows, cols, crossable in barriers:
         columns = np.unique(labels[:, rows[crossable], cols[crossable]], axis=1).T.tolist()

@@ -1,9 +1,10 @@
 """Instances by the number, each with its least removal where there is a proof of it.
 
-half, quarter, bagel-K: start and goal hang together but for the blocker, which every way crosses: it is the least removal,
-whatever all else costs (`srt_jax.instances.paper_blockers`). rooms: a shortest path over the rooms (`srt_jax.instances.doors`). fences and rings: a
-choice of one cell a barrier (`srt_jax.instances.barriers`). mixed: all of these in turn, and tasks that are open, unsolvable, boxed in,
-or of unknown optimum.
+half, quarter, bagel-K: start and goal hang together but for the blocker, which every way crosses:
+it is the least removal, whatever all else costs (`srt_jax.instances.paper_blockers`). rooms: a
+shortest path over the rooms (`srt_jax.instances.doors`). fences and rings: a choice of one cell a
+barrier (`srt_jax.instances.barriers`). mixed: all of these in turn, and tasks that are open,
+unsolvable, boxed in, or of unknown optimum.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,15 @@ from functools import partial
 import numpy as np
 
 from srt_jax.instances import maps
-from srt_jax.instances.barriers import COSTS, Objects, fence, lay_segments, lay_whole, least_over, ring
+from srt_jax.instances.barriers import (
+    COSTS,
+    Objects,
+    fence,
+    lay_segments,
+    lay_whole,
+    least_over,
+    ring,
+)
 from srt_jax.instances.doors import rooms_with_doors
 from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.task import make_task
@@ -28,15 +37,19 @@ Maker = Callable[[int, int, Random], tuple[Task, float]]
 """Makes a task of a height and width, and tells its optimum."""
 
 
-def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int, first: int = 0) -> list[Instance]:
-    """Returns `count` tasks as (name, task, optimum): the least total removal cost, inf where unsolvable, NaN where unknown.
+def generate(
+    kind: str, *, count: int, size: int | tuple[int, int], seed: int, first: int = 0
+) -> list[Instance]:
+    """Returns `count` tasks as (name, task, optimum): the least total removal cost, inf where
+    unsolvable, NaN where unknown.
 
     Instance i depends on kind, size, seed and i alone, not on `count`; the same on every machine.
 
     Args:
       kind: one of KINDS; bagel-K with a number for K, such as bagel-10.
       count: 1 or more.
-      size: the side of square maps, or (least, greatest): height and width are drawn between them, both included. At least 16.
+      size: the side of square maps, or (least, greatest): height and width are drawn between them,
+        both included. At least 16.
       seed: 0 or more.
       first: number of the first instance, 0 or more; so that many can be made in parts.
 
@@ -44,12 +57,16 @@ def generate(kind: str, *, count: int, size: int | tuple[int, int], seed: int, f
       ValueError: an unknown kind, or a number out of range.
     """
     if count < 1 or seed < 0:
-        raise ValueError(f"count must be at least 1 and seed at least 0, got count {count}, seed {seed}")
+        raise ValueError(
+            f"count must be at least 1 and seed at least 0, got count {count}, seed {seed}"
+        )
     if first < 0:
         raise ValueError(f"first must be at least 0, got {first}: instances are numbered from 0")
     least, greatest = (size, size) if isinstance(size, int | np.integer) else size
     if not MIN_SIZE <= least <= greatest:
-        raise ValueError(f"size must be {MIN_SIZE} or more, the least before the greatest, got {size}")
+        raise ValueError(
+            f"size must be {MIN_SIZE} or more, the least before the greatest, got {size}"
+        )
     makers, instances = _makers(kind, int(least)), []
     for index in range(first, first + count):
         rng = np.random.default_rng([seed, index])
@@ -66,16 +83,24 @@ def _makers(kind: str, least: int) -> list[tuple[str, Maker]]:
         return _MIXED
     if kind in ("rooms", "fences", "rings"):
         return [(kind, dict(_MIXED)[kind])]
-    if kind not in ("half", "quarter") and not (kind.startswith("bagel-") and kind[6:].isascii() and kind[6:].isdigit()):
-        raise ValueError(f"unknown kind {kind!r}: choose one of {', '.join(KINDS)} (K a number, such as bagel-10)")
+    if kind not in ("half", "quarter") and not (
+        kind.startswith("bagel-") and kind[6:].isascii() and kind[6:].isdigit()
+    ):
+        raise ValueError(
+            f"unknown kind {kind!r}: choose one of {', '.join(KINDS)} (K a number, such as"
+            " bagel-10)"
+        )
     if kind.startswith("bagel-"):
         side = int(kind[6:])
         if side < 3:
             raise ValueError(f"{kind}: a ring of side {side} has no inside: K must be at least 3")
         if _apart(least) <= side // 2:
-            needed = next(length for length in range(least, 2 * side + MIN_SIZE) if _apart(length) > side // 2)
+            needed = next(
+                length for length in range(least, 2 * side + MIN_SIZE) if _apart(length) > side // 2
+            )
             raise ValueError(
-                f"{kind}: start and goal need more room than maps of {least} cells have: size must be {needed} or more"
+                f"{kind}: start and goal need more room than maps of {least} cells have: size must"
+                f" be {needed} or more"
             )
     return [(kind, partial(_cut_off, kind=kind))]
 
@@ -86,7 +111,9 @@ def _apart(length: int) -> int:
 
 
 def _based(height: int, width: int, rng: Random) -> tuple[np.ndarray, tuple, tuple]:
-    """Returns labels int32 [1, H, W] of a base map, and a start and a goal in one region, on opposite sides of the map."""
+    """Returns labels int32 [1, H, W] of a base map, and a start and a goal in one region, on
+    opposite sides of the map.
+    """
     for _ in range(3):
         labels = _base(height, width, rng)
         try:
@@ -96,41 +123,55 @@ def _based(height: int, width: int, rng: Random) -> tuple[np.ndarray, tuple, tup
         except ValueError:
             continue  # its largest region is too narrow: another map
     free = maps.empty(height, width)
-    return np.full((1, height, width), FREE, np.int32), *pick_start_goal(free, apart=_apart(max(height, width)), seed=0)
+    return np.full((1, height, width), FREE, np.int32), *pick_start_goal(
+        free, apart=_apart(max(height, width)), seed=0
+    )
 
 
 def _base(height: int, width: int, rng: Random) -> np.ndarray:
-    """Returns labels int32 [1, H, W]: a city of many buildings, or one obstacle: noise, the walls of a maze or of rooms."""
+    """Returns labels int32 [1, H, W]: a city of many buildings, or one obstacle: noise, the
+    walls of a maze or of rooms.
+    """
     seed = int(rng.integers(2**31))
     kind = rng.choice(["city", "city", "empty", "noise", "maze", "rooms"])
     if kind == "city":
         return maps.city_buildings(height, width, seed=seed)[None]
     free = {
         "empty": lambda: maps.empty(height, width),
-        "noise": lambda: maps.noise(height, width, density=float(rng.choice([0.1, 0.2, 0.3])), seed=seed),
+        "noise": lambda: maps.noise(
+            height, width, density=float(rng.choice([0.1, 0.2, 0.3])), seed=seed
+        ),
         "maze": lambda: maps.maze(height, width, corridor=int(rng.integers(1, 9)), seed=seed),
         "rooms": lambda: maps.rooms(height, width, side=int(rng.integers(5, 16)), seed=seed),
     }[kind]()
     return np.where(free, FREE, 0).astype(np.int32)[None]
 
 
-def _cut_off(height: int, width: int, rng: Random, kind: str, *, fixed: bool = False) -> tuple[Task, float]:
+def _cut_off(
+    height: int, width: int, rng: Random, kind: str, *, fixed: bool = False
+) -> tuple[Task, float]:
     """A base map with a blocker; unsolvable where that is `fixed`."""
     labels, start, goal = _based(height, width, rng)
     labels, blocker = block(labels, start, goal, kind)
     flags, costs = _drawn(blocker + 1, rng)
     flags[blocker] = not fixed
-    return _task(labels, start, goal, flags, costs), float("inf") if fixed else float(costs[blocker])
+    return _task(labels, start, goal, flags, costs), (
+        float("inf") if fixed else float(costs[blocker])
+    )
 
 
-def _random_ring(height: int, width: int, rng: Random, *, fixed: bool = False) -> tuple[Task, float]:
+def _random_ring(
+    height: int, width: int, rng: Random, *, fixed: bool = False
+) -> tuple[Task, float]:
     largest = min(100, 2 * _apart(max(height, width)) - 1)
     sides = [side for side in (10, 50, 100, int(rng.integers(3, largest + 1))) if side <= largest]
     return _cut_off(height, width, rng, f"bagel-{rng.choice(sides)}", fixed=fixed)
 
 
 def _patched(height: int, width: int, rng: Random) -> tuple[Task, float]:
-    """A blocker that only fills gaps between obstacles: whoever removes one of those may get round it. Optimum unknown."""
+    """A blocker that only fills gaps between obstacles: whoever removes one of those may get
+    round it. Optimum unknown.
+    """
     labels, start, goal = _based(height, width, rng)
     labels, blocker = block(labels, start, goal, str(rng.choice(["half", "quarter"])))
     labels = np.where(labels[0] == FREE, labels[-1], labels[0])
@@ -145,25 +186,35 @@ def _open(height: int, width: int, rng: Random) -> tuple[Task, float]:
 
 
 def _covered(height: int, width: int, rng: Random, *, end: str) -> tuple[Task, float]:
-    """Start or goal under one or two squares. As the two hang together else, what covers the goal must go, and is enough."""
+    """Start or goal under one or two squares. As the two hang together else, what covers the
+    goal must go, and is enough.
+    """
     labels, start, goal = _based(height, width, rng)
     row, col = start if end == "start" else goal
     known = int(labels.max()) + 1
     number = int(rng.integers(1, 3))
     for i in range(number):
         layer, reach = np.full((1, height, width), FREE, np.int32), int(rng.integers(0, 4))
-        layer[0, max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1] = known + i
+        layer[0, max(0, row - reach) : row + reach + 1, max(0, col - reach) : col + reach + 1] = (
+            known + i
+        )
         labels = np.concatenate([labels, layer])
     flags, costs = _drawn(known + number, rng)
     is_solvable = end == "goal" and flags[known:].all()
-    return _task(labels, start, goal, flags, costs), float(costs[known:].sum()) if is_solvable else float("inf")
+    return _task(labels, start, goal, flags, costs), (
+        float(costs[known:].sum()) if is_solvable else float("inf")
+    )
 
 
 def _noise_in_parts(height: int, width: int, rng: Random) -> tuple[Task, float]:
-    """Dense noise, all of it in one tile of the map being one obstacle of many parts. Optimum unknown."""
+    """Dense noise, all of it in one tile of the map being one obstacle of many parts. Optimum
+    unknown.
+    """
     free = rng.random((height, width)) >= rng.choice([0.35, 0.45])
     tile = max(height, width) // int(rng.integers(2, 9))
-    tiles = np.arange(height)[:, None] // tile * (-(-width // tile)) + np.arange(width)[None, :] // tile
+    tiles = (
+        np.arange(height)[:, None] // tile * (-(-width // tile)) + np.arange(width)[None, :] // tile
+    )
     cells = np.argwhere(free)
     start, goal = cells[rng.integers(len(cells) // 4)], cells[-1 - rng.integers(len(cells) // 4)]
     labels = np.where(free, FREE, tiles).astype(np.int32)
@@ -176,7 +227,9 @@ def _rooms(height: int, width: int, rng: Random) -> tuple[Task, float]:
 
 
 def _fences(height: int, width: int, rng: Random, *, doubled: bool = False) -> tuple[Task, float]:
-    """One to four fences in segments across the map; `doubled`: one fence, then a wall of two rows, each one obstacle."""
+    """One to four fences in segments across the map; `doubled`: one fence, then a wall of two
+    rows, each one obstacle.
+    """
     is_turned = bool(rng.integers(2))
     length, across = (width, height) if is_turned else (height, width)
     number = 2 if doubled else int(rng.integers(1, 5))
@@ -201,22 +254,38 @@ def _fences(height: int, width: int, rng: Random, *, doubled: bool = False) -> t
 def _rings(height: int, width: int, rng: Random, *, boxed: str = "goal") -> tuple[Task, float]:
     """One to three nested rings in segments round the goal, or the start."""
     radii = np.arange(1, min(40, (min(height, width) - 3) // 2) + 1, 2)
-    radii = np.sort(rng.choice(radii, int(rng.integers(1, min(3, len(radii)) + 1)), replace=False)).tolist()
+    radii = np.sort(
+        rng.choice(radii, int(rng.integers(1, min(3, len(radii)) + 1)), replace=False)
+    ).tolist()
     widest = radii[-1]
-    row, col = centre = (int(rng.integers(widest + 1, height - widest - 1)), int(rng.integers(widest + 1, width - widest - 1)))
-    inside = row + int(rng.integers(1 - radii[0], radii[0])), col + int(rng.integers(1 - radii[0], radii[0]))
+    row, col = centre = (
+        int(rng.integers(widest + 1, height - widest - 1)),
+        int(rng.integers(widest + 1, width - widest - 1)),
+    )
+    inside = (
+        row + int(rng.integers(1 - radii[0], radii[0])),
+        col + int(rng.integers(1 - radii[0], radii[0])),
+    )
     outside = centre
     while all(abs(a - b) <= widest for a, b in zip(outside, centre, strict=True)):
         outside = int(rng.integers(height)), int(rng.integers(width))
-    labels, objects, barriers = np.full((2, height, width), FREE, np.int32), Objects(rng), [ring(centre, r) for r in radii]
+    labels, objects, barriers = (
+        np.full((2, height, width), FREE, np.int32),
+        Objects(rng),
+        [ring(centre, r) for r in radii],
+    )
     for barrier in barriers:
         lay_segments(labels, barrier, objects, rng)
     ends = (inside, outside) if boxed == "start" else (outside, inside)
-    return _task(labels, *ends, objects.destroyable, objects.cost), least_over(labels, barriers, objects)
+    return _task(labels, *ends, objects.destroyable, objects.cost), least_over(
+        labels, barriers, objects
+    )
 
 
 def _drawn(number: int, rng: Random) -> tuple[np.ndarray, np.ndarray]:
-    """Returns flags bool [number], about two thirds destroyable or all, and costs float32 [number], some of COSTS or all 1."""
+    """Returns flags bool [number], about two thirds destroyable or all, and costs float32
+    [number], some of COSTS or all 1.
+    """
     flags = rng.random(number) < rng.choice([0.67, 1.0])
     costs = rng.choice(COSTS, number) if rng.random() < 0.5 else np.ones(number)
     return flags, costs.astype(np.float32)
@@ -226,7 +295,13 @@ def _task(labels: np.ndarray, start, goal, flags, costs) -> Task:
     """Returns the task, without layers in which nothing lies but the first."""
     if labels.ndim == 3:
         labels = labels[[0, *(i for i in range(1, len(labels)) if (labels[i] != FREE).any())]]
-    return make_task(labels, start, goal, destroyable=np.array(flags, bool), removal_cost=np.array(costs, np.float32))
+    return make_task(
+        labels,
+        start,
+        goal,
+        destroyable=np.array(flags, bool),
+        removal_cost=np.array(costs, np.float32),
+    )
 
 
 _MIXED: list[tuple[str, Maker]] = [

@@ -1,6 +1,8 @@
-"""Base maps: empty, noise, mazes, rooms, a snake, and a synthetic city whose blocks stand at angles.
+"""Base maps: empty, noise, mazes, rooms, a snake, and a synthetic city whose blocks stand at
+angles.
 
-Each is settled by its size and seed alone: only integers decide, so the maps are the same on every machine.
+Each is settled by its size and seed alone: only integers decide, so the maps are the same on every
+machine.
 """
 
 from math import isqrt
@@ -8,7 +10,9 @@ from math import isqrt
 import numpy as np
 
 _SLOPES = ((1, 0), (1, 0), (6, 1), (4, 1), (3, 1), (2, 1), (3, 2), (1, 1))
-"""Directions of streets, as whole steps (across, down); the first twice, as most streets follow the map."""
+"""Directions of streets, as whole steps (across, down); the first twice, as most streets follow
+the map.
+"""
 
 
 def empty(height: int, width: int) -> np.ndarray:
@@ -17,12 +21,16 @@ def empty(height: int, width: int) -> np.ndarray:
 
 
 def noise(height: int, width: int, *, density: float, seed: int) -> np.ndarray:
-    """Returns bool [H, W], each cell blocked with probability `density`, independent of the others."""
+    """Returns bool [H, W], each cell blocked with probability `density`, independent of the
+    others.
+    """
     return np.random.default_rng(seed).random((height, width)) >= density
 
 
 def snake(height: int, width: int, *, corridor: int = 1) -> np.ndarray:
-    """Returns bool [H, W], one corridor that winds from the top to the bottom: the longest shortest paths there are."""
+    """Returns bool [H, W], one corridor that winds from the top to the bottom: the longest
+    shortest paths there are.
+    """
     free = empty(height, width)
     walls = np.arange(corridor, height, corridor + 1)
     free[walls] = False
@@ -31,7 +39,8 @@ def snake(height: int, width: int, *, corridor: int = 1) -> np.ndarray:
 
 
 def maze(height: int, width: int, *, corridor: int = 1, seed: int) -> np.ndarray:
-    """Returns bool [H, W], a maze with one way between any two places: a depth-first walk with walls of one cell.
+    """Returns bool [H, W], a maze with one way between any two places: a depth-first walk with
+    walls of one cell.
 
     Rows and columns left over below and on the right are blocked.
     """
@@ -39,15 +48,21 @@ def maze(height: int, width: int, *, corridor: int = 1, seed: int) -> np.ndarray
     rows, cols = (height + 1) // pitch, (width + 1) // pitch
     free = np.zeros((height, width), bool)
     is_place = np.arange(max(height, width)) % pitch != corridor
-    free[: rows * pitch, : cols * pitch] = np.outer(is_place[: min(height, rows * pitch)], is_place[: min(width, cols * pitch)])
+    free[: rows * pitch, : cols * pitch] = np.outer(
+        is_place[: min(height, rows * pitch)], is_place[: min(width, cols * pitch)]
+    )
     for here, there in _tree(rows, cols, np.random.default_rng(seed)):
         (top, left), (bottom, right) = (divmod(place, cols) for place in sorted((here, there)))
-        free[top * pitch : bottom * pitch + corridor, left * pitch : right * pitch + corridor] = True
+        free[top * pitch : bottom * pitch + corridor, left * pitch : right * pitch + corridor] = (
+            True
+        )
     return free
 
 
 def rooms(height: int, width: int, *, side: int = 15, seed: int) -> np.ndarray:
-    """Returns bool [H, W], square rooms of that side; three walls in four between two rooms have a door of one cell."""
+    """Returns bool [H, W], square rooms of that side; three walls in four between two rooms have
+    a door of one cell.
+    """
     rng = np.random.default_rng(seed)
     free = empty(height, width)
     pitch = side + 1
@@ -69,8 +84,9 @@ def city(height: int, width: int, *, seed: int) -> np.ndarray:
 def city_buildings(height: int, width: int, *, seed: int) -> np.ndarray:
     """Returns int32 [H, W], the number of the building on each cell, -1 on streets.
 
-    Avenues part the map into quarters of the town; in each the streets have their own direction, width and spacing. A block
-    holds one building, set back by nothing to three cells on each side, or none.
+    Avenues part the map into quarters of the town; in each the streets have their own direction,
+    width and spacing. A block holds one building, set back by nothing to three cells on each side,
+    or none.
     """
     rng = np.random.default_rng(seed)
     labels = np.full((height, width), -1, np.int32)
@@ -85,9 +101,11 @@ def city_buildings(height: int, width: int, *, seed: int) -> np.ndarray:
 
 
 def regions(mask: np.ndarray) -> np.ndarray:
-    """Returns int64 [H, W], for each cell of `mask` the number of its piece that hangs together by sides; -1 elsewhere.
+    """Returns int64 [H, W], for each cell of `mask` the number of its piece that hangs together by
+    sides; -1 elsewhere.
 
-    Runs of cells in a row are linked to those below; a run takes the least number among its links until none changes.
+    Runs of cells in a row are linked to those below; a run takes the least number among its links
+    until none changes.
     """
     flat = np.pad(mask, ((0, 0), (0, 1))).ravel()
     stride = mask.shape[1] + 1
@@ -106,13 +124,17 @@ def regions(mask: np.ndarray) -> np.ndarray:
 
 
 def largest_region(free: np.ndarray) -> np.ndarray:
-    """Returns bool [H, W], the largest part of `free` that hangs together by sides; the first in row order among equals."""
+    """Returns bool [H, W], the largest part of `free` that hangs together by sides; the first in
+    row order among equals.
+    """
     numbers = regions(free)
     return numbers == np.argmax(np.bincount(numbers[free])) if free.any() else free.copy()
 
 
 def _tree(rows: int, cols: int, rng: np.random.Generator):
-    """Yields the steps of a depth-first walk over a grid of places that visits every place once: pairs of places."""
+    """Yields the steps of a depth-first walk over a grid of places that visits every place once:
+    pairs of places.
+    """
     order = np.argsort(rng.random((rows * cols, 4)), axis=1).tolist()
     met, path = [False] * (rows * cols), [0] * bool(rows * cols)
     met[:1] = [True] * len(path)
@@ -131,7 +153,9 @@ def _tree(rows: int, cols: int, rng: np.random.Generator):
 
 
 def _quarters(top: int, left: int, bottom: int, right: int, rng: np.random.Generator):
-    """Yields rectangles (top, left, bottom, right), parted by avenues, none much longer than 180 cells."""
+    """Yields rectangles (top, left, bottom, right), parted by avenues, none much longer than 180
+    cells.
+    """
     height, width = bottom - top, right - left
     if max(height, width) <= 180:
         yield top, left, bottom, right
@@ -147,7 +171,8 @@ def _quarters(top: int, left: int, bottom: int, right: int, rng: np.random.Gener
 
 
 def _lots(height: int, width: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns int64 [H, W], the number of the lot whose building stands on each cell, -1 on streets and where nothing is built.
+    """Returns int64 [H, W], the number of the lot whose building stands on each cell, -1 on streets
+    and where nothing is built.
 
     Along and across the streets a cell has whole coordinates, in units of 1 / norm of a cell.
     """
@@ -164,7 +189,10 @@ def _lots(height: int, width: int, rng: np.random.Generator) -> np.ndarray:
         ways.append((place % pitch * (block + street), pitch, block))
     is_built = np.ones((height, width), bool)
     for within, pitch, block in ways:
-        low, high = rng.integers(0, 4, num_lots) * pitch, (block - rng.integers(0, 4, num_lots)) * pitch
+        low, high = (
+            rng.integers(0, 4, num_lots) * pitch,
+            (block - rng.integers(0, 4, num_lots)) * pitch,
+        )
         is_built &= (low[lot] <= within) & (within < high[lot])
     is_built &= (rng.random(num_lots) < 0.85)[lot]
     return np.where(is_built, lot, -1)

@@ -1,9 +1,10 @@
-"""The paper's five ways to cut a goal off (PY16 §4): Half, Quarter, and square rings of side 100, 50 and 10, the Bagels.
+"""The paper's five ways to cut a goal off (PY16 §4): Half, Quarter, and square rings of side 100,
+50 and 10, the Bagels.
 
-The blocker is one new obstacle, a solid line of cells from edge to edge or round the goal. Where it crosses obstacles it
-overlaps them, in a layer of its own. So every way to the goal crosses a cell that the blocker owns: it is on every list of what
-must go, and where start and goal were connected before, it alone suffices. The least removal is the blocker, whatever all else
-costs.
+The blocker is one new obstacle, a solid line of cells from edge to edge or round the goal. Where it
+crosses obstacles it overlaps them, in a layer of its own. So every way to the goal crosses a cell
+that the blocker owns: it is on every list of what must go, and where start and goal were connected
+before, it alone suffices. The least removal is the blocker, whatever all else costs.
 """
 
 import numpy as np
@@ -18,11 +19,13 @@ Cell = tuple[int, int]
 
 
 def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.ndarray, int]:
-    """Returns the map with a blocker between start and goal, and the blocker's id: the next one that is not in use.
+    """Returns the map with a blocker between start and goal, and the blocker's id: the next one
+    that is not in use.
 
-    PY16 §4. "half": a line across the middle of the map, moved as far as it must to part start and goal. "quarter": two
-    perpendicular lines round the quarter of the goal. "bagel-K": a square ring of side K with the goal in its centre, cut off
-    at the edge of the map. What it encloses, itself included, is the goal's share: a half, a quarter, K x K cells.
+    PY16 §4. "half": a line across the middle of the map, moved as far as it must to part start and
+    goal. "quarter": two perpendicular lines round the quarter of the goal. "bagel-K": a square ring
+    of side K with the goal in its centre, cut off at the edge of the map. What it encloses, itself
+    included, is the goal's share: a half, a quarter, K x K cells.
 
     Args:
       labels: int32 [H, W] or [L, H, W], -1 where free.
@@ -39,10 +42,15 @@ def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.nd
     size = layers.shape[1:]
     for name, cell in (("start", start), ("goal", goal)):
         if not all(0 <= place < length for place, length in zip(cell, size, strict=True)):
-            raise ValueError(f"{name} {_told(cell)} lies outside the map of {size[0]} x {size[1]} cells")
+            raise ValueError(
+                f"{name} {_told(cell)} lies outside the map of {size[0]} x {size[1]} cells"
+            )
     rows, cols = _box(kind, start, goal, size)
     if _is_in(start, rows, cols):
-        raise ValueError(f"{kind}: start {_told(start)} lies inside the blocker around goal {_told(goal)}: move them apart")
+        raise ValueError(
+            f"{kind}: start {_told(start)} lies inside the blocker around goal {_told(goal)}: move"
+            " them apart"
+        )
     line = _rim(rows, cols, size)
     blocker = int(layers.max()) + 1
     unused = [layer for layer in layers if (layer[line] == FREE).all()]
@@ -54,10 +62,11 @@ def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.nd
 
 
 def pick_start_goal(free: np.ndarray, *, apart: int, seed: int) -> tuple[Cell, Cell]:
-    """Returns two cells on opposite sides of the largest free region, at least `apart` rows or columns from each other.
+    """Returns two cells on opposite sides of the largest free region, at least `apart` rows or
+    columns from each other.
 
-    PY16 §4 has them more than 400 of 500 apart. The larger region wins, the first in row order among equals; which sides, and
-    which cells there, is drawn by `seed`.
+    PY16 §4 has them more than 400 of 500 apart. The larger region wins, the first in row order
+    among equals; which sides, and which cells there, is drawn by `seed`.
 
     Args:
       free: bool [H, W], True where the agent fits.
@@ -78,13 +87,17 @@ def pick_start_goal(free: np.ndarray, *, apart: int, seed: int) -> tuple[Cell, C
     place = cells[:, axis]
     low, high = int(place.min()), int(place.max())
     start = cells[rng.choice(np.flatnonzero(place <= min(high - apart, (low + high) // 2)))]
-    goal = cells[rng.choice(np.flatnonzero(place >= max(start[axis] + apart, (low + high + 1) // 2)))]
+    goal = cells[
+        rng.choice(np.flatnonzero(place >= max(start[axis] + apart, (low + high + 1) // 2)))
+    ]
     ends = [(int(row), int(col)) for row, col in (start, goal)]
     return tuple(ends[:: rng.choice([-1, 1])])  # type: ignore[return-value]
 
 
 def _box(kind: str, start: Cell, goal: Cell, size: tuple[int, ...]) -> tuple[range, range]:
-    """Returns the rows and columns of the rectangle whose rim is the blocker; they may run past the edge of the map."""
+    """Returns the rows and columns of the rectangle whose rim is the blocker; they may run past
+    the edge of the map.
+    """
     sides = [range(-1, length + 1) for length in size]
     if kind == "half":
         axis = _axis_of_half(start, goal, size)
@@ -93,8 +106,12 @@ def _box(kind: str, start: Cell, goal: Cell, size: tuple[int, ...]) -> tuple[ran
     if kind == "quarter":
         for axis in (0, 1):
             if size[axis] < 4:
-                raise ValueError(f"quarter: a map of {size[0]} x {size[1]} cells is too small: 4 x 4 is the least")
-            away = size[axis] - 1 if goal[axis] * 2 < size[axis] else 0  # the edge on the other side
+                raise ValueError(
+                    f"quarter: a map of {size[0]} x {size[1]} cells is too small: 4 x 4 is the"
+                    " least"
+                )
+            # the edge on the other side
+            away = size[axis] - 1 if goal[axis] * 2 < size[axis] else 0
             sides[axis] = _beyond(_middle(away, goal[axis], size[axis]), goal[axis], size[axis])
         return sides[0], sides[1]
     side = _ring_side(kind)
@@ -105,19 +122,25 @@ def _box(kind: str, start: Cell, goal: Cell, size: tuple[int, ...]) -> tuple[ran
 def _ring_side(kind: str) -> int:
     name, _, side = kind.partition("-")
     if name != "bagel" or not side.isascii() or not side.isdigit():
-        raise ValueError(f"unknown blockage {kind!r}: choose half, quarter, or bagel-K such as {', '.join(BLOCKAGES[2:])}")
+        raise ValueError(
+            f"unknown blockage {kind!r}: choose half, quarter, or bagel-K such as"
+            f" {', '.join(BLOCKAGES[2:])}"
+        )
     if int(side) < 3:
         raise ValueError(f"{kind}: a ring of side {int(side)} has no inside: K must be at least 3")
     return int(side)
 
 
 def _axis_of_half(start: Cell, goal: Cell, size: tuple[int, ...]) -> int:
-    """Returns the axis along which a line that parts start and goal is nearest the middle; on ties the longer way."""
+    """Returns the axis along which a line that parts start and goal is nearest the middle; on
+    ties the longer way.
+    """
     gaps = [abs(a - b) for a, b in zip(start, goal, strict=True)]
     axes = [axis for axis in (0, 1) if gaps[axis] >= 2]
     if not axes:
         raise ValueError(
-            f"half: no line fits between start {_told(start)} and goal {_told(goal)}: they need a cell between them"
+            f"half: no line fits between start {_told(start)} and goal {_told(goal)}: they need a"
+            " cell between them"
         )
 
     def moved(axis: int) -> tuple[float, int]:
@@ -128,7 +151,9 @@ def _axis_of_half(start: Cell, goal: Cell, size: tuple[int, ...]) -> int:
 
 
 def _middle(start: int, goal: int, length: int) -> int:
-    """Returns the row or column between two others that is nearest the middle, on the goal's side of it."""
+    """Returns the row or column between two others that is nearest the middle, on the goal's
+    side of it.
+    """
     line = length // 2 if goal > start else (length - 1) // 2
     return min(max(line, min(start, goal) + 1), max(start, goal) - 1)
 
@@ -144,7 +169,9 @@ def _is_in(cell: Cell, rows: range, cols: range) -> bool:
 
 def _rim(rows: range, cols: range, size: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Returns the cells on the rim of a rectangle, as far as they lie on the map."""
-    row, col = np.mgrid[max(0, rows.start) : min(size[0], rows.stop), max(0, cols.start) : min(size[1], cols.stop)]
+    row, col = np.mgrid[
+        max(0, rows.start) : min(size[0], rows.stop), max(0, cols.start) : min(size[1], cols.stop)
+    ]
     is_rim = (row == rows[0]) | (row == rows[-1]) | (col == cols[0]) | (col == cols[-1])
     return row[is_rim], col[is_rim]
 

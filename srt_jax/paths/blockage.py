@@ -1,8 +1,10 @@
-"""What the path planner reports: the reached cells and, where the goal is not among them, what blocks (PY16 §3.2).
+"""What the path planner reports: the reached cells and, where the goal is not among them, what
+blocks (PY16 §3.2).
 
-The seed is the reached cell nearest the goal; the blocked cell on its greedy step towards the goal belongs to the obstacle that
-separates, a piece of blocked cells that hang together by sides or corners. On real maps such a piece is often several objects
-grown together, so the report names every object that meets its contour.
+The seed is the reached cell nearest the goal; the blocked cell on its greedy step towards the goal
+belongs to the obstacle that separates, a piece of blocked cells that hang together by sides or
+corners. On real maps such a piece is often several objects grown together, so the report names
+every object that meets its contour.
 """
 
 from typing import NamedTuple
@@ -22,7 +24,8 @@ class Blockage(NamedTuple):
     """What keeps the agent from the goal; all empty where nothing does.
 
     seed: int32 [B, 2], the reached cell nearest the goal, (-1, -1) where nothing blocks.
-    contour: uint32 [B, H, words], packed, reached cells that touch the separating piece by a side or a corner.
+    contour: uint32 [B, H, words], packed, reached cells that touch the separating piece by a side
+      or a corner.
     on_contour: bool [B, M], the objects of that piece that touch the contour.
     """
 
@@ -32,9 +35,17 @@ class Blockage(NamedTuple):
 
 
 def find_blockage(
-    labels: Array, free: Array, reached: Array, goal: Array, size: Array, *, num_obstacles: int, among: Array
+    labels: Array,
+    free: Array,
+    reached: Array,
+    goal: Array,
+    size: Array,
+    *,
+    num_obstacles: int,
+    among: Array,
 ) -> Blockage:
-    """Returns what blocks the way from the `reached` cells to `goal`; an empty report where `among` is False.
+    """Returns what blocks the way from the `reached` cells to `goal`; an empty report where `among`
+    is False.
 
     Args:
       labels: int32 [B, L, H, W].
@@ -45,8 +56,11 @@ def find_blockage(
     """
     _, _, H, W = labels.shape
     seed = jnp.where(among[:, None], seed_cells(packing.unpack(reached, W), goal), -1)
-    ahead = obstacle_ahead(packing.unpack(free, W), seed, goal)  # the seed, if there is one, lies on the map, and the goal too
-    blocked = jnp.where(among[:, None, None], packing.words_inside(size, H, W) & ~free, jnp.uint32(0))
+    # the seed, if there is one, lies on the map, and the goal too
+    ahead = obstacle_ahead(packing.unpack(free, W), seed, goal)
+    blocked = jnp.where(
+        among[:, None, None], packing.words_inside(size, H, W) & ~free, jnp.uint32(0)
+    )
     piece = flood_words(blocked, packing.words_of_cell(ahead, H, W), through_corners=True)
     contour = around(piece) & reached
     on_contour = obstacles.all_met_by(labels, around(contour) & piece, num_obstacles)

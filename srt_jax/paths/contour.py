@@ -16,12 +16,13 @@ from srt_jax.paths.reach import cells_in_group, flood_group
 def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Array:
     """Returns the cells around the obstacle ahead of `seed`; all False where nothing is ahead.
 
-    The obstacle is the 8-connected piece of blocked cells that owns the blocked cell on the greedy octile step from `seed`
-    towards `goal`: this piece alone cuts the goal off. Its contour is the free cells that touch it by side or corner and
-    that can be reached from `seed` (PY16 §3.2). All False where `seed` is (-1, -1), blocked, or equal to `goal`, or where the
-    step is open.
+    The obstacle is the 8-connected piece of blocked cells that owns the blocked cell on the greedy
+    octile step from `seed` towards `goal`: this piece alone cuts the goal off. Its contour is the
+    free cells that touch it by side or corner and that can be reached from `seed` (PY16 §3.2). All
+    False where `seed` is (-1, -1), blocked, or equal to `goal`, or where the step is open.
 
-    Memory besides argument and result: 0.3 bytes a cell of a batch of hundreds, up to 2.5 of a small one.
+    Memory besides argument and result: 0.3 bytes a cell of a batch of hundreds, up to 2.5 of a
+    small one.
 
     Args:
       free: bool [..., H, W], True where the agent fits.
@@ -37,7 +38,8 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
     free = arguments.as_mask("free", free)
     seed, goal = arguments.as_cells("seed", seed), arguments.as_cells("goal", goal)
     batch = arguments.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
-    size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))  # padding is no obstacle
+    # padding is no obstacle
+    size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))
     return eager.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)
 
 
@@ -72,20 +74,26 @@ def _contour_lanes(free: Array, ahead: Array, seed: Array, size: Array, *, group
 
 
 def _contour_group(free: Array, ahead: Array, seed: Array, size: Array) -> Array:
-    """The contours of one group in lanes, uint32 [H, lanes]; the cells and sizes int32 [group, 2]."""
+    """The contours of one group in lanes, uint32 [H, lanes]; the cells and sizes int32 [group,
+    2].
+    """
     height, lanes = free.shape
     group = size.shape[0]
     columns = packing.bits_inside(size[:, 1], lanes // group).T.reshape(1, -1)
     tall = jnp.tile(size[:, 0], lanes // group)[None]
     rows = jnp.arange(height, dtype=jnp.int32)[:, None]
     blocked = jnp.where(rows < tall, columns, jnp.uint32(0)) & ~free
-    obstacle = flood_group(blocked, cells_in_group(blocked, ahead), group=group, through_corners=True)
+    obstacle = flood_group(
+        blocked, cells_in_group(blocked, ahead), group=group, through_corners=True
+    )
     side = flood_group(free, cells_in_group(free, seed), group=group, through_corners=False)
     return _widened(obstacle, group) & side
 
 
 def _widened(obstacle: Array, group: int) -> Array:
-    """The cells of the masks of a group, uint32 [H, lanes], and all that touch them by side or corner."""
+    """The cells of the masks of a group, uint32 [H, lanes], and all that touch them by side or
+    corner.
+    """
     height, lanes = obstacle.shape
     one, top = jnp.uint32(1), jnp.uint32(31)
     padded = jnp.zeros((height + 2, lanes + 2 * group), jnp.uint32)
@@ -96,15 +104,18 @@ def _widened(obstacle: Array, group: int) -> Array:
 
 
 def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None = None) -> Array:
-    """Returns the blocked cell on the greedy octile step from `seed` towards `goal`; (-1, -1) where the step is open.
+    """Returns the blocked cell on the greedy octile step from `seed` towards `goal`; (-1, -1) where
+    the step is open.
 
-    The step is diagonal while the goal lies off both axes. The diagonal cell if that is blocked, else the cell beside it in the
-    goal's row direction, else the other: blocked cells among them belong to one 8-connected piece if the diagonal one does.
+    The step is diagonal while the goal lies off both axes. The diagonal cell if that is blocked,
+    else the cell beside it in the goal's row direction, else the other: blocked cells among them
+    belong to one 8-connected piece if the diagonal one does.
 
     Args:
       free: bool [B, H, W].
       seed, goal: int32 [B, 2], (row, col).
-      size: int32 [B, 2], height and width before padding; beyond lies no obstacle. Default: the maps are not padded.
+      size: int32 [B, 2], height and width before padding; beyond lies no obstacle. Default: the
+        maps are not padded.
 
     Returns:
       int32 [B, 2]; (-1, -1) also where `seed` is no free cell of the map.
@@ -112,11 +123,19 @@ def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None 
     batch, height, width = free.shape
     if size is None:
         size = jnp.broadcast_to(jnp.array((height, width), jnp.int32)[None], seed.shape)
-    return _ahead(lambda row, col: free[jnp.arange(batch), row, col].astype(jnp.int32), (height, width), seed, goal, size)
+    return _ahead(
+        lambda row, col: free[jnp.arange(batch), row, col].astype(jnp.int32),
+        (height, width),
+        seed,
+        goal,
+        size,
+    )
 
 
 def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, size: Array) -> Array:
-    """`obstacle_ahead`, with value(row, col) -> int32 [B], 1 where that cell of each map is free, else 0."""
+    """`obstacle_ahead`, with value(row, col) -> int32 [B], 1 where that cell of each map is
+    free, else 0.
+    """
 
     def state(cell: Array) -> Array:
         """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
@@ -125,7 +144,10 @@ def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, si
         return jnp.where(inside, value(row, col), -1)
 
     towards = jnp.sign(goal - seed)
-    beside = [jnp.stack([seed[:, 0] + towards[:, 0], seed[:, 1]], 1), jnp.stack([seed[:, 0], seed[:, 1] + towards[:, 1]], 1)]
+    beside = [
+        jnp.stack([seed[:, 0] + towards[:, 0], seed[:, 1]], 1),
+        jnp.stack([seed[:, 0], seed[:, 1] + towards[:, 1]], 1),
+    ]
     answer = jnp.full_like(seed, -1)
     for cell in (beside[1], beside[0], seed + towards):  # the first choice is written last
         answer = jnp.where((state(cell) == 0)[:, None], cell, answer)

@@ -1,4 +1,6 @@
-"""A path asked for within a permitted deviation from the straight link of its ends (PY16 §2, Figure 1: H1, H2)."""
+"""A path asked for within a permitted deviation from the straight link of its ends (PY16 §2,
+Figure 1: H1, H2).
+"""
 
 from collections.abc import Sequence
 
@@ -11,7 +13,9 @@ from srt_jax.paths.path import trace_path
 from srt_jax.types import Array, Path
 
 _SLACK = 1e-4
-"""By how much a deviation may be exceeded, in cell sides: more than float32 is off on a map of 2048 x 2048 cells."""
+"""By how much a deviation may be exceeded, in cell sides: more than float32 is off on a map of
+2048 x 2048 cells.
+"""
 
 
 def path_within(
@@ -22,10 +26,12 @@ def path_within(
     *,
     max_cells: int | None = None,
 ) -> Path:
-    """Returns a shortest path that nowhere strays from the straight link by more than `deviation`; empty where there is none.
+    """Returns a shortest path that nowhere strays from the straight link by more than `deviation`;
+    empty where there is none.
 
-    PY16 §2. The search is limited to the corridor about the link, so a longer path is found, or none, where the shortest of all
-    leaves it. Ties as in `trace_path`. May be called inside jit and vmap.
+    PY16 §2. The search is limited to the corridor about the link, so a longer path is found, or
+    none, where the shortest of all leaves it. Ties as in `trace_path`. May be called inside jit and
+    vmap.
 
     Args:
       free: bool [..., H, W], True where the agent fits.
@@ -42,25 +48,40 @@ def path_within(
     free = arguments.as_mask("free", free)
     height, width = free.shape[-2:]
     narrowed = free & corridor(start, goal, deviation, height=height, width=width)
-    return trace_path(cost_to_come(narrowed, start), goal, max_cells=max_cells or max_path_cells(height, width))
+    return trace_path(
+        cost_to_come(narrowed, start), goal, max_cells=max_cells or max_path_cells(height, width)
+    )
 
 
 def corridor(
-    start: Array | Sequence[int], goal: Array | Sequence[int], deviation: Array | float, *, height: int, width: int
+    start: Array | Sequence[int],
+    goal: Array | Sequence[int],
+    deviation: Array | float,
+    *,
+    height: int,
+    width: int,
 ) -> Array:
-    """Returns the cells whose centres lie no farther than `deviation` from the straight link: bool [..., H, W].
+    """Returns the cells whose centres lie no farther than `deviation` from the straight link: bool
+    [..., H, W].
 
-    The distance from a segment is convex, so a path that steps from such cell to such cell stays within all the way.
+    The distance from a segment is convex, so a path that steps from such cell to such cell stays
+    within all the way.
 
     Args:
       start, goal: int32 [..., 2], (row, col).
       deviation: float32 [...] or a number, in cell sides.
       height, width: H, W.
     """
-    start, goal = jnp.asarray(arguments.as_cells("start", start)), jnp.asarray(arguments.as_cells("goal", goal))
+    start, goal = (
+        jnp.asarray(arguments.as_cells("start", start)),
+        jnp.asarray(arguments.as_cells("goal", goal)),
+    )
     permitted = jnp.asarray(deviation, jnp.float32)
     permitted = jnp.broadcast_to(permitted, start.shape[:-1])[..., None, None] + jnp.float32(_SLACK)
-    rows, cols = (place.astype(jnp.int32) for place in jnp.meshgrid(jnp.arange(height), jnp.arange(width), indexing="ij"))
+    rows, cols = (
+        place.astype(jnp.int32)
+        for place in jnp.meshgrid(jnp.arange(height), jnp.arange(width), indexing="ij")
+    )
     rows, cols = (place.reshape((1,) * (start.ndim - 1) + place.shape) for place in (rows, cols))
     (row, col), (to_row, to_col) = (_sides(cell) for cell in (start, goal))
     down, right = to_row - row, to_col - col
@@ -70,7 +91,9 @@ def corridor(
     from_start = jnp.hypot((rows - row).astype(jnp.float32), (cols - col).astype(jnp.float32))
     from_goal = jnp.hypot((rows - to_row).astype(jnp.float32), (cols - to_col).astype(jnp.float32))
     away = across / jnp.sqrt(length.clip(1).astype(jnp.float32))
-    away = jnp.where(along > length, from_goal, jnp.where((along < 0) | (length == 0), from_start, away))
+    away = jnp.where(
+        along > length, from_goal, jnp.where((along < 0) | (length == 0), from_start, away)
+    )
     return away <= permitted
 
 

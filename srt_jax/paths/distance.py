@@ -1,10 +1,12 @@
-"""The octile length of a shortest path from the start to every cell, in exact integers (PY16 §3.2: g).
+"""The octile length of a shortest path from the start to every cell, in exact integers (PY16 §3.2:
+g).
 
-Two ways, joined. On open ground a few sweeps over whole rows (`row_sweeps`) bring costs across the map at a fraction of a nanosecond
-a cell; where paths turn back and forth, as in mazes and among scattered obstacles, each turn would cost a sweep, and a queue of
-cells (`cell_queue`) is faster, at about 20 ns a cell. So sweep while that pays, then list the cells that can still improve
-a neighbour (`frontier`) and spread from these. Sums of integers (`fixed_point`) do not depend on their order, hence neither on
-the way taken, nor on the batch, nor on the machine.
+Two ways, joined. On open ground a few sweeps over whole rows (`row_sweeps`) bring costs across the
+map at a fraction of a nanosecond a cell; where paths turn back and forth, as in mazes and among
+scattered obstacles, each turn would cost a sweep, and a queue of cells (`cell_queue`) is faster, at
+about 20 ns a cell. So sweep while that pays, then list the cells that can still improve a neighbour
+(`frontier`) and spread from these. Sums of integers (`fixed_point`) do not depend on their order,
+hence neither on the way taken, nor on the batch, nor on the machine.
 """
 
 import functools
@@ -25,7 +27,8 @@ from srt_jax.gradients import least_costs
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
 
-_ROOM = 1 << 15  # of the queue, in cells: more than any front on a map of 2048x2048 with a few percent of noise
+# of the queue, in cells: more than any front on a map of 2048x2048 with a few percent of noise
+_ROOM = 1 << 15
 
 
 class Field(NamedTuple):
@@ -39,44 +42,59 @@ class Field(NamedTuple):
     scale: Array
 
 
-def cost_to_come(free: records.Array, start: records.Array, traversal_cost: records.Array | None = None) -> Array:
-    """Returns the length of a shortest path from `start` to each cell; inf where none leads (everywhere if `start` is blocked).
+def cost_to_come(
+    free: records.Array, start: records.Array, traversal_cost: records.Array | None = None
+) -> Array:
+    """Returns the length of a shortest path from `start` to each cell; inf where none leads
+    (everywhere if `start` is blocked).
 
-    Octile: 1 a straight move, sqrt 2 a diagonal one, which needs both cells beside it free (PY16 §3.2). Exact up to the
-    rounding to float32 (1.8e-7 at most) and the fixed point's 8e-9 on maps up to 700x700, 3e-7 up to 1700x1700, 1.5e-6 up to
+    Octile: 1 a straight move, sqrt 2 a diagonal one, which needs both cells beside it free (PY16
+      §3.2). Exact up to the
+    rounding to float32 (1.8e-7 at most) and the fixed point's 8e-9 on maps up to 700x700, 3e-7 up
+    to 1700x1700, 1.5e-6 up to
     2600x2600: what diagonals may be too long or too short by (`fixed_point`).
 
-    With `traversal_cost`, a move costs its length times the mean of the costs of its two cells (`cell_costs`), and the result is
-    differentiable with respect to the costs, forwards and backwards (`least_costs`): blocked and unreached cells have gradient 0.
+    With `traversal_cost`, a move costs its length times the mean of the costs of its two cells
+    (`cell_costs`), and the result is differentiable with respect to the costs, forwards and
+    backwards (`least_costs`): blocked and unreached cells have gradient 0.
 
-    Memory besides arguments and result: 20 bytes a cell of the one map in work, whatever the batch (without `traversal_cost`).
+    Memory besides arguments and result: 20 bytes a cell of the one map in work, whatever the batch
+    (without `traversal_cost`).
 
     Args:
       free: bool [..., H, W], True where the agent fits.
       start: int32 [..., 2], (row, col); may lie outside the map.
-      traversal_cost: float32 [..., H, W], positive on free cells, 1 where a move costs its length; inf blocks the cell. Where
-        all free cells of a map cost the same, the lengths are computed and multiplied.
+      traversal_cost: float32 [..., H, W], positive on free cells, 1 where a move costs its length;
+        inf blocks the cell. Where all free cells of a map cost the same, the lengths are computed
+        and multiplied.
 
     Returns:
       float32 [..., H, W], in cell sides (times the cost).
 
     Raises:
-      TypeError, ValueError: for a dtype or a shape that does not fit; outside jit, for a cost that is not positive.
+      TypeError, ValueError: for a dtype or a shape that does not fit; outside jit, for a cost that
+        is not positive.
     """
     free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     if traversal_cost is not None:
-        return least_costs.least_costs(free, start, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
+        return least_costs.least_costs(
+            free, start, arguments.as_floats("traversal_cost", traversal_cost), _length_map
+        )
     batch = arguments.common_batch(free=(free, 2), start=(start, 1))
     return eager.call(_length_maps, batch, free, start)
 
 
 def path_cost(
-    free: records.Array, start: records.Array, goal: records.Array, traversal_cost: records.Array | None = None
+    free: records.Array,
+    start: records.Array,
+    goal: records.Array,
+    traversal_cost: records.Array | None = None,
 ) -> Array:
-    """Returns `cost_to_come` at `goal` alone; inf where no path leads there or it lies outside the map.
+    """Returns `cost_to_come` at `goal` alone; inf where no path leads there or it lies outside the
+    map.
 
-    Its derivative with respect to `traversal_cost` is that of the path to `goal`: cheaper than the one of the whole field, and
-    the path itself, each cell with the length it answers for.
+    Its derivative with respect to `traversal_cost` is that of the path to `goal`: cheaper than the
+    one of the whole field, and the path itself, each cell with the length it answers for.
 
     Args:
       goal: int32 [..., 2], (row, col). The others as in `cost_to_come`.
@@ -84,28 +102,39 @@ def path_cost(
     Returns:
       float32 [...].
     """
-    free, start, goal = arguments.as_mask("free", free), arguments.as_cells("start", start), arguments.as_cells("goal", goal)
+    free, start, goal = (
+        arguments.as_mask("free", free),
+        arguments.as_cells("start", start),
+        arguments.as_cells("goal", goal),
+    )
     if traversal_cost is None:
         traversal_cost = np.ones(free.shape, np.float32)
-    return least_costs.least_cost(free, start, goal, arguments.as_floats("traversal_cost", traversal_cost), _length_map)
+    return least_costs.least_cost(
+        free, start, goal, arguments.as_floats("traversal_cost", traversal_cost), _length_map
+    )
 
 
 def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:
     """Returns `cost_to_come` of a batch in exact integers: free bool [B, H, W], start int32 [B, 2].
 
-    With a `goal`, int32 [B, 2], only its cost and those on the shortest paths to it are sure to be exact, no other is too low,
-    and it takes about half the time: `path.trace_field` reads the same path off either.
+    With a `goal`, int32 [B, 2], only its cost and those on the shortest paths to it are sure to be
+    exact, no other is too low, and it takes about half the time: `path.trace_field` reads the same
+    path off either.
     """
     return Field(*(_cost_maps(free, start) if goal is None else _costs_towards(free, start, goal)))
 
 
 def cheapest(field: Field, among: Array) -> Array:
-    """Returns the cheapest cell of each mask, uint32 [B, H, words], the first in row order, int32 [B, 2]; (-1, -1) of none."""
+    """Returns the cheapest cell of each mask, uint32 [B, H, words], the first in row order,
+    int32 [B, 2]; (-1, -1) of none.
+    """
     return compiled_whole(functools.partial(each, _cheapest))(field.cost, among)
 
 
 def _cheapest(cost: Array, among: Array) -> Array:
-    """The first of the cells that are the first least of their column (argmin over a map would be a scalar loop on CPU)."""
+    """The first of the cells that are the first least of their column (argmin over a map would
+    be a scalar loop on CPU).
+    """
     height, width = cost.shape
 
     def row_step(best: tuple[Array, Array], row: Array) -> tuple:
@@ -116,7 +145,9 @@ def _cheapest(cost: Array, among: Array) -> Array:
 
     start = (jnp.full(width, UNREACHED, jnp.int32), jnp.zeros(width, jnp.int32))
     (least, rows), _ = lax.scan(row_step, start, jnp.arange(height, dtype=jnp.int32))
-    place = jnp.where(least == jnp.min(least), rows * width + jnp.arange(width, dtype=jnp.int32), height * width)
+    place = jnp.where(
+        least == jnp.min(least), rows * width + jnp.arange(width, dtype=jnp.int32), height * width
+    )
     first = jnp.min(place)
     return jnp.where(jnp.min(least) < UNREACHED, jnp.stack([first // width, first % width]), -1)
 
@@ -150,18 +181,30 @@ def _costs_towards(free: Array, start: Array, goal: Array) -> tuple[Array, Array
 
 
 def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Array, Array]:
-    """Returns the cost, int32 [H, W], and scale of one map, as in `cost_field`; for use inside a marked call.
+    """Returns the cost, int32 [H, W], and scale of one map, as in `cost_field`; for use inside a
+    marked call.
 
     Set up and trimmed map by map: a batch of temporaries is fresh memory.
     """
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     towards = None if goal is None else target_of(goal, *free.shape)
-    field = _solved(free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal, towards)[1:-1, 1:-1]
-    return jnp.where(field < row_sweeps.unreached(diagonal), field.astype(jnp.int32), UNREACHED), scale
+    field = _solved(
+        free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal, towards
+    )[1:-1, 1:-1]
+    return jnp.where(
+        field < row_sweeps.unreached(diagonal), field.astype(jnp.int32), UNREACHED
+    ), scale
 
 
-def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: Array, towards: Target | None) -> Array:
+def _solved(
+    free: Array,
+    field: Array,
+    start: Array,
+    straight: Array,
+    diagonal: Array,
+    towards: Target | None,
+) -> Array:
     """Sweeps where that pays, then follows the frontier until there is none."""
     rows, stride = field.shape
     room = min(_ROOM, 1 << (rows * stride).bit_length())
@@ -184,15 +227,23 @@ def _solved(free: Array, field: Array, start: Array, straight: Array, diagonal: 
     def from_start(field: Array) -> tuple[Array, Array, Array]:
         cell = ((start[0] + 1) * stride + start[1] + 1).astype(jnp.uint32)
         cell = jnp.where(row_sweeps.is_reached(field, start), cell, jnp.uint32(0))
-        return write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0)), (cell != 0).astype(jnp.uint32), field
+        return (
+            write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0)),
+            (cell != 0).astype(jnp.uint32),
+            field,
+        )
 
     def spread(state: tuple) -> tuple:
         cells, num, field = state
         cost = field.reshape(-1)
         sources = frontier.cheapest_first(cells, num, cost)
-        cost, is_short = cell_queue.spread(cost, free_beside, sources, straight, diagonal, stride, towards)
+        cost, is_short = cell_queue.spread(
+            cost, free_beside, sources, straight, diagonal, stride, towards
+        )
         field = cost.reshape(rows, stride)
-        return *lax.cond(is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field), field
+        return *lax.cond(
+            is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field
+        ), field
 
     if not runs_in_place():
         return _swept_to_the_end(field, sweep)
@@ -212,7 +263,9 @@ def _swept_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
 
 
 def _is_rough(free: Array) -> Array:
-    """Whether paths are likely to turn often: whether walls lie closer than a dozen cells, in a sample of rows."""
+    """Whether paths are likely to turn often: whether walls lie closer than a dozen cells, in a
+    sample of rows.
+    """
     sample = free[::4]
     num_edges = jnp.sum((sample[:, 1:] != sample[:, :-1]).astype(jnp.int32))
     return num_edges * 12 > sample.size

@@ -15,18 +15,22 @@ from srt_jax.paths.distance import UNREACHED, Field
 
 
 def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> records.Path:
-    """Returns a shortest path to `goal`, start first; num_cells 0 and cost inf where `goal` is not reached.
+    """Returns a shortest path to `goal`, start first; num_cells 0 and cost inf where `goal` is not
+    reached.
 
-    Each cell's parent is the neighbour with the least cost plus move (PY16 §3.2); ties go to the first in row order.
+    Each cell's parent is the neighbour with the least cost plus move (PY16 §3.2); ties go to the
+    first in row order.
 
     Args:
       cost: float32 [..., H, W], from `cost_to_come`.
       goal: int32 [..., 2], (row, col); may lie outside the map.
-      max_cells: how many cells `cells` holds, at least 1. `moves.max_path_cells` is enough for every path. Of a longer path
-        `cells` holds nothing, but `num_cells` tells its length: ask again.
+      max_cells: how many cells `cells` holds, at least 1. `moves.max_path_cells` is enough for
+        every path. Of a longer path `cells` holds nothing, but `num_cells` tells its length: ask
+        again.
 
     Returns:
-      Path: cells int32 [..., max_cells, 2], -1 after the goal; num_cells int32 [...]; cost float32 [...].
+      Path: cells int32 [..., max_cells, 2], -1 after the goal; num_cells int32 [...]; cost float32
+        [...].
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit, or max_cells < 1.
@@ -35,7 +39,9 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
     batch = arguments.common_batch(cost=(cost, 2), goal=(goal, 1))
     if max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
-    return records.Path(**eager.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells)))
+    return records.Path(
+        **eager.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells))
+    )
 
 
 def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
@@ -46,7 +52,9 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
         straight, diagonal = fixed_point.pairs(scale)
         cells, num_cells, at_goal = _trace(cost, goal, straight, diagonal, UNREACHED, max_cells)
         reached = num_cells > 0
-        length = jnp.where(reached, fixed_point.to_length(jnp.where(reached, at_goal, 0), scale), jnp.inf)
+        length = jnp.where(
+            reached, fixed_point.to_length(jnp.where(reached, at_goal, 0), scale), jnp.inf
+        )
         return {"cells": cells, "num_cells": num_cells, "cost": length}
 
     return records.Path(**run(field.cost, field.scale, goal))
@@ -63,7 +71,9 @@ def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[A
     at = _reader(cost[None], jnp.int32(0), UNREACHED)
     cells, num_cells, at_goal = _walk(at, goal, straight, diagonal, max_cells)
     is_reached = at_goal != UNREACHED
-    length = jnp.where(is_reached, fixed_point.to_length(jnp.where(is_reached, at_goal, 0), scale), jnp.inf)
+    length = jnp.where(
+        is_reached, fixed_point.to_length(jnp.where(is_reached, at_goal, 0), scale), jnp.inf
+    )
     return cells, jnp.where(is_reached, num_cells, 0), length
 
 
@@ -72,20 +82,36 @@ def _trace_lengths(cost: Array, goal: Array, *, max_cells: int) -> dict[str, Arr
     def run(cost: Array, goal: Array) -> dict[str, Array]:
         straight = jnp.ones(cost.shape[0], jnp.float32)
         diagonal = jnp.full(cost.shape[0], 2**0.5, jnp.float32)
-        cells, num_cells, at_goal = _trace(cost, goal, straight, diagonal, np.float32(np.inf), max_cells)
-        return {"cells": cells, "num_cells": num_cells, "cost": jnp.where(num_cells > 0, at_goal, jnp.inf)}
+        cells, num_cells, at_goal = _trace(
+            cost, goal, straight, diagonal, np.float32(np.inf), max_cells
+        )
+        return {
+            "cells": cells,
+            "num_cells": num_cells,
+            "cost": jnp.where(num_cells > 0, at_goal, jnp.inf),
+        }
 
     return run(cost, goal)
 
 
 def _trace(
-    cost: Array, goal: Array, straight: Array, diagonal: Array, unreached: int | np.float32, max_cells: int
+    cost: Array,
+    goal: Array,
+    straight: Array,
+    diagonal: Array,
+    unreached: int | np.float32,
+    max_cells: int,
 ) -> tuple[Array, Array, Array]:
-    """Cells, their number, and the cost at the goal; `cost`, `straight` and `diagonal` are of one dtype."""
+    """Cells, their number, and the cost at the goal; `cost`, `straight` and `diagonal` are of
+    one dtype.
+    """
 
     def all_maps(cost: Array, *rest: Array) -> tuple[Array, Array, Array]:
-        def one_map(which: Array, goal: Array, straight: Array, diagonal: Array) -> tuple[Array, Array, Array]:
-            # Read cell by cell from the whole batch: a map cut out would be a copy of it, ten times the walk.
+        def one_map(
+            which: Array, goal: Array, straight: Array, diagonal: Array
+        ) -> tuple[Array, Array, Array]:
+            # Read cell by cell from the whole batch: a map cut out would be a copy of it, ten times
+            # the walk.
             return _walk(_reader(cost, which, unreached), goal, straight, diagonal, max_cells)
 
         return each(one_map, jnp.arange(cost.shape[0]), *rest)
@@ -94,7 +120,9 @@ def _trace(
     return cells, jnp.where(at_goal == unreached, 0, num_cells), at_goal
 
 
-def _reader(cost: Array, which: Array, unreached: int | np.float32) -> Callable[[Array, Array], Array]:
+def _reader(
+    cost: Array, which: Array, unreached: int | np.float32
+) -> Callable[[Array, Array], Array]:
     """A function that reads the cost of a cell of one map; `unreached` outside the map."""
     _, height, width = cost.shape
 
@@ -106,8 +134,11 @@ def _reader(cost: Array, which: Array, unreached: int | np.float32) -> Callable[
     return at
 
 
-def _walk(at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells: int) -> tuple[Array, Array, Array]:
-    """Walks from the goal to the start, from parent to parent; it ends, because the cost falls at every step.
+def _walk(
+    at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells: int
+) -> tuple[Array, Array, Array]:
+    """Walks from the goal to the start, from parent to parent; it ends, because the cost falls at
+    every step.
 
     The cells are written from the back, so that the start comes first in the end.
     """
@@ -115,14 +146,22 @@ def _walk(at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells
     def step(state: tuple) -> tuple:
         row, col, here, num, cells = state
         row, col, there = _parent(at, row, col, here, straight, diagonal)
-        cells = lax.dynamic_update_slice(cells, jnp.stack([row, col])[None], (max_cells - 1 - num, 0))
+        cells = lax.dynamic_update_slice(
+            cells, jnp.stack([row, col])[None], (max_cells - 1 - num, 0)
+        )
         return row, col, there, num + 1, cells
 
     at_goal = at(goal[0], goal[1])
     cells = jnp.full((max_cells, 2), -1, jnp.int32)
     cells = lax.dynamic_update_slice(cells, goal[None], (max_cells - 1, 0))
     is_reached = at_goal < at(jnp.int32(-1), jnp.int32(-1))
-    state = (goal[0], goal[1], jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal)), jnp.int32(1), cells)
+    state = (
+        goal[0],
+        goal[1],
+        jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal)),
+        jnp.int32(1),
+        cells,
+    )
     *_, num, cells = lax.while_loop(lambda state: state[2] > 0, step, state)
     padding = jnp.full((max_cells, 2), -1, jnp.int32)
     first = jnp.where(is_reached & (num <= max_cells), max_cells - num, max_cells)
@@ -130,12 +169,17 @@ def _walk(at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells
     return cells, num, at_goal
 
 
-def _parent(at: Callable, row: Array, col: Array, here: Array, straight: Array, diagonal: Array) -> tuple[Array, Array, Array]:
-    """The neighbour with the least cost plus move, and its cost; itself, at cost 0, where none costs less."""
+def _parent(
+    at: Callable, row: Array, col: Array, here: Array, straight: Array, diagonal: Array
+) -> tuple[Array, Array, Array]:
+    """The neighbour with the least cost plus move, and its cost; itself, at cost 0, where none
+    costs less.
+    """
     near = {move: at(row + move[0], col + move[1]) for move in MOVES}
     unreached = at(jnp.int32(-1), jnp.int32(-1))
     to_row, to_col, there, least = row, col, jnp.zeros_like(here), unreached
-    slack = here * 2.0**-21 if here.dtype == jnp.float32 else 0  # sums that differ by rounding alone are ties
+    # sums that differ by rounding alone are ties
+    slack = here * 2.0**-21 if here.dtype == jnp.float32 else 0
     for (down, right), cost in near.items():
         is_legal = cost < here
         move = straight
@@ -144,6 +188,9 @@ def _parent(at: Callable, row: Array, col: Array, here: Array, straight: Array, 
             move = diagonal
         total = jnp.where(is_legal, cost + move, unreached)
         is_better = total + slack < least  # strict: the first in row order stays
-        to_row, to_col = jnp.where(is_better, row + down, to_row), jnp.where(is_better, col + right, to_col)
+        to_row, to_col = (
+            jnp.where(is_better, row + down, to_row),
+            jnp.where(is_better, col + right, to_col),
+        )
         there, least = jnp.where(is_better, cost, there), jnp.where(is_better, total, least)
     return to_row, to_col, there

@@ -1,8 +1,9 @@
 """Which cells can be reached? Bit-packed wavefront sweeps over a batch of maps (PY16 §3.2: CLOSED).
 
-A flood needs a step per cell of its longest path; a sweep carries it across the whole map in one pass over the rows, top to
-bottom, then bottom to top, until nothing changes. A diagonal needs both side cells free, so eight moves reach what four reach,
-and `reach` floods through sides only. `flood` can also pass corners, as obstacles hang together through them.
+A flood needs a step per cell of its longest path; a sweep carries it across the whole map in one
+pass over the rows, top to bottom, then bottom to top, until nothing changes. A diagonal needs both
+side cells free, so eight moves reach what four reach, and `reach` floods through sides only.
+`flood` can also pass corners, as obstacles hang together through them.
 """
 
 import functools
@@ -19,11 +20,13 @@ _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing chan
 
 
 def reach(free: records.Array, start: records.Array) -> Array:
-    """Returns which cells can be reached from `start`; all False where `start` is blocked or outside the map.
+    """Returns which cells can be reached from `start`; all False where `start` is blocked or
+    outside the map.
 
     The set that A* has in CLOSED when it fails (PY16 §3.2).
 
-    Memory besides argument and result: 0.3 bytes a cell of a batch of hundreds, up to 2 of a small one.
+    Memory besides argument and result: 0.3 bytes a cell of a batch of hundreds, up to 2 of a small
+    one.
 
     Args:
       free: bool [..., H, W], True where the agent fits.
@@ -43,15 +46,21 @@ def reach(free: records.Array, start: records.Array) -> Array:
 @batch_kernel
 def reach_maps(free: Array, start: Array) -> Array:
     """Returns `reach` of a batch: free bool [B, H, W], start int32 [B, 2] -> bool [B, H, W]."""
-    return packing.unpack(reach_words(packing.pack(free), start, width=free.shape[2]), free.shape[2])
+    return packing.unpack(
+        reach_words(packing.pack(free), start, width=free.shape[2]), free.shape[2]
+    )
 
 
 def reach_words(free: Array, start: Array, *, width: int) -> Array:
-    """Returns `reach` of packed masks, packed: free uint32 [B, H, words], `width` the W that was packed."""
+    """Returns `reach` of packed masks, packed: free uint32 [B, H, words], `width` the W that was
+    packed.
+    """
     batch, height, _ = free.shape
     group = packing.group_size(batch, height, width)
     start = jnp.pad(start, ((0, -batch % group), (0, 0)), constant_values=-1)
-    return packing.from_lanes(_reach_lanes(packing.to_lanes(free, group), start, group=group), group, batch)
+    return packing.from_lanes(
+        _reach_lanes(packing.to_lanes(free, group), start, group=group), group, batch
+    )
 
 
 def _reach_quads(free: Array, start: Array) -> Array:
@@ -72,11 +81,13 @@ def _reach_lanes(free: Array, start: Array, *, group: int) -> Array:
 
 
 def flood(passable: Array, sources: Array, *, through_corners: bool) -> Array:
-    """Returns the passable cells connected with any source, itself passable; all False where there is none.
+    """Returns the passable cells connected with any source, itself passable; all False where there
+    is none.
 
     Args:
       passable, sources: bool [B, H, W].
-      through_corners: whether cells that share only a corner are connected (8-connected), else sides only (4-connected).
+      through_corners: whether cells that share only a corner are connected (8-connected), else
+        sides only (4-connected).
 
     Returns:
       bool [B, H, W].
@@ -84,7 +95,9 @@ def flood(passable: Array, sources: Array, *, through_corners: bool) -> Array:
 
     @batch_kernel
     def run(passable: Array, sources: Array) -> Array:
-        words = flood_words(packing.pack(passable), packing.pack(sources), through_corners=through_corners)
+        words = flood_words(
+            packing.pack(passable), packing.pack(sources), through_corners=through_corners
+        )
         return packing.unpack(words, passable.shape[2])
 
     return run(passable, sources)
@@ -95,7 +108,9 @@ def flood_words(passable: Array, sources: Array, *, through_corners: bool) -> Ar
     batch, height, words = passable.shape
     group = packing.group_size(batch, height, words * packing.WORD)
     lanes = [packing.to_lanes(mask, group) for mask in (passable, sources)]
-    return packing.from_lanes(flood_lanes(*lanes, group=group, through_corners=through_corners), group, batch)
+    return packing.from_lanes(
+        flood_lanes(*lanes, group=group, through_corners=through_corners), group, batch
+    )
 
 
 def flood_lanes(free: Array, sources: Array, *, group: int, through_corners: bool) -> Array:
@@ -119,7 +134,9 @@ def cells_in_group(free: Array, cell: Array) -> Array:
         word = col // packing.WORD
         inside = (row >= 0) & (row < height) & (col >= 0) & (word < lanes // group)
         at = (jnp.where(inside, row, 0), jnp.where(inside, word, 0) * group + which)
-        bit = jnp.where(inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0))
+        bit = jnp.where(
+            inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0)
+        )
         return lax.dynamic_update_slice(marks, bit & lax.dynamic_slice(free, at, (1, 1)), at)
 
     return lax.fori_loop(0, group, mark, jnp.zeros_like(free))
@@ -128,43 +145,59 @@ def cells_in_group(free: Array, cell: Array) -> Array:
 def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
     """Returns the flood of one group in lanes, uint32 [H, lanes], from `reached`, part of `free`.
 
-    Sweeps down and up while that changes anything, some rounds at most; a queue of words does the rest. Inside, the lanes lie
-    between two groups of empty ones, which spares the neighbouring words any edge case.
+    Sweeps down and up while that changes anything, some rounds at most; a queue of words does the
+    rest. Inside, the lanes lie between two groups of empty ones, which spares the neighbouring
+    words any edge case.
     """
     height, lanes = free.shape
     guarded = jnp.zeros((height, lanes + 2 * group), jnp.uint32)
-    free, reached = (lax.dynamic_update_slice(guarded, words, (0, group)) for words in (free, reached))
+    free, reached = (
+        lax.dynamic_update_slice(guarded, words, (0, group)) for words in (free, reached)
+    )
 
     def one_round(state: tuple) -> tuple:
         reached, _, num_rounds = state
-        reached, down = _sweep(free, reached, group=group, through_corners=through_corners, upwards=False)
-        reached, up = _sweep(free, reached, group=group, through_corners=through_corners, upwards=True)
+        reached, down = _sweep(
+            free, reached, group=group, through_corners=through_corners, upwards=False
+        )
+        reached, up = _sweep(
+            free, reached, group=group, through_corners=through_corners, upwards=True
+        )
         return reached, jnp.any((down | up) != jnp.uint32(0)), num_rounds + 1
 
     def rest(free: Array, reached: Array) -> Array:
-        return flood_rest(free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs)
+        return flood_rest(
+            free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs
+        )
 
     state = (reached, jnp.bool_(True), jnp.int32(0))
     if not runs_in_place():
         reached = lax.while_loop(lambda state: state[1], one_round, state)[0]
     else:
-        reached, is_changing, _ = lax.while_loop(lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state)
+        reached, is_changing, _ = lax.while_loop(
+            lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state
+        )
         reached = lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
     return reached[:, group:-group]
 
 
-def _sweep(free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool) -> tuple[Array, Array]:
-    """One pass over the rows of a group, [H, lanes]. Returns the new `reached` and the bits that changed, ORed over rows.
+def _sweep(
+    free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool
+) -> tuple[Array, Array]:
+    """One pass over the rows of a group, [H, lanes]. Returns the new `reached` and the bits that
+    changed, ORed over rows.
 
-    The carry between words comes from the row before and from the last sweep, not from the row in work, which would be a serial
-    chain. That is sound (only reached cells are passed on) and complete (when nothing changes, old and new agree).
+    The carry between words comes from the row before and from the last sweep, not from the row in
+    work, which would be a serial chain. That is sound (only reached cells are passed on) and
+    complete (when nothing changes, old and new agree).
     """
     inner = slice(group, -group)
     num_lanes = free.shape[1] - 2 * group
     one, top = jnp.uint32(1), jnp.uint32(31)
 
     def row_step(carry: tuple, rows: tuple) -> tuple:
-        line, bare, changed = carry  # the row before with guards and without: to cut it out again costs 30 %
+        # the row before with guards and without: to cut it out again costs 30 %
+        line, bare, changed = carry
         free_line, old_line = rows
         here, old = free_line[inner], old_line[inner]
         before_left, before_right = line[:num_lanes], line[2 * group :]
@@ -179,13 +212,16 @@ def _sweep(free: Array, reached: Array, *, group: int, through_corners: bool, up
 
     nothing = jnp.zeros_like(free[0])
     bare = nothing[inner]
-    (_, _, changed), reached = lax.scan(row_step, (nothing, bare, bare), (free, reached), reverse=upwards)
+    (_, _, changed), reached = lax.scan(
+        row_step, (nothing, bare, bare), (free, reached), reverse=upwards
+    )
     return reached, changed
 
 
 def _fill_runs(free: Array, reached: Array) -> Array:
     """Spreads every bit of `reached` over its run of 1s in `free`, inside each word."""
-    reached = reached | (free & ~(free + reached))  # towards high bits: the carry of the sum runs along the 1s
+    # towards high bits: the carry of the sum runs along the 1s
+    reached = reached | (free & ~(free + reached))
     run = free
     for shift in (1, 2, 4, 8, 16):  # towards low bits: prefix doubling
         reached = reached | (run & (reached >> jnp.uint32(shift)))

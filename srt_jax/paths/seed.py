@@ -1,4 +1,6 @@
-"""The reached cell nearest the goal: where the search was stopped (PY16 §3.2, the cell of least h in CLOSED)."""
+"""The reached cell nearest the goal: where the search was stopped (PY16 §3.2, the cell of least
+h in CLOSED).
+"""
 
 import functools
 
@@ -17,8 +19,8 @@ _FAR = 2**31 - 1
 def seed_cell(reached: records.Array, goal: records.Array) -> Array:
     """Returns the reached cell nearest `goal`; (-1, -1) where nothing is reached.
 
-    It borders the obstacle that closes off the goal (PY16 §3.2). Nearness is octile distance, compared without rounding; ties
-    go to the lowest row, then the lowest column.
+    It borders the obstacle that closes off the goal (PY16 §3.2). Nearness is octile distance,
+    compared without rounding; ties go to the lowest row, then the lowest column.
 
     Memory besides argument and result: a few rows of the one map in work.
 
@@ -44,13 +46,15 @@ def seed_cells(reached: Array, goal: Array) -> Array:
 
 
 def _nearest(reached: Array, goal: Array) -> Array:
-    """The nearest of the cells that are nearest within their column: of those above the goal's row the last, else the first.
+    """The nearest of the cells that are nearest within their column: of those above the goal's row
+    the last, else the first.
 
-    jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair; here a scan over rows keeps
-    two rows a column.
+    jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair;
+    here a scan over rows keeps two rows a column.
     """
     height, width = reached.shape
-    dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32  # the narrower, the more columns in one step
+    # the narrower, the more columns in one step
+    dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
 
     def row_step(best: tuple[Array, Array], row_and_mask: tuple[Array, Array]) -> tuple:
@@ -59,7 +63,10 @@ def _nearest(reached: Array, goal: Array) -> Array:
         last = jnp.where(is_above, row, -1).astype(dtype)
         first = jnp.where(is_above, height, row).astype(dtype)
         above, below = best
-        return (jnp.where(mask, jnp.maximum(above, last), above), jnp.where(mask, jnp.minimum(below, first), below)), None
+        return (
+            jnp.where(mask, jnp.maximum(above, last), above),
+            jnp.where(mask, jnp.minimum(below, first), below),
+        ), None
 
     start = (jnp.full(width, -1, dtype), jnp.full(width, none, dtype))
     (above, below), _ = lax.scan(row_step, start, (jnp.arange(height, dtype=jnp.int32), reached))

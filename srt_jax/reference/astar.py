@@ -25,10 +25,11 @@ class Search(NamedTuple):
 
 
 def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Search:
-    """Returns a shortest path; where there is none CLOSED holds every cell that can be reached, all of them expanded.
+    """Returns a shortest path; where there is none CLOSED holds every cell that can be reached, all
+    of them expanded.
 
-    PY16 §3.2: that second use finds the seed. A diagonal move needs both cells beside it free. Ties go to the greater
-    cost-to-come, then to the cell first in row order.
+    PY16 §3.2: that second use finds the seed. A diagonal move needs both cells beside it free. Ties
+    go to the greater cost-to-come, then to the cell first in row order.
 
     Args:
       free: bool [H, W], True where the agent fits.
@@ -107,7 +108,9 @@ def _traced(parent: list[int], source: int, target: int, stride: int) -> list[tu
 
 
 def length_of(path: list[tuple[int, int]]) -> float:
-    """Returns the length of a path in cell sides; its two kinds of moves are counted apart, so that it is rounded once."""
+    """Returns the length of a path in cell sides; its two kinds of moves are counted apart, so
+    that it is rounded once.
+    """
     num_diagonal = sum(a[0] != b[0] and a[1] != b[1] for a, b in pairwise(path))
     return len(path) - 1 - num_diagonal + num_diagonal * ROOT
 

@@ -1,8 +1,10 @@
-"""Jump point search without corner cutting (PY16 §3.2; Harabor & Grastien 2012: diagonals need both side cells).
+"""Jump point search without corner cutting (PY16 §3.2; Harabor & Grastien 2012: diagonals need both
+side cells).
 
-Of the many shortest paths to a cell those count that make their diagonal moves first. So a straight run has to stop only where
-a wall beside it has just ended: there a turn became possible that no diagonal could have taken earlier. A diagonal run has to
-stop only where a straight run off it finds such a place.
+Of the many shortest paths to a cell those count that make their diagonal moves first. So a straight
+run has to stop only where a wall beside it has just ended: there a turn became possible that no
+diagonal could have taken earlier. A diagonal run has to stop only where a straight run off it finds
+such a place.
 """
 
 from collections.abc import Iterator
@@ -17,7 +19,8 @@ _NOWHERE = 0
 
 
 def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Search:
-    """Returns a shortest path, as A* does; CLOSED holds jump points only, so it may miss the seed (PY16 §3.2).
+    """Returns a shortest path, as A* does; CLOSED holds jump points only, so it may miss the seed
+    (PY16 §3.2).
 
     Args:
       free: bool [H, W], True where the agent fits.
@@ -51,8 +54,12 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
     return Search(float("inf"), [], unpadded(closed, free.shape), num_expansions)
 
 
-def _directions(is_open: list[bool], cell: int, parent: int, stride: int) -> Iterator[tuple[int, int]]:
-    """Yields the moves worth trying, as offsets (vertical, horizontal), for one who comes from `parent`."""
+def _directions(
+    is_open: list[bool], cell: int, parent: int, stride: int
+) -> Iterator[tuple[int, int]]:
+    """Yields the moves worth trying, as offsets (vertical, horizontal), for one who comes from
+    `parent`.
+    """
     rows, cols = cell // stride - parent // stride, cell % stride - parent % stride
     vertical, horizontal = stride * ((rows > 0) - (rows < 0)), (cols > 0) - (cols < 0)
     if cell == parent:
@@ -68,13 +75,19 @@ def _directions(is_open: list[bool], cell: int, parent: int, stride: int) -> Ite
                 yield (vertical, side) if vertical else (side, horizontal)
 
 
-def _jump(is_open: list[bool], cell: int, vertical: int, horizontal: int, stride: int, target: int) -> int:
+def _jump(
+    is_open: list[bool], cell: int, vertical: int, horizontal: int, stride: int, target: int
+) -> int:
     """Returns the jump point in that direction, or _NOWHERE."""
     if not vertical:
         return _run(is_open, cell, horizontal, stride, target)
     if not horizontal:
         return _run(is_open, cell, vertical, 1, target)
-    while is_open[cell + vertical] and is_open[cell + horizontal] and is_open[cell + vertical + horizontal]:
+    while (
+        is_open[cell + vertical]
+        and is_open[cell + horizontal]
+        and is_open[cell + vertical + horizontal]
+    ):
         cell += vertical + horizontal
         if (
             cell == target
@@ -86,7 +99,9 @@ def _jump(is_open: list[bool], cell: int, vertical: int, horizontal: int, stride
 
 
 def _run(is_open: list[bool], cell: int, step: int, side: int, target: int) -> int:
-    """Returns where a straight run has to stop: at the target, or where a wall on either side has just ended; or _NOWHERE."""
+    """Returns where a straight run has to stop: at the target, or where a wall on either side
+    has just ended; or _NOWHERE.
+    """
     cell += step
     while is_open[cell]:
         if (
@@ -105,7 +120,9 @@ def _distance(a: int, b: int, stride: int) -> float:
     return max(rows, cols) * (2**0.5 if rows and cols else 1.0)
 
 
-def _filled_in(parent: dict[int, int], source: int, target: int, stride: int) -> list[tuple[int, int]]:
+def _filled_in(
+    parent: dict[int, int], source: int, target: int, stride: int
+) -> list[tuple[int, int]]:
     """Returns the path through the jump points, cell by cell."""
     cells, cell = [target], target
     while cell != source:

@@ -1,4 +1,6 @@
-"""Bug-like wall following: the contour of an obstacle, walked with a hand on the wall (PY16 §3.2)."""
+"""Bug-like wall following: the contour of an obstacle, walked with a hand on the wall (PY16
+§3.2).
+"""
 
 import numpy as np
 
@@ -6,11 +8,13 @@ Cell = tuple[int, int]
 
 
 def follow_wall(free: np.ndarray, seed: Cell, goal: Cell) -> list[Cell]:
-    """Returns the contour of the obstacle ahead of `seed`, its cells in the order of the walk; empty where nothing is ahead.
+    """Returns the contour of the obstacle ahead of `seed`, its cells in the order of the walk;
+    empty where nothing is ahead.
 
-    PY16 §3.2. Each cell is beside the one before it. With the wall on the left the walker goes round until it is back where it
-    began; at the edge of the map it turns back to the seed and goes the other way, the wall on the right. Cells in a narrow
-    place come twice. As a set they are the reached cells that touch the obstacle by a side or a corner.
+    PY16 §3.2. Each cell is beside the one before it. With the wall on the left the walker goes
+    round until it is back where it began; at the edge of the map it turns back to the seed and goes
+    the other way, the wall on the right. Cells in a narrow place come twice. As a set they are the
+    reached cells that touch the obstacle by a side or a corner.
 
     Args:
       free: bool [H, W], True where the agent fits.
@@ -28,9 +32,11 @@ def follow_wall(free: np.ndarray, seed: Cell, goal: Cell) -> list[Cell]:
 
 
 def _walk(free: np.ndarray, first: Cell, wall: Cell, *, hand: int) -> tuple[list[Cell], bool]:
-    """Returns the cells passed with the wall on the left (hand 1) or right (-1), and whether the walk came round to its begin.
+    """Returns the cells passed with the wall on the left (hand 1) or right (-1), and whether the
+    walk came round to its begin.
 
-    If it did not, the edge of the map ended it. One of the two happens, as no two states lead to the same next one.
+    If it did not, the edge of the map ended it. One of the two happens, as no two states lead to
+    the same next one.
     """
     start = state = first, _turned((wall[0] - first[0], wall[1] - first[1]), -hand)
     passed = [first]
@@ -53,7 +59,9 @@ def _walk(free: np.ndarray, first: Cell, wall: Cell, *, hand: int) -> tuple[list
 
 
 def _ahead(free: np.ndarray, seed: Cell, goal: Cell) -> Cell | None:
-    """Returns the cell beside the seed on the longer way to the goal: the obstacle's, else it were reached, and nearer."""
+    """Returns the cell beside the seed on the longer way to the goal: the obstacle's, else it
+    were reached, and nearer.
+    """
     rows, cols = goal[0] - seed[0], goal[1] - seed[1]
     direction = (int(np.sign(rows)), 0) if abs(rows) >= abs(cols) else (0, int(np.sign(cols)))
     cell = _neighbour(free, seed, direction)
@@ -61,7 +69,9 @@ def _ahead(free: np.ndarray, seed: Cell, goal: Cell) -> Cell | None:
 
 
 def _turned(direction: Cell, hand: int) -> Cell:
-    """Returns the direction after a quarter turn to the left (hand 1) or right (-1), rows counted downwards."""
+    """Returns the direction after a quarter turn to the left (hand 1) or right (-1), rows
+    counted downwards.
+    """
     return -hand * direction[1], hand * direction[0]
 
 

@@ -1,21 +1,27 @@
-"""The least removal: which obstacles to destroy so that start and goal are joined at the least total cost, and the route.
+"""The least removal: which obstacles to destroy so that start and goal are joined at the least
+total cost, and the route.
 
-Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is the optimum. In general the
-problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price a lower bound only: an obstacle in several pieces, or
-two on one cell, may be paid once where they are needed twice, or apart where they are needed together. So branch and bound:
+Where every obstacle is connected by sides and no two overlap, the price of the goal (`prices`) is
+the optimum. In general the problem is NP-hard (Hauser 2014; Erickson & LaValle 2013) and the price
+a lower bound only: an obstacle in several pieces, or two on one cell, may be paid once where they
+are needed twice, or apart where they are needed together. So branch and bound:
 
-- a node says which obstacles must go and which must stay; its bound is the cost of the first plus the price with these gone;
-- the shortest route over all that is tight there (a member of some cheapest chain) needs some obstacles: an answer, and if it
-  costs no more than the bound, the least, and of the least sets the one with the shortest route, for all of these are tight;
-- an answer that costs more is thinned: what it does not need, dearest first, stays, and the route goes round;
-- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay. Of least sets found
-  only then, the first is taken: a shorter route through another is passed over in 2 or 3 of 100 random tasks that need
-  opening (`python -m experiments.campaigns.removal`).
+- a node says which obstacles must go and which must stay; its bound is the cost of the first plus
+  the price with these gone;
+- the shortest route over all that is tight there (a member of some cheapest chain) needs some
+  obstacles: an answer, and if it costs no more than the bound, the least, and of the least sets the
+  one with the shortest route, for all of these are tight;
+- an answer that costs more is thinned: what it does not need, dearest first, stays, and the route
+  goes round;
+- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
+  Of least sets found only then, the first is taken: a shorter route through another is passed over
+  in 2 or 3 of 100 random tasks that need opening (`python -m experiments.campaigns.removal`).
 
-The node of the least bound is next, the latest of several: children in which one more obstacle is gone come first. Where the
-price is the optimum, such a dive keeps the bound and ends with it. If the nodes allowed do not suffice, the least bound of
-those left is proven all the same, and the best answer found stands beside it. Costs and bounds are exact sums (`sums`): only
-what is returned is rounded, down.
+The node of the least bound is next, the latest of several: children in which one more obstacle is
+gone come first. Where the price is the optimum, such a dive keeps the bound and ends with it. If
+the nodes allowed do not suffice, the least bound of those left is proven all the same, and the best
+answer found stands beside it. Costs and bounds are exact sums (`sums`): only what is returned is
+rounded, down.
 """
 
 import functools
@@ -38,10 +44,12 @@ class Removal(NamedTuple):
     """The answer to each task of a batch.
 
     reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
-    bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf where nothing helps.
+    bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf
+      where nothing helps.
     cost: float32 [B], of the best set found, inf where none was. Both are exact sums, rounded down.
     route: of the best set found; `num_cells` 0 where none was.
-    needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER if it need not.
+    needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER
+      if it need not.
     """
 
     reached: Array
@@ -51,11 +59,14 @@ class Removal(NamedTuple):
     needed: Array
 
 
-def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int) -> Removal:
-    """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose goal is on the map.
+def least_removal(
+    task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int
+) -> Removal:
+    """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose
+    goal is on the map.
 
-    `room` (int32 [B]) is how many of the `capacity` cells a route may use; one that needs more ends the search, with its
-    number of cells. `max_nodes`: branches looked at, at most.
+    `room` (int32 [B]) is how many of the `capacity` cells a route may use; one that needs more ends
+    the search, with its number of cells. `max_nodes`: branches looked at, at most.
     """
 
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
@@ -64,7 +75,9 @@ def least_removal(task: Task, room: Array, among: Array, *, capacity: int, max_n
 
 
 class _Best(NamedTuple):
-    """The best answer so far. cost: of the obstacles, a number of `sums`; `never` while there is none."""
+    """The best answer so far. cost: of the obstacles, a number of `sums`; `never` while there is
+    none.
+    """
 
     cost: Array
     route: Route
@@ -74,7 +87,8 @@ class _Best(NamedTuple):
 class _Nodes(NamedTuple):
     """Open nodes in the order they were made.
 
-    gone, stays: uint32 [n, words], sets of obstacles. paid, bound: uint32 [WORDS, n], numbers of `sums`: what is gone costs and
+    gone, stays: uint32 [n, words], sets of obstacles. paid, bound: uint32 [WORDS, n], numbers of
+      `sums`: what is gone costs and
     the bound, `never` where a node is closed.
     """
 
@@ -85,7 +99,8 @@ class _Nodes(NamedTuple):
 
 
 class _State(NamedTuple):
-    """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed. is_too_long: bool [].
+    """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed.
+    is_too_long: bool [].
 
     low: the least bound of the open nodes, a number of `sums`. at: int32 [], the node that is next.
     """
@@ -100,7 +115,8 @@ class _State(NamedTuple):
 
 
 class _Walk(NamedTuple):
-    """One answer: over tight obstacles, else over all that can be had; then without one or another that it may not need.
+    """One answer: over tight obstacles, else over all that can be had; then without one or another
+    that it may not need.
 
     num_tried: int32 []. left: bool [M], what it may not need. is_thinning, goes_on: bool [].
     needed: as in `Removal`. cost: of these, a number of `sums`.
@@ -135,43 +151,74 @@ def _search(
 
     def expanded(state: _State) -> _State:
         nodes, best, at = state.nodes, state.best, state.at
-        gone, stays = (_as_set(_entry(sets, at), num_obstacles) for sets in (nodes.gone, nodes.stays))
+        gone, stays = (
+            _as_set(_entry(sets, at), num_obstacles) for sets in (nodes.gone, nodes.stays)
+        )
         paid = _column(nodes.paid, at)
-        prices = prices_of(labels, Terms(start, goal, costs, may_go & ~stays), gone, paid, best.cost)
+        prices = prices_of(
+            labels, Terms(start, goal, costs, may_go & ~stays), gone, paid, best.cost
+        )
         bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
         is_open = sums.is_less(bound, best.cost)
-        new = lax.cond(is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices, bound)
+        new = lax.cond(
+            is_open,
+            tried,
+            lambda *_: (best, jnp.int32(-1), jnp.bool_(False)),
+            best,
+            gone,
+            prices,
+            bound,
+        )
         best, branch, is_too_long = new
         # Closed, unless the search ends here: then its bound holds on.
-        nodes = nodes._replace(bound=_put_column(nodes.bound, jnp.where(is_too_long, bound, sums.never()), at))
+        nodes = nodes._replace(
+            bound=_put_column(nodes.bound, jnp.where(is_too_long, bound, sums.never()), at)
+        )
         child_bound = jnp.where(branch >= 0, bound, sums.never())
         nodes = _branched(nodes, state.num, gone, stays, paid, branch, child_bound, costs)
         reached = jnp.where(state.num == 0, prices.reached, state.reached)
         return _State(state.num + 1, nodes, best, reached, is_too_long, *_next(nodes.bound, costs))
 
     def tried(best: _Best, gone: Array, prices: Prices, bound: Array) -> tuple:
-        """The best answer with this node's, the obstacle to branch on (-1 none), whether its route is too long to be told."""
+        """The best answer with this node's, the obstacle to branch on (-1 none), whether its
+        route is too long to be told.
+        """
 
         def walk(state: _Walk) -> _Walk:
             spared = _dearest(state.left, cost)
             without = (state.needed < NEVER) & ~spared
             tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
             opened = jnp.where(state.is_thinning, without, tight_or_more)
-            found = route_through(labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity)
+            found = route_through(
+                labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity
+            )
             is_there = found[0].num_cells > 0
             is_kept = state.is_thinning & ~is_there
-            route, needed = jax.tree.map(lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found)
+            route, needed = jax.tree.map(
+                lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found
+            )
             own = sums.total(costs, needed < NEVER)
             left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
-            # What costs no more than any answer needs all that it destroys, if nothing is to be had for nothing.
+            # What costs no more than any answer needs all that it destroys, if nothing is to be had
+            # for nothing.
             is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (costs.digits == 0))
-            is_thinning = (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
+            is_thinning = (
+                (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
+            )
             goes_on = is_thinning | (~is_there & (state.num_tried == 0))
             return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, goes_on)
 
         none = jnp.zeros(num_obstacles, bool)
-        begin = _Walk(jnp.int32(0), *nowhere, sums.zero(), none, is_thinning=jnp.bool_(False), goes_on=jnp.bool_(True))
-        # Ends: after the second set of obstacles; or thinning, where each time there is one less that may not be needed.
+        begin = _Walk(
+            jnp.int32(0),
+            *nowhere,
+            sums.zero(),
+            none,
+            is_thinning=jnp.bool_(False),
+            goes_on=jnp.bool_(True),
+        )
+        # Ends: after the second set of obstacles; or thinning, where each time there is one less
+        # that may not be needed.
         own = lax.while_loop(lambda state: state.goes_on, walk, begin)
         is_too_long = own.route.num_cells > room
         is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
@@ -182,10 +229,16 @@ def _search(
         first = jnp.argmin(order).astype(jnp.int32)
         is_settled = jnp.min(order) == NEVER
         branch = jnp.where(is_settled | is_too_long, -1, first)
-        return _Best(jnp.where(is_better, own.cost, best.cost), route, best_needed), branch, is_too_long
+        return (
+            _Best(jnp.where(is_better, own.cost, best.cost), route, best_needed),
+            branch,
+            is_too_long,
+        )
 
     def goes_on(state: _State) -> Array:
-        return (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
+        return (
+            (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
+        )
 
     size = 2 * max_nodes + 1
     no_set = jnp.zeros((size, -(-num_obstacles // packing.WORD)), jnp.uint32)
@@ -202,19 +255,35 @@ def _search(
 
 
 def _dearest(among: Array, cost: Array) -> Array:
-    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several: bool [M]."""
+    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several: bool
+    [M].
+    """
     # As whole numbers the bits of floats that are not negative have the same order.
     dearness = lax.bitcast_convert_type(cost, jnp.uint32) // 2 + 1
-    return (jnp.arange(len(cost), dtype=jnp.int32) == jnp.argmax(jnp.where(among, dearness, jnp.uint32(0)))) & among
+    return (
+        jnp.arange(len(cost), dtype=jnp.int32)
+        == jnp.argmax(jnp.where(among, dearness, jnp.uint32(0)))
+    ) & among
 
 
 def _branched(
-    nodes: _Nodes, num: Array, gone: Array, stays: Array, paid: Array, branch: Array, bound: Array, costs: Costs
+    nodes: _Nodes,
+    num: Array,
+    gone: Array,
+    stays: Array,
+    paid: Array,
+    branch: Array,
+    bound: Array,
+    costs: Costs,
 ) -> _Nodes:
-    """Adds both children of the `num`-th node expanded, closed ones where `bound` is; the one with more gone is later."""
+    """Adds both children of the `num`-th node expanded, closed ones where `bound` is; the one
+    with more gone is later.
+    """
     one = jnp.arange(len(gone), dtype=jnp.int32) == branch
     more_paid = sums.with_cost(paid, costs, branch.clip(0))
-    for child, (more, less, cost) in enumerate(((gone, stays | one, paid), (gone | one, stays, more_paid))):
+    for child, (more, less, cost) in enumerate(
+        ((gone, stays | one, paid), (gone | one, stays, more_paid))
+    ):
         at = 2 * num + 1 + child
         nodes = _Nodes(
             _put(nodes.gone, obstacles.as_words(more), at),

@@ -1,14 +1,20 @@
-"""The paper's loop: plan, walk until blocked, tell the symbolic level what blocks, destroy as it plans, walk on (PY16 §3.2).
+"""The paper's loop: plan, walk until blocked, tell the symbolic level what blocks, destroy as it
+plans, walk on (PY16 §3.2).
 
-The symbolic level takes the way to the goal to be open until the path planner fails. Then what it reports becomes the next
-situation: the obstacles on the contour, a few at a time, and which of them can be destroyed. The plan for that situation is
-carried out until something is destroyed; whether that opened the way only a path planner can tell, so the loop goes on.
+The symbolic level takes the way to the goal to be open until the path planner fails. Then what it
+reports becomes the next
+situation: the obstacles on the contour, a few at a time, and which of them can be destroyed. The
+  plan for that situation is
+carried out until something is destroyed; whether that opened the way only a path planner can tell,
+so the loop goes on.
 
-Two readings. The paper destroys "the" blocking obstacle, yet on real maps a separating piece is often many objects grown
-together, some of which stand firm. Read kindly, all objects on the contour are attended to, those that can be destroyed first,
-and of those the ones whose cells beside the contour come nearest the goal. Then the loop is complete, for each pass destroys an
-obstacle, and a contour without destroyable objects is a proof that the goal cannot be reached; it is not optimal. Read
-literally, only what lies ahead of the seed is attended to, and the loop stops short where that stands firm.
+Two readings. The paper destroys "the" blocking obstacle, yet on real maps a separating piece is
+often many objects grown together, some of which stand firm. Read kindly, all objects on the contour
+are attended to, those that can be destroyed first, and of those the ones whose cells beside the
+contour come nearest the goal. Then the loop is complete, for each pass destroys an obstacle, and a
+contour without destroyable objects is a proof that the goal cannot be reached; it is not optimal.
+Read literally, only what lies ahead of the seed is attended to, and the loop stops short where that
+stands firm.
 """
 
 from collections.abc import Callable
@@ -33,8 +39,8 @@ class Symbolic(NamedTuple):
     """The symbolic level, as the loop sees it.
 
     first_act: planned while nothing is known to block.
-    plan: (is_filled, is_breakable: bool [B, S], the obstacles attended to) -> (act, slot: int32 [B, T], the plan, -1 after its
-      end; is_proof: bool [B], there is none).
+    plan: (is_filled, is_breakable: bool [B, S], the obstacles attended to) -> (act, slot: int32 [B,
+      T], the plan, -1 after its end; is_proof: bool [B], there is none).
     num_slots: S.
     is_literal: whether only what lies ahead of the seed is attended to.
     """
@@ -49,7 +55,8 @@ class Walk(NamedTuple):
     """How far the loop has come; the arrays as in `Solution`.
 
     pending: int32 [B, 2], the step planned that is not yet carried out: it leads to the goal.
-    gone: bool [B, M]. is_active: bool [B], whether the task goes on. is_there: bool [B], whether the goal is reached.
+    gone: bool [B, M]. is_active: bool [B], whether the task goes on. is_there: bool [B], whether
+      the goal is reached.
     is_stuck: bool [B], whether the symbolic level found no plan.
     """
 
@@ -68,17 +75,25 @@ class Walk(NamedTuple):
     is_stuck: Array
 
 
-def greedy_walk(task: Task, among: Array, room: Array, symbolic: Symbolic, *, max_destroyed: int, capacity: int) -> Walk:
+def greedy_walk(
+    task: Task, among: Array, room: Array, symbolic: Symbolic, *, max_destroyed: int, capacity: int
+) -> Walk:
     """Returns the walk of every task in `among` (bool [B]): to the goal, or as far as it got.
 
-    `room` (int32 [B]) is how many of the `capacity` cells the walk may use; one that needs more ends with their number.
+    `room` (int32 [B]) is how many of the `capacity` cells the walk may use; one that needs more
+    ends with their number.
     """
     walk = _standing_still(task, among, symbolic, max_destroyed, capacity)
-    # Ends: every pass reaches the goal, destroys one more obstacle (at most max_destroyed), or gives up.
-    return lax.while_loop(lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, room, symbolic), walk)
+    # Ends: every pass reaches the goal, destroys one more obstacle (at most max_destroyed), or
+    # gives up.
+    return lax.while_loop(
+        lambda walk: walk.is_active.any(), lambda walk: _one_pass(task, walk, room, symbolic), walk
+    )
 
 
-def _standing_still(task: Task, among: Array, symbolic: Symbolic, max_destroyed: int, capacity: int) -> Walk:
+def _standing_still(
+    task: Task, among: Array, symbolic: Symbolic, max_destroyed: int, capacity: int
+) -> Walk:
     B, M = task.destroyable.shape
     none, no = jnp.zeros(B, jnp.int32), jnp.zeros(B, bool)
     return Walk(
@@ -101,18 +116,33 @@ def _standing_still(task: Task, among: Array, symbolic: Symbolic, max_destroyed:
 def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     W, num_obstacles, K = task.labels.shape[3], task.destroyable.shape[1], walk.destroyed.shape[1]
     here = _last_cell(walk)
-    free = jnp.where(walk.is_active[:, None, None], all_open_cells(task.labels, walk.gone), jnp.uint32(0))
+    free = jnp.where(
+        walk.is_active[:, None, None], all_open_cells(task.labels, walk.gone), jnp.uint32(0)
+    )
     reached = reach_words(free, here, width=W)
     is_there = walk.is_active & jax.vmap(holds)(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
-    found = find_blockage(task.labels, free, reached, task.goal, task.size, num_obstacles=num_obstacles, among=is_cut_off)
+    found = find_blockage(
+        task.labels,
+        free,
+        reached,
+        task.goal,
+        task.size,
+        num_obstacles=num_obstacles,
+        among=is_cut_off,
+    )
     ids = _attended(task, walk, free, found, symbolic)
-    act, slot, is_proof = symbolic.plan(ids >= 0, jnp.take_along_axis(task.destroyable, ids.clip(0), axis=1))
+    act, slot, is_proof = symbolic.plan(
+        ids >= 0, jnp.take_along_axis(task.destroyable, ids.clip(0), axis=1)
+    )
     is_act = jnp.where(is_cut_off[:, None], act, -1) >= 0
-    steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)  # [2, B, T]
+    # [2, B, T]
+    steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)
     goes_on = is_act.any(axis=1) & (walk.num_destroyed < K)
     target = jnp.where(steps[0] == Act.DESTROY, steps[1], -1).max(axis=1)
-    chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[:, None]
+    chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[
+        :, None
+    ]
     beside_it = found.contour & around(all_cells_of(task.labels, chosen))
     field = cost_field(unpack(free, W), here)
     stop = jnp.where(is_there[:, None], task.goal, cheapest(field, beside_it))
@@ -127,11 +157,15 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
 
 
 def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Symbolic) -> Array:
-    """Returns the obstacles attended to, int32 [B, S], -1 after the last: those that can be destroyed first, by nearness."""
+    """Returns the obstacles attended to, int32 [B, S], -1 after the last: those that can be
+    destroyed first, by nearness.
+    """
     blocking = found.on_contour
     W, num_obstacles = task.labels.shape[3], blocking.shape[1]
     if symbolic.is_literal:
-        blocking = owners_at(task.labels, obstacle_ahead(unpack(free, W), found.seed, task.goal), num_obstacles)
+        blocking = owners_at(
+            task.labels, obstacle_ahead(unpack(free, W), found.seed, task.goal), num_obstacles
+        )
     blocking &= ~walk.gone  # where obstacles overlap, what is gone still has its labels
     h = all_nearest_of(task.labels, around(found.contour), task.goal, num_obstacles)
     h = jnp.where(task.destroyable, h, h + FAR)
@@ -156,13 +190,19 @@ def _append(walk: Walk, leg: Path, goes: Array) -> Walk:
     moved = jnp.take_along_axis(leg.cells, place.clip(0)[..., None], axis=1)
     cells = jnp.where(((place > 0) & goes[:, None])[..., None], moved, walk.cells)
     num_cells = jnp.where(goes, walk.num_cells + leg.num_cells - 1, walk.num_cells)
-    return walk._replace(cells=cells, num_cells=num_cells, cost=jnp.where(goes, walk.cost + leg.cost, walk.cost))
+    return walk._replace(
+        cells=cells, num_cells=num_cells, cost=jnp.where(goes, walk.cost + leg.cost, walk.cost)
+    )
 
 
 def _note(walk: Walk, step: Array, goes: Array) -> Walk:
-    """Returns the walk with `step` (int32 [B, 2]) carried out at its last cell, where `goes` is True."""
+    """Returns the walk with `step` (int32 [B, 2]) carried out at its last cell, where `goes` is
+    True.
+    """
     num_steps = (walk.plan_at >= 0).sum(axis=1, dtype=jnp.int32)
-    is_slot = (jnp.arange(walk.plan_at.shape[1], dtype=jnp.int32)[None] == num_steps[:, None]) & goes[:, None]
+    is_slot = (
+        jnp.arange(walk.plan_at.shape[1], dtype=jnp.int32)[None] == num_steps[:, None]
+    ) & goes[:, None]
     return walk._replace(
         plan=jnp.where(is_slot[..., None], step[:, None], walk.plan),
         plan_at=jnp.where(is_slot, walk.num_cells[:, None] - 1, walk.plan_at),
@@ -170,7 +210,8 @@ def _note(walk: Walk, step: Array, goes: Array) -> Walk:
 
 
 def _carry_out(walk: Walk, steps: Array, chosen: Array, goes: Array) -> Walk:
-    """Returns the walk with the steps of a plan (int32 [2, B, T]) up to the destroying carried out at its last cell.
+    """Returns the walk with the steps of a plan (int32 [2, B, T]) up to the destroying carried out
+    at its last cell.
 
     What follows the destroying is pending. chosen: bool [B, M], what is destroyed, at most one.
     """

@@ -1,16 +1,19 @@
 """What each obstacle costs together with all that must go before it: floods, level by level.
 
-Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved by flooding in levels:
-with what can be afforded for a price, flood; every obstacle that the flood meets by a side can be had for the price plus
-its own cost; raise the price to the least such sum of what is not open yet; until the target is flooded. That price is
+Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved
+by flooding in levels: with what can be afforded for a price, flood; every obstacle that the flood
+meets by a side can be had for the price plus its own cost; raise the price to the least such sum of
+what is not open yet; until the target is flooded. That price is
 
-- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to the target has met by a side,
-  and paid for, each obstacle on the way, and the flood is never behind;
-- the optimum where each obstacle is connected by sides and no two overlap, for then a chain of obstacles, each paying for
-  the next, opens a way at that very price.
+- a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to
+  the target has met by a side, and paid for, each obstacle on the way, and the flood is never
+  behind;
+- the optimum where each obstacle is connected by sides and no two overlap, for then a chain of
+  obstacles, each paying for the next, opens a way at that very price.
 
-By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can be entered from the side.
-Prices are exact sums (`sums`), so that no cost is too small beside another.
+By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can
+be entered from the side. Prices are exact sums (`sums`), so that no cost is too small beside
+another.
 """
 
 from typing import NamedTuple
@@ -27,7 +30,9 @@ from srt_jax.types import Task
 
 
 class Terms(NamedTuple):
-    """Between which cells of one map, int32 [2] inside it, at which costs, and what may go: bool [M]."""
+    """Between which cells of one map, int32 [2] inside it, at which costs, and what may go: bool
+    [M].
+    """
 
     start: Array
     goal: Array
@@ -38,9 +43,11 @@ class Terms(NamedTuple):
 class Prices(NamedTuple):
     """reached: the mask of cells reached before any price is paid.
 
-    goal: the price of the goal, a number of `sums`: `never` where none can be opened (or only for `most` and more).
+    goal: the price of the goal, a number of `sums`: `never` where none can be opened (or only for
+      `most` and more).
     affordable: bool [M], what can be had for that price; all of these gone, the goal is reached.
-    tight: bool [M], what can be had and leads on to the goal within that price: all members of the cheapest chains.
+    tight: bool [M], what can be had and leads on to the goal within that price: all members of the
+      cheapest chains.
     """
 
     reached: Array
@@ -50,7 +57,8 @@ class Prices(NamedTuple):
 
 
 def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
-    """Returns the cells reached with nothing destroyed and the price of the goal, for the tasks in `among` (bool [B]).
+    """Returns the cells reached with nothing destroyed and the price of the goal, for the tasks in
+    `among` (bool [B]).
 
     Their start is free and their goal on the map; for the others: no cell, and inf.
 
@@ -58,7 +66,9 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
       uint32 [B, H, words], packed; float32 [B], rounded down.
     """
 
-    def one_map(labels: Labels, may_go: Array, cost: Array, start: Array, goal: Array, is_asked: Array) -> tuple[Array, Array]:
+    def one_map(
+        labels: Labels, may_go: Array, cost: Array, start: Array, goal: Array, is_asked: Array
+    ) -> tuple[Array, Array]:
         terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
         nothing = jnp.zeros(cost.shape, bool)
         most = jnp.where(is_asked, sums.never(), sums.zero())
@@ -66,11 +76,14 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         (price,) = sums.to_float32(found.price[:, None], terms.costs)
         return jnp.where(is_asked, found.first, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
-    return obstacles.of_all(one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among)
+    return obstacles.of_all(
+        one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among
+    )
 
 
 def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Array) -> Prices:
-    """Returns the prices once the obstacles `gone` (bool [M]) are, with the cost `paid` for them; `terms.start` is free.
+    """Returns the prices once the obstacles `gone` (bool [M]) are, with the cost `paid` for them;
+    `terms.start` is free.
 
     First from the start until the goal is reached, then from the goal as far as that price goes.
     """
@@ -80,10 +93,16 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
 
     def one_way(state: _Ways) -> _Ways:
         is_back = state.direction == 1
-        source, target = (jnp.where(is_back, *ends) for ends in ((terms.goal, terms.start), (terms.start, terms.goal)))
+        source, target = (
+            jnp.where(is_back, *ends)
+            for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
+        )
         limit = jnp.where(is_back, state.forth.price, most)
         found = _levels(labels, source, target, gone, terms, in_goal & is_back, paid, limit)
-        forth, back = (_selected(state.forth, found, ~is_back), _selected(state.back, found, is_back))
+        forth, back = (
+            _selected(state.forth, found, ~is_back),
+            _selected(state.back, found, is_back),
+        )
         return _Ways(state.direction + 1, forth, back)
 
     def goes_on(state: _Ways) -> Array:
@@ -91,7 +110,10 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
         return (state.direction == 0) | ((state.direction == 1) & is_closed)
 
     nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
-    none, numbers = jnp.zeros(num_obstacles, bool), jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
+    none, numbers = (
+        jnp.zeros(num_obstacles, bool),
+        jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32),
+    )
     nowhere = _Found(nothing, sums.never(), jnp.bool_(False), numbers, none, none)
     _, forth, back = lax.while_loop(goes_on, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
     affordable = forth.is_open & forth.is_there
@@ -103,8 +125,10 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
 class _Found(NamedTuple):
     """What the floods in one direction found.
 
-    first: the mask reached before any price is paid. price: the number at which the target is reached, else `never`.
-    is_there: bool [], whether it is. open_at: uint32 [WORDS, M], the number at which each obstacle opens that is_met, bool [M].
+    first: the mask reached before any price is paid. price: the number at which the target is
+      reached, else `never`.
+    is_there: bool [], whether it is. open_at: uint32 [WORDS, M], the number at which each obstacle
+      opens that is_met, bool [M].
     is_open: bool [M], whether it was opened.
     """
 
@@ -123,7 +147,9 @@ class _Ways(NamedTuple):
 
 
 class _Level(NamedTuple):
-    """price: the number that is paid. reached: the mask. is_first, goes_on: bool []. The others as in `_Found`."""
+    """price: the number that is paid. reached: the mask. is_first, goes_on: bool []. The others
+    as in `_Found`.
+    """
 
     price: Array
     first: Array
@@ -137,9 +163,17 @@ class _Level(NamedTuple):
 
 
 def _levels(
-    labels: Labels, source: Array, target: Array, gone: Array, terms: Terms, met: Array, paid: Array, most: Array
+    labels: Labels,
+    source: Array,
+    target: Array,
+    gone: Array,
+    terms: Terms,
+    met: Array,
+    paid: Array,
+    most: Array,
 ) -> _Found:
-    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or more.
+    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or
+    more.
 
     Args:
       met: bool [M], obstacles that are met from the beginning.
@@ -152,7 +186,9 @@ def _levels(
 
     def level(state: _Level) -> _Level:
         passable = obstacles.open_cells(labels, gone | state.is_open)
-        reached = flood_group(passable, (state.reached | at_source) & passable, group=1, through_corners=False)
+        reached = flood_group(
+            passable, (state.reached | at_source) & passable, group=1, through_corners=False
+        )
         is_there = obstacles.holds(reached, target)
 
         def beside() -> Array:
@@ -180,7 +216,9 @@ def _levels(
     nothing, none = jnp.zeros_like(at_source), jnp.zeros(num_obstacles, bool)
     numbers = jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
     yes, no = jnp.bool_(True), jnp.bool_(False)
-    begin = _Level(paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, goes_on=yes)
+    begin = _Level(
+        paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, goes_on=yes
+    )
     # Ends: each level opens at least one more obstacle.
     end = lax.while_loop(lambda state: state.goes_on, level, begin)
     price = jnp.where(end.is_there, end.price, sums.never())

@@ -1,8 +1,10 @@
-"""Which obstacles a route needs gone, and when: the agent destroys each from the last cell before it is first in the way.
+"""Which obstacles a route needs gone, and when: the agent destroys each from the last cell before
+it is first in the way.
 
-Stepping from one cell to the next needs every owner of the next cell gone, and on a diagonal the owners of both cells beside
-it. All of these are neighbours of the cell stepped from, so they can be destroyed from there: any shortest path on the map
-without the chosen obstacles is a route, and no route that destroys only these is shorter.
+Stepping from one cell to the next needs every owner of the next cell gone, and on a diagonal the
+owners of both cells beside it. All of these are neighbours of the cell stepped from, so they can be
+destroyed from there: any shortest path on the map without the chosen obstacles is a route, and no
+route that destroys only these is shorter.
 """
 
 from typing import NamedTuple
@@ -22,7 +24,9 @@ NEVER = np.int32(2**31 - 1)
 
 
 class Route(NamedTuple):
-    """A shortest path of one map, as in `types.Path`: cells int32 [N, 2], num_cells int32 [], cost float32 []."""
+    """A shortest path of one map, as in `types.Path`: cells int32 [N, 2], num_cells int32 [],
+    cost float32 [].
+    """
 
     cells: Array
     num_cells: Array
@@ -32,13 +36,15 @@ class Route(NamedTuple):
 def route_through(
     labels: Labels, free: Array, start: Array, goal: Array, num_obstacles: int, capacity: int
 ) -> tuple[Route, Array]:
-    """Returns the shortest route of one map over the cells `free` (a mask), and when it needs each obstacle gone.
+    """Returns the shortest route of one map over the cells `free` (a mask), and when it needs each
+    obstacle gone.
 
     For use inside a marked call.
 
     Returns:
-      the route, with room for `capacity` cells; int32 [M], the index into its cells from which the obstacle must be destroyed,
-      NEVER where it is not in the way. A route that does not fit meets none.
+      the route, with room for `capacity` cells; int32 [M], the index into its cells from which the
+      obstacle must be destroyed, NEVER where it is not in the way. A route that does not fit meets
+      none.
     """
     width = labels.all.shape[3]
     cost, scale = solve_map(packing.unpack(free[None], width)[0], start, goal)
@@ -49,7 +55,8 @@ def route_through(
 
 def _first_needed(labels: Labels, cells: Array, num_cells: Array, num_obstacles: int) -> Array:
     def note(needed: Array, owner: Array, index: Array) -> Array:
-        place = jnp.where(owner < 0, num_obstacles, owner)  # the last place takes what belongs to no obstacle
+        # the last place takes what belongs to no obstacle
+        place = jnp.where(owner < 0, num_obstacles, owner)
         known = lax.dynamic_slice(needed, (place,), (1,))
         return lax.dynamic_update_slice(needed, jnp.minimum(known, index), (place,))
 
@@ -67,19 +74,24 @@ def _first_needed(labels: Labels, cells: Array, num_cells: Array, num_obstacles:
 
 
 def in_order(needed: Array, *, max_destroyed: int) -> tuple[Array, Array, Array]:
-    """Returns the obstacles needed, in the order of need (ties: lowest id), with their indices, and how many there are.
+    """Returns the obstacles needed, in the order of need (ties: lowest id), with their indices, and
+    how many there are.
 
     Args:
       needed: int32 [B, M], from `first_needed`.
 
     Returns:
-      ids int32 [B, K], -1 after the last; indices int32 [B, K], -1 likewise; the true number int32 [B], perhaps more than K.
+      ids int32 [B, K], -1 after the last; indices int32 [B, K], -1 likewise; the true number int32
+      [B], perhaps more than K.
     """
     num_obstacles = needed.shape[1]
     count = (needed < NEVER).sum(axis=1, dtype=jnp.int32)
     ids_of = jnp.broadcast_to(jnp.arange(num_obstacles, dtype=jnp.int32), needed.shape)
     at, ids = lax.sort((needed, ids_of), dimension=1, num_keys=2)
     missing = max(0, max_destroyed - num_obstacles)
-    at, ids = (jnp.pad(x, ((0, 0), (0, missing)), constant_values=NEVER)[:, :max_destroyed] for x in (at, ids))
+    at, ids = (
+        jnp.pad(x, ((0, 0), (0, missing)), constant_values=NEVER)[:, :max_destroyed]
+        for x in (at, ids)
+    )
     is_one = at < NEVER
     return jnp.where(is_one, ids, -1), jnp.where(is_one, at, -1), count

@@ -1,6 +1,8 @@
-"""What the grid level reports becomes a situation of signs, and MAP's plans become acts on obstacles (PY16 §3).
+"""What the grid level reports becomes a situation of signs, and MAP's plans become acts on
+obstacles (PY16 §3).
 
-Working memory has slots, obstacles have ids: slots are filled here, and read back. Everything runs inside jit.
+Working memory has slots, obstacles have ids: slots are filled here, and read back. Everything runs
+inside jit.
 """
 
 import functools
@@ -13,12 +15,22 @@ from sign_model.map_algorithm.heuristics import OVERLAP
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.relocation.domain import AGENT
 from sign_model.relocation.map_in_jit import plan_situations
-from sign_model.relocation.working_memory import BREAKABLE, FIRM, Attention, area, chain_attention, contour_attention, slot
+from sign_model.relocation.working_memory import (
+    BREAKABLE,
+    FIRM,
+    Attention,
+    area,
+    chain_attention,
+    contour_attention,
+    slot,
+)
 from srt_jax.engine.kernel import compiled_whole
 from srt_jax.types import Act, Array
 
 ATTENDED = 8
-"""Obstacles of one contour that are attended to at a time: those that can be destroyed, nearest the goal first."""
+"""Obstacles of one contour that are attended to at a time: those that can be destroyed, nearest
+the goal first.
+"""
 
 _STEPS_PER_OBSTACLE = 3
 """Approach, destroy, pass."""
@@ -27,7 +39,9 @@ _STEPS_ON_CONTOUR = 4  # one more than the longest plan there: approach, destroy
 
 
 class Acts(NamedTuple):
-    """A plan: act int32 [B, P], an `Act`, slot int32 [B, P]; -1 where there is none. is_proof bool [B]: there is no plan."""
+    """A plan: act int32 [B, P], an `Act`, slot int32 [B, P]; -1 where there is none. is_proof
+    bool [B]: there is no plan.
+    """
 
     act: Array
     slot: Array
@@ -35,7 +49,8 @@ class Acts(NamedTuple):
 
 
 def plan_on_contour(is_filled: Array, is_breakable: Array) -> Acts:
-    """Returns how to get past one contour, MAP's plan over the obstacles on it: approach, destroy, pass.
+    """Returns how to get past one contour, MAP's plan over the obstacles on it: approach, destroy,
+    pass.
 
     Each obstacle is taken to be all that blocks; of those that I can destroy the first slot wins.
 
@@ -48,13 +63,16 @@ def plan_on_contour(is_filled: Array, is_breakable: Array) -> Acts:
     def run(is_filled: Array, is_breakable: Array) -> Acts:
         start = _start(attention, is_filled, is_breakable)
         goal = jnp.asarray(attention.situation(("at", AGENT, area(1))))
-        return _planned(attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR)
+        return _planned(
+            attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR
+        )
 
     return compiled_whole(run)(is_filled, is_breakable)
 
 
 def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) -> Acts:
-    """Returns how to get through a chain of obstacles one after the other; a relocation where there is none.
+    """Returns how to get through a chain of obstacles one after the other; a relocation where there
+    is none.
 
     Args:
       num_obstacles: int32 [B], 0 to `num_slots`; a task with more has no plan.
@@ -62,15 +80,21 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
     """
     attention = chain_attention(num_slots)
     is_open = attention.situation(("way", area(0), area(1)))
-    goals = np.stack([attention.situation(("at", AGENT, area(number))) for number in range(num_slots + 1)], axis=1)
+    goals = np.stack(
+        [attention.situation(("at", AGENT, area(number))) for number in range(num_slots + 1)],
+        axis=1,
+    )
 
     def run(num_obstacles: Array, is_here: Array) -> Acts:
         is_filled = jnp.arange(num_slots, dtype=jnp.int32)[None] < num_obstacles[:, None]
-        start = _start(attention, is_filled, is_filled) | (jnp.asarray(is_open)[:, None] & (num_obstacles == 0)[None])
+        start = _start(attention, is_filled, is_filled) | (
+            jnp.asarray(is_open)[:, None] & (num_obstacles == 0)[None]
+        )
         last = jnp.where(is_here, 0, num_obstacles.clip(1))
         is_last = jnp.arange(num_slots + 1, dtype=jnp.int32)[:, None] == last[None]
         goal = (jnp.asarray(goals)[:, :, None] & is_last[None]).any(axis=1)
-        # One with too many obstacles has its goal beyond all areas: nothing is wanted, so nothing is planned.
+        # One with too many obstacles has its goal beyond all areas: nothing is wanted, so nothing
+        # is planned.
         return _planned(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
 
     return compiled_whole(run)(num_obstacles, is_here)
@@ -78,25 +102,38 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
 
 @functools.cache
 def first_act() -> Act:
-    """Returns what MAP plans before anything is known to block, when the way to the goal area is taken to be open."""
+    """Returns what MAP plans before anything is known to block, when the way to the goal area is
+    taken to be open.
+    """
     attention = contour_attention(1)
-    task = attention.task_of([("at", AGENT, area(0)), ("way", area(0), area(1))], [("at", AGENT, area(1))])
+    task = attention.task_of(
+        [("at", AGENT, area(0)), ("way", area(0), area(1))], [("at", AGENT, area(1))]
+    )
     plan = plan_map(task, [OVERLAP], max_expansions=100).plan
     assert plan is not None and len(plan) == 1, plan
     return _act(task.actions[plan[0]])
 
 
 def _start(attention: Attention, is_filled: Array, is_breakable: Array) -> Array:
-    """Returns the situation at the start, bool [F, B]: the agent in area 0, and what is known of the obstacles in the slots."""
+    """Returns the situation at the start, bool [F, B]: the agent in area 0, and what is known of
+    the obstacles in the slots.
+    """
     slots = [slot(number) for number in range(attention.num_slots)]
     place = np.stack([attention.about(name, except_for="of-kind") for name in slots], axis=1)
-    kinds = [np.stack([attention.situation(("of-kind", name, kind)) for name in slots], axis=1) for kind in (BREAKABLE, FIRM)]
+    kinds = [
+        np.stack([attention.situation(("of-kind", name, kind)) for name in slots], axis=1)
+        for kind in (BREAKABLE, FIRM)
+    ]
     always = attention.situation(("at", AGENT, area(0))) | attention.abilities
 
     def told(facts: np.ndarray, of: Array) -> Array:
         return (jnp.asarray(facts)[:, :, None] & of.T[None]).any(axis=1)
 
-    known = told(place, is_filled) | told(kinds[0], is_filled & is_breakable) | told(kinds[1], is_filled & ~is_breakable)
+    known = (
+        told(place, is_filled)
+        | told(kinds[0], is_filled & is_breakable)
+        | told(kinds[1], is_filled & ~is_breakable)
+    )
     return known | jnp.asarray(always)[:, None]
 
 
@@ -104,7 +141,9 @@ def _planned(attention: Attention, start: Array, goal: Array, max_steps: int) ->
     plans = plan_situations(attention, start, goal, max_steps=max_steps)
     act_of = np.array([*map(_act, attention.actions), -1], np.int32)  # the last for -1, no action
     slot_of = np.array([*(_slot(action) for action in attention.actions), -1], np.int32)
-    return Acts(jnp.asarray(act_of)[plans.actions.T], jnp.asarray(slot_of)[plans.actions.T], plans.is_proof)
+    return Acts(
+        jnp.asarray(act_of)[plans.actions.T], jnp.asarray(slot_of)[plans.actions.T], plans.is_proof
+    )
 
 
 def _act(action: tuple[str, ...]) -> Act:
@@ -113,4 +152,6 @@ def _act(action: tuple[str, ...]) -> Act:
 
 def _slot(action: tuple[str, ...]) -> int:
     """Returns the slot of the obstacle that an action is about, -1 where it is about none."""
-    return next((int(name.removeprefix(slot(""))) for name in action if name.startswith(slot(""))), -1)
+    return next(
+        (int(name.removeprefix(slot(""))) for name in action if name.startswith(slot(""))), -1
+    )

@@ -1,4 +1,6 @@
-"""A solved task as a scene of the relocation domain, which any planner can check, and its plan in the words of that domain."""
+"""A solved task as a scene of the relocation domain, which any planner can check, and its plan
+in the words of that domain.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -11,11 +13,22 @@ from sign_model.relocation.scenes import chain_scene, contour_scene, reached
 from sign_model.relocation.working_memory import BREAKABLE, area
 from srt_jax.types import Act, Array, Solution, Status, Task
 
-__all__ = ["SPECIFY", "Scene", "Step", "plan_lines", "planned_steps", "reached", "scene_of", "scene_texts"]
+__all__ = [
+    "SPECIFY",
+    "Scene",
+    "Step",
+    "plan_lines",
+    "planned_steps",
+    "reached",
+    "scene_of",
+    "scene_texts",
+]
 
 
 class PlannedStep(NamedTuple):
-    """One step of a solution's plan: what, about which obstacle (-1: none), between which indexes into the route's cells."""
+    """One step of a solution's plan: what, about which obstacle (-1: none), between which
+    indexes into the route's cells.
+    """
 
     act: Act
     obstacle: int
@@ -26,7 +39,9 @@ class PlannedStep(NamedTuple):
 def planned_steps(solution: Solution) -> list[PlannedStep]:
     """Returns the steps of one solution's plan, in order."""
     steps, begin = [], 0
-    for (act, obstacle), end in zip(np.asarray(solution.plan).tolist(), np.asarray(solution.plan_at).tolist()):
+    for (act, obstacle), end in zip(
+        np.asarray(solution.plan).tolist(), np.asarray(solution.plan_at).tolist()
+    ):
         if act < 0:
             break
         steps.append(PlannedStep(Act(act), obstacle, begin, end))
@@ -34,12 +49,15 @@ def planned_steps(solution: Solution) -> list[PlannedStep]:
     return steps
 
 
-def scene_of(task: Task, solution: Solution, *, seen_as: Mapping[str, Sequence[str]] | None = None) -> Scene:
+def scene_of(
+    task: Task, solution: Solution, *, seen_as: Mapping[str, Sequence[str]] | None = None
+) -> Scene:
     """Returns what one task comes down to on the symbolic level, obstacle 7 called `obstacle-7`.
 
-    Solved: a chain of areas with what was destroyed between each two. Solved by the paper's loop, which learns of obstacles one
-    by one: two areas with all of it between them. Unsolvable: two areas, and between them the firm obstacles that separate.
-    Else what is known: the obstacles on the first contour.
+    Solved: a chain of areas with what was destroyed between each two. Solved by the paper's loop,
+      which learns of obstacles one
+    by one: two areas with all of it between them. Unsolvable: two areas, and between them the firm
+    obstacles that separate. Else what is known: the obstacles on the first contour.
     """
     status, steps = Status(int(solution.status)), planned_steps(solution)
     if status.is_solved:
@@ -53,7 +71,11 @@ def scene_of(task: Task, solution: Solution, *, seen_as: Mapping[str, Sequence[s
         return contour_scene([], _names(solution.separating), seen_as=seen_as)
     ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
     flags = np.asarray(task.destroyable)
-    return contour_scene([_name(i) for i in ids if flags[i]], [_name(i) for i in ids if not flags[i]], seen_as=seen_as)
+    return contour_scene(
+        [_name(i) for i in ids if flags[i]],
+        [_name(i) for i in ids if not flags[i]],
+        seen_as=seen_as,
+    )
 
 
 def scene_texts(scene: Scene, name: str = "scene") -> tuple[str, str]:

@@ -19,15 +19,24 @@ TASKS = {
 
 @pytest.fixture(scope="module")
 def records():
-    made = {name: make_task(free, (0, 0), (3, 5), destroyable=destroyable) for name, (free, destroyable) in TASKS.items()}
+    made = {
+        name: make_task(free, (0, 0), (3, 5), destroyable=destroyable)
+        for name, (free, destroyable) in TASKS.items()
+    }
     return [as_record(name, task, solve_many([task])[0]) for name, task in made.items()]
 
 
 def test_a_record_holds_the_plan_with_where_each_step_ends_and_the_proof(records):
     is_open, walled, firm = records
-    assert is_open["plan"] == [["relocate", None, len(is_open["cells"]) - 1]] and is_open["separating"] == []
+    assert (
+        is_open["plan"] == [["relocate", None, len(is_open["cells"]) - 1]]
+        and is_open["separating"] == []
+    )
     at, last = walled["destroyed_at"][0], len(walled["cells"]) - 1
-    assert walled["plan"] == [["approach", 0, at], ["destroy", 0, at], ["pass", 0, last]] and walled["separating"] == []
+    assert (
+        walled["plan"] == [["approach", 0, at], ["destroy", 0, at], ["pass", 0, last]]
+        and walled["separating"] == []
+    )
     assert firm["plan"] == [] and firm["separating"] == firm["blocking"] == [0]
 
 
@@ -46,14 +55,23 @@ def test_a_column_of_parquet_is_a_member_of_the_record(tmp_path, records):
     parquet = pytest.importorskip("pyarrow.parquet")
     write_results(tmp_path / "answers.parquet", records)
     table = parquet.read_table(tmp_path / "answers.parquet")
-    assert table.column_names == list(records[0]) and table["status"].to_pylist() == ["PATH_EXISTS", "SOLVED", "UNSOLVABLE"]
+    assert table.column_names == list(records[0]) and table["status"].to_pylist() == [
+        "PATH_EXISTS",
+        "SOLVED",
+        "UNSOLVABLE",
+    ]
     assert table["cost"].to_pylist()[2] is None
 
 
 def test_broken_answers_are_refused_in_one_line(tmp_path, records):
     pytest.importorskip("pyarrow")
     write_results(tmp_path / "answers.parquet", records)
-    assert refusals(read_results, tmp_path / "answers.parquet", (tmp_path / "answers.parquet").read_bytes()) > 10
+    assert (
+        refusals(
+            read_results, tmp_path / "answers.parquet", (tmp_path / "answers.parquet").read_bytes()
+        )
+        > 10
+    )
     (tmp_path / "answers.json").write_text("[]")
     with pytest.raises(ValueError, match="no results"):
         read_results(tmp_path / "answers.json")

@@ -1,4 +1,6 @@
-"""The symbolic half of a solution: MAP's plan, where its steps end on the route, and the proof where there is none."""
+"""The symbolic half of a solution: MAP's plan, where its steps end on the route, and the proof
+where there is none.
+"""
 
 import jax.numpy as jnp
 import numpy as np
@@ -42,7 +44,13 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
 def test_the_papers_loop_plans_anew_at_each_blockage_and_passes_last():
     task, names = task_from(TWO_WALLS)
     told = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
-    assert told == [("APPROACH", "a"), ("DESTROY", "a"), ("APPROACH", "b"), ("DESTROY", "b"), ("PASS", "b")]
+    assert told == [
+        ("APPROACH", "a"),
+        ("DESTROY", "a"),
+        ("APPROACH", "b"),
+        ("DESTROY", "b"),
+        ("PASS", "b"),
+    ]
 
 
 def test_before_anything_blocks_the_plan_is_to_walk():
@@ -55,7 +63,10 @@ def test_before_anything_blocks_the_plan_is_to_walk():
 @pytest.mark.parametrize("mode", ["least", "paper"])
 def test_who_is_there_need_not_act(mode):
     solution = solve(make_task(np.ones((1, 2), bool), (0, 0), (0, 0)), mode=mode)
-    assert Status(int(solution.status)) is Status.PATH_EXISTS and (np.asarray(solution.plan) == -1).all()
+    assert (
+        Status(int(solution.status)) is Status.PATH_EXISTS
+        and (np.asarray(solution.plan) == -1).all()
+    )
 
 
 def test_read_literally_the_loop_stops_at_something_firm_ahead():
@@ -92,7 +103,9 @@ def test_the_proof_names_the_firm_obstacles_that_separate_and_no_others():
 
 
 def test_a_goal_inside_something_firm_has_that_as_its_proof():
-    solution = solve(make_task(np.array([[-1, -1, 0, 1]], np.int32), (0, 0), (0, 3), destroyable=[True, False]))
+    solution = solve(
+        make_task(np.array([[-1, -1, 0, 1]], np.int32), (0, 0), (0, 3), destroyable=[True, False])
+    )
     assert np.asarray(solution.separating).tolist() == [1, -1]
 
 
@@ -101,7 +114,9 @@ def test_symbolic_plan_and_route_tell_the_same_story_read_literally():
     tasks = random_tasks(5, 120, overlap=True, max_side=14, can_destroy=0.5)
     solutions = solve_many(tasks, mode="literal")
     assert [check(task, solution) for task, solution in zip(tasks, solutions)] == [[]] * len(tasks)
-    assert {Status.SOLVED, Status.UNSOLVABLE, Status.STOPPED_SHORT} <= {int(solution.status) for solution in solutions}
+    assert {Status.SOLVED, Status.UNSOLVABLE, Status.STOPPED_SHORT} <= {
+        int(solution.status) for solution in solutions
+    }
 
 
 def test_an_obstacle_is_left_behind_at_the_first_cell_it_did_not_cover():
@@ -110,4 +125,6 @@ def test_an_obstacle_is_left_behind_at_the_first_cell_it_did_not_cover():
     ids, at = jnp.array([[0, 1, -1]], jnp.int32), jnp.array([[0, 3, -1]], jnp.int32)
     assert left_behind(labels, cells, jnp.array([6], jnp.int32), ids, at).tolist() == [[3, 5, -1]]
     together = jnp.array([[0, 0, -1]], jnp.int32)
-    assert left_behind(labels, cells, jnp.array([6], jnp.int32), ids, together).tolist() == [[0, 1, -1]]
+    assert left_behind(labels, cells, jnp.array([6], jnp.int32), ids, together).tolist() == [
+        [0, 1, -1]
+    ]

@@ -27,7 +27,9 @@ def told(labels, start, goal, **options):
 
 
 def two_gates(mode="least"):
-    """A firm wall with a gate a, then a wall of two parts, b and c, of which either would do; b is nearer."""
+    """A firm wall with a gate a, then a wall of two parts, b and c, of which either would do; b
+    is nearer.
+    """
     task, _ = task_from("""
         S@....c.
         ..a..b.G
@@ -38,23 +40,40 @@ def two_gates(mode="least"):
 
 
 def test_an_open_way_is_told_with_its_length():
-    assert told([[-1, -1, -1]], (0, 0), (0, 2)) == (
-        "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
+    assert (
+        told([[-1, -1, -1]], (0, 0), (0, 2))
+        == "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
         "A path exists, 2.0 long; nothing has to be destroyed."
     )
 
 
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     text = told([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
-    assert "0 (destroyable, 2 cells of contour, close, rightward), 1 (firm, 2 cells of contour, close, rightward)" in text
+    assert (
+        "0 (destroyable, 2 cells of contour, close, rightward), 1 (firm, 2 cells of contour, close,"
+        " rightward)" in text
+    )
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 
 
 @pytest.mark.parametrize(
     ("start", "goal", "destroyable", "expected"),
     [
-        ((0, 2), (0, 0), True, "The start (0, 2) lies in 0 (destroyable), so the agent cannot move."),
-        ((0, 0), (0, 3), False, "Unsolvable: even with 0 destroyable obstacles gone there is no path: 0 alone keeps start"),
+        (
+            (0, 2),
+            (0, 0),
+            True,
+            "The start (0, 2) lies in 0 (destroyable), so the agent cannot move.",
+        ),
+        (
+            (0, 0),
+            (0, 3),
+            False,
+            (
+                "Unsolvable: even with 0 destroyable obstacles gone there is no path: 0 alone keeps"
+                " start"
+            ),
+        ),
         ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (firm)."),
         ((0, 0), (0, 0), True, "The goal (0, 0) is the start."),
     ],
@@ -66,7 +85,10 @@ def test_each_way_to_fail_has_its_sentence(start, goal, destroyable, expected):
 def test_a_batch_is_told_line_by_line():
     tasks = stack([make_task(np.ones((1, n), bool), (0, 0), (0, n - 1)) for n in (2, 3)])
     solutions = solve(tasks)
-    assert [line.split(":")[0] for line in explain(tasks, solutions).splitlines()] == ["task 0", "task 1"]
+    assert [line.split(":")[0] for line in explain(tasks, solutions).splitlines()] == [
+        "task 0",
+        "task 1",
+    ]
     assert [data["goal"]["cell"] for data in explanation(tasks, solutions)] == [[0, 1], [0, 2]]
     with pytest.raises(ValueError, match="batch dimensions"):
         explain(tasks, solve(make_task(np.ones((1, 2), bool), (0, 0), (0, 1))))
@@ -80,9 +102,15 @@ def test_the_data_is_json_and_says_where_all_is_seen():
     data = json.loads(json.dumps(explanation(task, solution, what_if=True)))
     assert data["status"] == "SOLVED" and data["goal"]["seen_as"] == ["close", "rightward"]
     assert [one["id"] for one in data["destroyed"]] == [0, 1] and data["is_proven_least"]
-    assert {one["id"]: one["contour_cells"] for one in data["blockage"]["obstacles"]} == {0: 1, 3: 5}
+    assert {one["id"]: one["contour_cells"] for one in data["blockage"]["obstacles"]} == {
+        0: 1,
+        3: 5,
+    }
     assert [step["act"] for step in data["plan"]] == ["APPROACH", "DESTROY", "PASS"] * 2
-    assert data["plan"][-1]["to"] == [1, 7] and data["route"]["relocation"]["name"] == "moving closer in a straight line"
+    assert (
+        data["plan"][-1]["to"] == [1, 7]
+        and data["route"]["relocation"]["name"] == "moving closer in a straight line"
+    )
     assert data["if_firm"] == [
         {"id": 0, "status": "UNSOLVABLE", "destroyed": [], "removal_cost": None},
         {"id": 1, "status": "SOLVED", "destroyed": [0, 2], "removal_cost": 2.0},
@@ -94,7 +122,9 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
     task, solution = two_gates()
     assert explanation(task, solution, heading=0.0)["goal"]["seen_as"] == ["close", "ahead"]
     large = explanation(task, solution, cell_side=40.0)
-    assert large["goal"]["seen_as"] == ["afar", "rightward"] and large["goal"]["distance"] == pytest.approx(40 * 50**0.5)
+    assert large["goal"]["seen_as"] == ["afar", "rightward"] and large["goal"][
+        "distance"
+    ] == pytest.approx(40 * 50**0.5)
     (x, y), side = large["goal"]["square"]  # holds the sector, hence the goal's own square
     assert abs(x - 7 * 40) <= (side - 40) / 2 + 1e-6 and abs(y + 40) <= (side - 40) / 2 + 1e-6
 
@@ -103,12 +133,19 @@ def test_what_follows_if_it_were_otherwise_is_told():
     task, solution = two_gates()
     text = explain(task, solution, what_if=True)
     assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 stood firm: unsolvable.")
-    assert why(task, solution, 0).endswith("it is the first in the way. If 0 stood firm: unsolvable.")
-    assert "behind 0, which had to go first. If 1 stood firm: 0 + 2 would have to go, at cost 2." in why(task, solution, 1)
+    assert why(task, solution, 0).endswith(
+        "it is the first in the way. If 0 stood firm: unsolvable."
+    )
+    assert (
+        "behind 0, which had to go first. If 1 stood firm: 0 + 2 would have to go, at cost 2."
+        in why(task, solution, 1)
+    )
     assert "the same as the 2 of what was chosen" in why_not(task, solution, 2)
     assert "it cannot be. If it could:" in why_not(task, solution, 3)
     assert "is part of what blocks first and stands firm" in why(task, solution, 3)
-    assert why(task, solution, 2).endswith("has no part in it.") and why_not(task, solution, 0).endswith("was destroyed.")
+    assert why(task, solution, 2).endswith("has no part in it.") and why_not(
+        task, solution, 0
+    ).endswith("was destroyed.")
     with pytest.raises(ValueError, match="ids are 0 to 3"):
         why(task, solution, 4)
 
@@ -127,19 +164,29 @@ def test_the_story_is_a_tree_with_cells_under_each_step():
     assert lines[0] == "reach the goal area at (1, 7) (specified: 6 steps)"
     assert lines[1:4] == [
         "  approach obstacle 0",
-        "    moving closer in a straight line: (0, 0) to (1, 1), cells 0 to 2, 0.7 off the straight link",
+        (
+            "    moving closer in a straight line: (0, 0) to (1, 1), cells 0 to 2, 0.7 off the"
+            " straight link"
+        ),
         "  destroy obstacle 0 from (1, 1)",
     ]
     assert lines[-2:] == [
         "  pass obstacle 1",
-        "    moving closer in a straight line: (1, 4) to (1, 7), cells 5 to 8, 0.0 off the straight link",
+        (
+            "    moving closer in a straight line: (1, 4) to (1, 7), cells 5 to 8, 0.0 off the"
+            " straight link"
+        ),
     ]
 
 
 def test_realise_or_specify_is_decided_by_a_sign():
     task, solution = two_gates()
     bolder = metacognition().grown(REALISE, Component.IMAGE, sequence(IS_ABSTRACT))
-    assert story(task, solution, rule=bolder).splitlines()[0].endswith("(realised: path planning alone)")
+    assert (
+        story(task, solution, rule=bolder)
+        .splitlines()[0]
+        .endswith("(realised: path planning alone)")
+    )
     open_task, _ = task_from("S..G")
     assert "realised" in story(open_task, solve(open_task))
     closed, _ = task_from("S.@.G")
@@ -154,7 +201,9 @@ def test_the_plan_carried_out_is_valid_in_the_scene_and_map_finds_it_too(mode):
     domain, problem, lines = scene_pddl(task, solution)
     scene = load(domain, problem)
     assert validate(scene, lines) == []
-    assert scene_of(task, solution).obstacles == tuple(f"obstacle-{i}" for i in np.asarray(solution.destroyed)[:2])
+    assert scene_of(task, solution).obstacles == tuple(
+        f"obstacle-{i}" for i in np.asarray(solution.destroyed)[:2]
+    )
     if mode == "least":
         assert plan(scene).actions == tuple(lines)
 
@@ -183,9 +232,20 @@ def test_the_planner_of_competitions_finds_a_plan_as_short(tmp_path):
     domain, problem, lines = scene_pddl(*two_gates())
     (tmp_path / "domain.pddl").write_text(domain)
     (tmp_path / "problem.pddl").write_text(problem)
-    command = [sys.executable, str(driver), "--plan-file", "plan", "domain.pddl", "problem.pddl", "--search", "astar(blind())"]
+    command = [
+        sys.executable,
+        str(driver),
+        "--plan-file",
+        "plan",
+        "domain.pddl",
+        "problem.pddl",
+        "--search",
+        "astar(blind())",
+    ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     if done.returncode != 0 and "not find" in done.stdout + done.stderr:
         pytest.skip("Fast Downward is not built here")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert [line for line in (tmp_path / "plan").read_text().splitlines() if not line.startswith(";")] == lines
+    assert [
+        line for line in (tmp_path / "plan").read_text().splitlines() if not line.startswith(";")
+    ] == lines

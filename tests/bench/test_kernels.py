@@ -32,10 +32,22 @@ def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
 
 
 def test_the_table_leads_with_the_ratio_and_names_missing_peers():
-    row = {"kernel": "reach", "kind": "street", "size": 512, "batch": 4, "ms": 0.1, "quartiles": [0.1, 0.2], "bar": 2.5}
+    row = {
+        "kernel": "reach",
+        "kind": "street",
+        "size": 512,
+        "batch": 4,
+        "ms": 0.1,
+        "quartiles": [0.1, 0.2],
+        "bar": 2.5,
+    }
     rows = [{**row, "peers": {"cc3d": 0.4}, "ratio": 4.0}, {**row, "peers": {}, "ratio": None}]
     text = kernels.table({"machine": machine(), "fast_form": 5.0, "rows": rows})
-    assert "yes (5.0x the plain form)" in text and "cc3d 0.400 (4.0x)" in text and "none installed" in text
+    assert (
+        "yes (5.0x the plain form)" in text
+        and "cc3d 0.400 (4.0x)" in text
+        and "none installed" in text
+    )
 
 
 def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
@@ -44,9 +56,18 @@ def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
     monkeypatch.setattr(scaling, "BATCHES", (2, 4, 8))
     before = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
     rows = scaling._measure(quick=True)
-    assert [row["kernel"] for row in rows] == ["reach", "cost_to_come", "seed_cell", "contour", "trace_path"]
+    assert [row["kernel"] for row in rows] == [
+        "reach",
+        "cost_to_come",
+        "seed_cell",
+        "contour",
+        "trace_path",
+    ]
     for row in rows:
-        assert list(row["batch_ms"]) == list(row["small_ms"]) == ["2", "4", "8"] and row["flatness"] >= 1
+        assert (
+            list(row["batch_ms"]) == list(row["small_ms"]) == ["2", "4", "8"]
+            and row["flatness"] >= 1
+        )
         assert min(*row["batch_ms"].values(), *row["small_ms"].values(), *row["cores_ms"]) > 0
     reach, cost = rows[:2]
     assert (reach["memory"]["result"], cost["memory"]["result"]) == (1.0, 4.0)
@@ -55,8 +76,24 @@ def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
 
 
 def test_the_table_of_environments_compares_best_runs_of_what_does_as_much_and_tells_their_spread():
-    facts = {"cpu": "a", "cores": 2, "load": None, "system": "b", "python": "3", "packages": {}, "device": "cpu"}
+    facts = {
+        "cpu": "a",
+        "cores": 2,
+        "load": None,
+        "system": "b",
+        "python": "3",
+        "packages": {},
+        "device": "cpu",
+    }
     spread = {"median": 9.0, "low": 8.0, "high": 10.0, "count": 5}
-    rows = [{"name": name, "steps_per_second": rate, "spread": spread} for name, rate in (("ours", 10.0), ("navix Empty", 5.0))]
-    text = envs.table({"machine": facts, "rows": [*rows, {"name": "jumanji Maze", "missing": "no module named jumanji"}]})
+    rows = [
+        {"name": name, "steps_per_second": rate, "spread": spread}
+        for name, rate in (("ours", 10.0), ("navix Empty", 5.0))
+    ]
+    text = envs.table(
+        {
+            "machine": facts,
+            "rows": [*rows, {"name": "jumanji Maze", "missing": "no module named jumanji"}],
+        }
+    )
     assert "2.00  9 (8-10)" in text and "no module named jumanji" in text

@@ -1,4 +1,6 @@
-"""What `bench solve` measures against gives right answers, and its tables tell what was found. No time is judged here."""
+"""What `bench solve` measures against gives right answers, and its tables tell what was found.
+No time is judged here.
+"""
 
 import numpy as np
 import pytest
@@ -33,7 +35,9 @@ def test_the_cpp_pipeline_is_the_reference_cell_by_cell(native):
         if explored.cost < np.inf:
             continue
         num_cut_off += 1
-        assert (closed == explored.closed).all() and native.jps(free, start, goal)[1] == jumped.num_expansions
+        assert (closed == explored.closed).all() and native.jps(free, start, goal)[
+            1
+        ] == jumped.num_expansions
         seed = native.seed(closed, goal)
         contour = np.zeros_like(free)
         for cell in follow_wall(free, seed, goal):
@@ -70,15 +74,29 @@ def test_maps_that_are_not_bool_or_not_contiguous_are_refused(native):
 
 
 def test_solve_is_measured_beside_them_and_agrees():
-    case = solve._case("bagel-10", np.stack([maps.city(64, 64, seed=seed) for seed in (1, 2)]), "ring")
+    case = solve._case(
+        "bagel-10", np.stack([maps.city(64, 64, seed=seed) for seed in (1, 2)]), "ring"
+    )
     row = solve._one_core(case, 1)
     row["two_threads"] = row["one_core"]
     assert row["agrees"] is (True if paper_pipeline() else None)
-    assert set(row["peers"]) == {"PY16 in C++", "SciPy", "scikit-image", "OpenCV"} and row["one_core"]["count"] == 1
+    assert (
+        set(row["peers"]) == {"PY16 in C++", "SciPy", "scikit-image", "OpenCV"}
+        and row["one_core"]["count"] == 1
+    )
     absent = row | {"peers": row["peers"] | {"SciPy": {"ms": None, "gives": ""}}, "size": 512}
-    result = {"machine": machine.machine("scipy"), "authors_ms": solve.AUTHORS_MS, "bars": solve.BARS, "rows": [absent]}
+    result = {
+        "machine": machine.machine("scipy"),
+        "authors_ms": solve.AUTHORS_MS,
+        "bars": solve.BARS,
+        "rows": [absent],
+    }
     told = solve.table(result)
-    assert "SciPy: not installed" in told and "the authors' C++ planner, 240 ms" in told and "tasks/s (bar 500)" in told
+    assert (
+        "SciPy: not installed" in told
+        and "the authors' C++ planner, 240 ms" in told
+        and "tasks/s (bar 500)" in told
+    )
 
 
 def test_a_missing_compiler_is_no_error(monkeypatch, tmp_path):
@@ -89,16 +107,32 @@ def test_a_missing_compiler_is_no_error(monkeypatch, tmp_path):
 
 
 def test_medians_come_with_quartiles_and_machines_with_versions():
-    assert machine.spread([4.0, 1.0, 2.0, 3.0, 5.0]) == {"median": 3.0, "low": 2.0, "high": 4.0, "count": 5}
+    assert machine.spread([4.0, 1.0, 2.0, 3.0, 5.0]) == {
+        "median": 3.0,
+        "low": 2.0,
+        "high": 4.0,
+        "count": 5,
+    }
     assert np.isnan(machine.spread([])["median"])
     facts = machine.machine("numpy", "no-such-package")
-    assert facts["packages"]["no-such-package"] is None and "no-such-package" not in machine.told(facts)
+    assert facts["packages"]["no-such-package"] is None and "no-such-package" not in machine.told(
+        facts
+    )
     assert f"numpy {np.__version__}" in machine.told(facts)
 
 
 def test_the_table_of_learning_names_what_is_absent():
     rate = machine.spread([10.0, 20.0])
     rows = [{"what": "labels", "batch": 4, "size": 8, "per_second": {"batch": rate, "SciPy": None}}]
-    signs = [{"sign": "learned", "tasks": 2, "blocks": 8, "solved": 1.0, "mean_length": 12.0, "seconds": 3.0}]
+    signs = [
+        {
+            "sign": "learned",
+            "tasks": 2,
+            "blocks": 8,
+            "solved": 1.0,
+            "mean_length": 12.0,
+            "seconds": 3.0,
+        }
+    ]
     told = learning.table({"machine": machine.machine(), "rows": rows, "signs": signs})
     assert "SciPy          not installed" in told and "learned in 3.0 s" in told

@@ -1,4 +1,6 @@
-"""The judge accepts right solutions, written down by hand, and notices when any field of one is spoilt."""
+"""The judge accepts right solutions, written down by hand, and notices when any field of one is
+spoilt.
+"""
 
 import jax
 import numpy as np
@@ -11,7 +13,16 @@ from srt_jax.reference.astar import astar
 from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Act, Solution, Status, Task
-from tests.helpers.answers import CASES, INF, ROOT, destroyed_from, fixed_wall, open_path, solution_of, two_walls
+from tests.helpers.answers import (
+    CASES,
+    INF,
+    ROOT,
+    destroyed_from,
+    fixed_wall,
+    open_path,
+    solution_of,
+    two_walls,
+)
 
 all_cases = pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
 
@@ -27,7 +38,9 @@ def test_right_solutions_pass_as_device_arrays_too(case):
 
 
 def spoilt(solution: Solution):
-    """Every solution that differs in one entry of one field, with what was changed; a bound that is still true is left."""
+    """Every solution that differs in one entry of one field, with what was changed; a bound that
+    is still true is left.
+    """
     for name, array in solution.items():
         for index in np.ndindex(np.shape(array)):
             old = np.asarray(array)[index]
@@ -43,7 +56,10 @@ def spoilt(solution: Solution):
                     continue
                 changed = np.array(array)
                 changed[index] = value
-                yield f"{name}{list(index)} = {value}", solution.replace(**{name: changed if changed.ndim else changed[()]})
+                yield (
+                    f"{name}{list(index)} = {value}",
+                    solution.replace(**{name: changed if changed.ndim else changed[()]}),
+                )
 
 
 @all_cases
@@ -57,7 +73,11 @@ def test_any_spoilt_entry_is_noticed(case):
 def test_any_other_status_is_noticed(case):
     task, solution = case()
     for status in set(Status) - {Status(int(solution.status))}:
-        if solution.status == Status.UNSOLVABLE and status == Status.BUDGET_SPENT and not (solution.separating >= 0).any():
+        if (
+            solution.status == Status.UNSOLVABLE
+            and status == Status.BUDGET_SPENT
+            and not (solution.separating >= 0).any()
+        ):
             continue  # a limit may be met before the proof
         assert check(task, solution.replace(status=np.int32(status))), status
 
@@ -67,7 +87,10 @@ def test_padding_and_company_change_nothing(case):
     task, solution = case()
     (padded, told), (other, its) = wide(task, solution), wide(*two_walls())
     stack = lambda *arrays: np.stack(arrays)  # noqa: E731
-    tasks, solutions = jax.tree.map(stack, other, padded, other), jax.tree.map(stack, its, told, its)
+    tasks, solutions = (
+        jax.tree.map(stack, other, padded, other),
+        jax.tree.map(stack, its, told, its),
+    )
     assert check(tasks, solutions) == []
     wrong = solutions.contour.copy()
     wrong[1, -1, -1] = True
@@ -107,7 +130,10 @@ def test_a_cut_corner_is_named():
     cells = solution.cells.copy()
     cells[:7] = [(0, 0), (1, 0), (2, 0), (3, 1), (3, 2), (2, 2), (-1, -1)]
     told(
-        task, solution.replace(cells=cells, num_cells=np.int32(6), cost=np.float32(4 + ROOT)), "move 2", "cuts a blocked corner"
+        task,
+        solution.replace(cells=cells, num_cells=np.int32(6), cost=np.float32(4 + ROOT)),
+        "move 2",
+        "cuts a blocked corner",
     )
 
 
@@ -119,17 +145,30 @@ def test_a_move_through_an_obstacle_not_yet_destroyed_is_named():
 
 def test_an_obstacle_destroyed_from_afar_is_named():
     task, solution = two_walls()
-    told(task, solution.replace(destroyed_at=np.array([0, 4, -1, -1], np.int32)), "obstacle 1", "not beside")
+    told(
+        task,
+        solution.replace(destroyed_at=np.array([0, 4, -1, -1], np.int32)),
+        "obstacle 1",
+        "not beside",
+    )
 
 
 def test_an_indestructible_obstacle_must_stand():
     task, solution = two_walls()
-    told(task.replace(destroyable=np.array([False, False, True])), solution, "obstacle 1 was destroyed, but is not destroyable")
+    told(
+        task.replace(destroyable=np.array([False, False, True])),
+        solution,
+        "obstacle 1 was destroyed, but is not destroyable",
+    )
 
 
 def test_a_false_proof_of_unsolvability_is_named():
     task, solution = fixed_wall()
-    told(task.replace(destroyable=np.array([True] * 4)), solution, "status is UNSOLVABLE, but the truth is SOLVED")
+    told(
+        task.replace(destroyable=np.array([True] * 4)),
+        solution,
+        "status is UNSOLVABLE, but the truth is SOLVED",
+    )
 
 
 def test_an_unsolvable_task_is_no_solved_one():
@@ -141,12 +180,24 @@ def test_an_unsolvable_task_is_no_solved_one():
 def test_a_route_that_does_not_fit_is_a_spent_budget():
     task, solution = open_path()
     empty = np.full((3, 2), -1, np.int32)
-    none = {"cells": empty, "plan": np.full((13, 2), -1, np.int32), "plan_at": np.full(13, -1, np.int32)}
+    none = {
+        "cells": empty,
+        "plan": np.full((13, 2), -1, np.int32),
+        "plan_at": np.full(13, -1, np.int32),
+    }
     spent = solution.replace(
-        status=np.int32(Status.BUDGET_SPENT), cost=INF, removal_cost=INF, removal_bound=np.float32(0), **none
+        status=np.int32(Status.BUDGET_SPENT),
+        cost=INF,
+        removal_cost=INF,
+        removal_bound=np.float32(0),
+        **none,
     )
     assert check(task, spent) == []
-    told(task, spent.replace(num_cells=np.int32(0)), "status is BUDGET_SPENT, but the truth is PATH_EXISTS")
+    told(
+        task,
+        spent.replace(num_cells=np.int32(0)),
+        "status is BUDGET_SPENT, but the truth is PATH_EXISTS",
+    )
     told(task, spent.replace(status=np.int32(Status.PATH_EXISTS)), "num_cells is 7", "1 to 3")
 
 
@@ -175,10 +226,14 @@ def test_wrong_form_is_a_message_not_a_crash(name):
             assert problems and all(isinstance(message, str) for message in problems)
 
 
-@pytest.mark.parametrize("name", ["labels", "destroyable", "cells", "contour", "blocking", "seed", "destroyed_at"])
+@pytest.mark.parametrize(
+    "name", ["labels", "destroyable", "cells", "contour", "blocking", "seed", "destroyed_at"]
+)
 def test_a_side_of_another_length_is_told(name):
     task, solution = two_walls()
-    cut = lambda record: record.replace(**{name: record[name][..., 1:]}) if name in record else record  # noqa: E731
+    cut = lambda record: (
+        record.replace(**{name: record[name][..., 1:]}) if name in record else record
+    )  # noqa: E731
     assert check(cut(task), cut(solution)) or name == "labels"
 
 
@@ -192,7 +247,9 @@ def test_a_batch_of_another_length_is_told():
     assert "batch dimensions" in check(task, two)[0]
 
 
-@pytest.mark.parametrize("change", [{"size": [0, 7]}, {"size": [3, 8]}, {"labels": 3}, {"labels": -3}])
+@pytest.mark.parametrize(
+    "change", [{"size": [0, 7]}, {"size": [3, 8]}, {"labels": 3}, {"labels": -3}]
+)
 def test_a_task_out_of_range_is_told(change):
     task, solution = two_walls()
     (name, value), labels = *change.items(), task.labels.copy()
@@ -202,9 +259,14 @@ def test_a_task_out_of_range_is_told(change):
 
 
 def answer_of_the_twins(task: Task) -> Solution:
-    """The least removal by brute force, the route by A*, the contour by wall following: nothing in common with the judge."""
+    """The least removal by brute force, the route by A*, the contour by wall following: nothing
+    in common with the judge.
+    """
     labels, start, goal = task.labels, tuple(task.start.tolist()), tuple(task.goal.tolist())
-    free, least = (labels == -1).all(axis=0), least_removal(labels, task.destroyable, task.removal_cost, start, goal)
+    free, least = (
+        (labels == -1).all(axis=0),
+        least_removal(labels, task.destroyable, task.removal_cost, start, goal),
+    )
     first, blockage = astar(free, start, goal), {}
     if free[start] and first.cost == np.inf:
         seed = seed_of(first.closed, goal)
@@ -212,33 +274,59 @@ def answer_of_the_twins(task: Task) -> Solution:
         blobs, _ = ndimage.label(~free, structure=np.ones((3, 3)))
         step = seed[0] + np.sign(goal[0] - seed[0]), seed[1] + np.sign(goal[1] - seed[1])
         blob = blobs == (blobs[step] or blobs[seed[0], step[1]])
-        beside = [cell for cell in np.argwhere(blob).tolist() if min(max(abs(np.subtract(cell, c))) for c in contour) == 1]
+        beside = [
+            cell
+            for cell in np.argwhere(blob).tolist()
+            if min(max(abs(np.subtract(cell, c))) for c in contour) == 1
+        ]
         ids = {int(i) for row, col in beside for i in labels[:, row, col]} - {-1}
         blockage = {"seed": seed, "contour": sorted(set(contour)), "blocking": sorted(ids)}
     if not least.is_solvable:
         ends = free[start], all(i == -1 or task.destroyable[i] for i in labels[:, *goal])
-        status = Status.START_BLOCKED if not ends[0] else Status.UNSOLVABLE if ends[1] else Status.GOAL_BLOCKED
+        status = (
+            Status.START_BLOCKED
+            if not ends[0]
+            else Status.UNSOLVABLE
+            if ends[1]
+            else Status.GOAL_BLOCKED
+        )
         covering = {int(i) for i in labels[:, *goal]} - {-1}
-        proof = {"START_BLOCKED": set(), "GOAL_BLOCKED": covering}.get(status.name, range(len(task.destroyable)))
+        proof = {"START_BLOCKED": set(), "GOAL_BLOCKED": covering}.get(
+            status.name, range(len(task.destroyable))
+        )
         separating = [i for i in sorted(proof) if not task.destroyable[i]]
         return solution_of(task, status, room=80, separating=separating, **blockage)
-    gone = np.append(np.isin(np.arange(len(task.destroyable)), least.obstacles), True)  # an index of -1, free, finds the last
+    # an index of -1, free, finds the last
+    gone = np.append(np.isin(np.arange(len(task.destroyable)), least.obstacles), True)
     route = astar(gone[labels].all(axis=0), start, goal)
     destroyed, destroyed_at = [], []
     for i, ((a, b), (c, d)) in enumerate(zip(route.path[:-1], route.path[1:], strict=True)):
-        new = sorted({int(i) for cell in ((c, d), (a, d), (c, b)) for i in labels[:, *cell]} - {-1, *destroyed})
+        new = sorted(
+            {int(i) for cell in ((c, d), (a, d), (c, b)) for i in labels[:, *cell]}
+            - {-1, *destroyed}
+        )
         destroyed, destroyed_at = destroyed + new, destroyed_at + [i] * len(new)
-    told = {"destroyed": destroyed, "destroyed_at": destroyed_at, "removal_cost": least.cost, "removal_bound": least.cost}
+    told = {
+        "destroyed": destroyed,
+        "destroyed_at": destroyed_at,
+        "removal_cost": least.cost,
+        "removal_bound": least.cost,
+    }
     status, last = Status.SOLVED if destroyed else Status.PATH_EXISTS, len(route.path) - 1
     plan = [] if destroyed or not last else [(Act.RELOCATE, -1, last)]
     for obstacle, at in zip(destroyed, destroyed_at):
         plan += destroyed_from(obstacle, at)
-    told["plan"] = [*plan, (Act.PASS, destroyed[-1], last)] if destroyed else plan  # as the paper's loop would tell it
+    # as the paper's loop would tell it
+    told["plan"] = [*plan, (Act.PASS, destroyed[-1], last)] if destroyed else plan
     return solution_of(task, status, room=80, cells=route.path, cost=route.cost, **told, **blockage)
 
 
 def random_task(rng: np.random.Generator) -> Task:
-    height, width, num_obstacles, layers = *rng.integers(2, 10, 2), rng.integers(1, 5), rng.integers(1, 3)
+    height, width, num_obstacles, layers = (
+        *rng.integers(2, 10, 2),
+        rng.integers(1, 5),
+        rng.integers(1, 3),
+    )
     labels = rng.integers(0, num_obstacles, (layers, height, width)).astype(np.int32)
     labels[rng.random(labels.shape) < rng.choice([0.6, 0.75, 0.9])] = -1
     return Task(
@@ -262,7 +350,9 @@ def test_answers_of_the_slow_twins_pass():
 
 
 def test_spoilt_answers_of_the_slow_twins_are_noticed():
-    """Another cell to destroy from, another route as long, or more firm obstacles may be as good; all else must be noticed."""
+    """Another cell to destroy from, another route as long, or more firm obstacles may be as
+    good; all else must be noticed.
+    """
     rng = np.random.default_rng(1)
     for _ in range(40):
         task = random_task(rng)

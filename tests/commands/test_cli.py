@@ -25,7 +25,9 @@ WORLD = {
     "bounds": [0, 0, 10, 10],
     "agent": {"position": [1.5, 1.5], "radius": 0.4},
     "goal": {"centre": [8.5, 8.5], "side": 1.0},
-    "obstacles": [{"name": "wall", "destroyable": True, "polygon": [[[4, 0], [5, 0], [5, 10], [4, 10]]]}],
+    "obstacles": [
+        {"name": "wall", "destroyable": True, "polygon": [[[4, 0], [5, 0], [5, 10], [4, 10]]]}
+    ],
 }
 
 
@@ -43,28 +45,58 @@ def printed(capsys, *arguments):
 
 
 def test_solving_a_map_prints_one_json_document(here, capsys):
-    code, out, err = printed(capsys, "solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--json")
+    code, out, err = printed(
+        capsys, "solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--json"
+    )
     (task,) = json.loads(out)["tasks"]
-    assert (code, err, task["status"], task["destroyed"], task["blocking"]) == (0, "", "SOLVED", [0], [0])
+    assert (code, err, task["status"], task["destroyed"], task["blocking"]) == (
+        0,
+        "",
+        "SOLVED",
+        [0],
+        [0],
+    )
     assert task["cells"][0] == [0, 0] and task["cells"][-1] == [3, 5]
     assert task["seed"] == [3, 1] and len(task["contour"]) == 4
 
 
 def test_what_stands_firm_makes_the_exit_code_one(here, capsys):
-    code, out, _ = printed(capsys, "solve", "walled.map", "--start=0,0", "--goal=3,5", "--destroyable", "1", "--json")
+    code, out, _ = printed(
+        capsys, "solve", "walled.map", "--start=0,0", "--goal=3,5", "--destroyable", "1", "--json"
+    )
     assert code == 1 and json.loads(out)["tasks"][0]["status"] == "UNSOLVABLE"
     assert json.loads(out)["tasks"][0]["removal_bound"] is None
 
 
 def test_a_single_task_is_explained_and_drawn(here, capsys):
-    code, out, _ = printed(capsys, "solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--out", "answers")
+    code, out, _ = printed(
+        capsys, "solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--out", "answers"
+    )
     assert code == 0 and "Destroyed obstacle 0 from" in " ".join(out.split())
-    assert sorted(path.name for path in (here / "answers").iterdir()) == ["results.json", "walled.png"]
+    assert sorted(path.name for path in (here / "answers").iterdir()) == [
+        "results.json",
+        "walled.png",
+    ]
     assert (here / "answers" / "walled.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_generated_tasks_are_solved_at_their_proven_optimum(here, capsys):
-    assert printed(capsys, "generate", "mixed", "--count", "12", "--size", "24-32", "--seed", "3", "--out", "b.npz")[0] == 0
+    assert (
+        printed(
+            capsys,
+            "generate",
+            "mixed",
+            "--count",
+            "12",
+            "--size",
+            "24-32",
+            "--seed",
+            "3",
+            "--out",
+            "b.npz",
+        )[0]
+        == 0
+    )
     code, out, _ = printed(capsys, "solve", "b.npz", "--json")
     batch, records = read_batch("b.npz"), json.loads(out)["tasks"]
     assert [record["name"] for record in records] == list(batch.names)
@@ -87,7 +119,10 @@ def test_a_scenario_is_recomputed_row_by_row(here, capsys):
         "version 1",
         *(
             "\t".join(map(str, row))
-            for row in ((0, "walled.map", 6, 4, 3, 0, 5, 3, 4.41421356), (0, "walled.map", 6, 4, 0, 0, 1, 1, 1.41421356))
+            for row in (
+                (0, "walled.map", 6, 4, 3, 0, 5, 3, 4.41421356),
+                (0, "walled.map", 6, 4, 0, 0, 1, 1, 1.41421356),
+            )
         ),
     ]
     (here / "walled.map.scen").write_text("\n".join(rows))
@@ -116,16 +151,36 @@ BAD = {
     "a character that is no cell": ("bad.map", WALLED.replace("..@.@.", "..x.@."), "'x'"),
     "a batch that is none": ("bad.npz", "PK", "npz"),
     "a world that is no JSON": ("bad.json", "{", "bad.json"),
-    "a polygon with two points": ("bad.json", world_with(obstacles=[{"polygon": [[[0, 0], [1, 1]]]}]), "at least three"),
+    "a polygon with two points": (
+        "bad.json",
+        world_with(obstacles=[{"polygon": [[[0, 0], [1, 1]]]}]),
+        "at least three",
+    ),
     "a polygon that crosses itself": (
         "bad.json",
         world_with(obstacles=[{"polygon": [[[0, 0], [2, 2], [2, 0], [0, 2]]]}]),
         "meets itself",
     ),
-    "cells too narrow for the agent": ("bad.json", world_with(goal={"centre": [8.5, 8.5], "side": 0.8}), "2 R"),
-    "a coordinate that is no number": ("bad.json", world_with(bounds=[0, 0, 10, float("nan")]), "NaN"),
-    "a goal outside the world": ("bad.json", world_with(goal={"centre": [18.5, 8.5], "side": 1.0}), "outside"),
-    "an agent inside a wall": ("bad.json", world_with(agent={"position": [4.5, 1.5], "radius": 0.4}), "covered"),
+    "cells too narrow for the agent": (
+        "bad.json",
+        world_with(goal={"centre": [8.5, 8.5], "side": 0.8}),
+        "2 R",
+    ),
+    "a coordinate that is no number": (
+        "bad.json",
+        world_with(bounds=[0, 0, 10, float("nan")]),
+        "NaN",
+    ),
+    "a goal outside the world": (
+        "bad.json",
+        world_with(goal={"centre": [18.5, 8.5], "side": 1.0}),
+        "outside",
+    ),
+    "an agent inside a wall": (
+        "bad.json",
+        world_with(agent={"position": [4.5, 1.5], "radius": 0.4}),
+        "covered",
+    ),
     "a scenario row off the map": ("bad.scen", scenario(start="0\t9"), "outside"),
     "a scenario row on a wall": ("bad.scen", scenario(start="2\t0"), "wall"),
     "a scenario for another map": ("bad.scen", scenario(size="7\t4"), "7 wide"),
@@ -153,8 +208,14 @@ def test_bad_input_is_refused_in_one_line_with_exit_code_two(here, capsys, case)
         (["solve", "walled.map", "--start", "0,0", "--goal", "1,4"], "wall"),
         (["solve", "walled.map", "--start", "0,0", "--goal", "9,5"], "outside"),
         (["solve", "walled.map", "--start", "0;0", "--goal", "3,5"], "row,column"),
-        (["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--destroyable", "7"], "obstacle 7"),
-        (["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--destroyable", "some"], "all, none"),
+        (
+            ["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--destroyable", "7"],
+            "obstacle 7",
+        ),
+        (
+            ["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--destroyable", "some"],
+            "all, none",
+        ),
         (["solve", "walled.map", "--start", "0,0", "--goal", "3,5", "--mode", "best"], "mode"),
         (["solve"], "INPUT"),
         (["fly"], "fly"),
@@ -193,7 +254,9 @@ def test_a_pddl_task_is_planned_or_proven_to_have_no_plan(here, capsys, planner)
     assert (code, out) == (0, "(turn-on)\n")
     (here / "p.pddl").write_text(problem_of_switch("(off)", "(and (on) (off))"))
     code, out, _ = printed(capsys, "plan", "domain.pddl", "p.pddl", "--planner", planner, "--json")
-    assert code == 1 and json.loads(out)["status"] == "UNSOLVABLE" and json.loads(out)["actions"] == []
+    assert (
+        code == 1 and json.loads(out)["status"] == "UNSOLVABLE" and json.loads(out)["actions"] == []
+    )
 
 
 def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
@@ -203,7 +266,9 @@ def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
     assert (code, out) == (2, "") and err.count("\n") == 1 and "p.pddl:2" in err and "warm" in err
 
 
-@pytest.mark.parametrize("command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"], ["bench"], ["draw"]])
+@pytest.mark.parametrize(
+    "command", [[], ["solve"], ["scen"], ["demo"], ["plan"], ["generate"], ["bench"], ["draw"]]
+)
 def test_every_command_explains_itself_with_an_example(capsys, command):
     code, out, _ = printed(capsys, *command, "--help")
     assert code == 0 and "Usage" in out
@@ -213,7 +278,12 @@ def test_every_command_explains_itself_with_an_example(capsys, command):
 def test_every_row_of_a_street_scenario_matches(shared_data, capsys):
     street = shared_data / "street"
     code, out, _ = printed(
-        capsys, "scen", str(street / "Berlin_0_256.map.scen"), "--map", str(street / "Berlin_0_256.map"), "--json"
+        capsys,
+        "scen",
+        str(street / "Berlin_0_256.map.scen"),
+        "--map",
+        str(street / "Berlin_0_256.map"),
+        "--json",
     )
     assert code == 0 and json.loads(out)["rows"] > 500
 
@@ -226,7 +296,9 @@ def test_a_map_written_by_us_is_solved(here, capsys):
 
 def test_a_crossing_polygon_is_repaired_when_asked(here, capsys):
     pytest.importorskip("shapely")
-    (here / "world.json").write_text(world_with(obstacles=[{"polygon": [[[3, 3], [5, 5], [5, 3], [3, 5]]]}]))
+    (here / "world.json").write_text(
+        world_with(obstacles=[{"polygon": [[[3, 3], [5, 5], [5, 3], [3, 5]]]}])
+    )
     assert "--repair" in printed(capsys, "solve", "world.json")[2]
     code, out, _ = printed(capsys, "solve", "world.json", "--repair", "--json")
     assert code == 0 and json.loads(out)["tasks"][0]["status"] == "PATH_EXISTS"

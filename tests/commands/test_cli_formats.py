@@ -1,4 +1,6 @@
-"""`srt-jax solve` and `srt-jax convert` on files of the outside world: what is told, and bad input in one line."""
+"""`srt-jax solve` and `srt-jax convert` on files of the outside world: what is told, and bad
+input in one line.
+"""
 
 import gzip
 import json
@@ -43,18 +45,36 @@ def printed(capsys, *arguments):
 
 
 def test_notes_go_to_standard_error_or_into_the_json(here, capsys):
-    code, out, err = printed(capsys, "solve", "m.yaml", "--start", "0,0", "--goal", "5,8", "--unknown", "free")
+    code, out, err = printed(
+        capsys, "solve", "m.yaml", "--start", "0,0", "--goal", "5,8", "--unknown", "free"
+    )
     assert code == 0 and "PATH_EXISTS" in out
     assert err == "srt-jax: note: m.yaml: unknown cells, taken as free: 1\n"
     code, out, err = printed(capsys, "solve", "m.yaml", "--json")
     told = json.loads(out)
     assert (code, err, told["tasks"][0]["status"]) == (0, "", "PATH_EXISTS")
-    assert told["notes"][0] == {"file": "m.yaml", "what": "unknown cells, taken as blocked", "count": 1, "example": ""}
+    assert told["notes"][0] == {
+        "file": "m.yaml",
+        "what": "unknown cells, taken as blocked",
+        "count": 1,
+        "example": "",
+    }
     assert "chosen" in told["notes"][1]["what"]
 
 
 def test_a_town_is_solved_with_its_ends_and_cells_as_asked(here, capsys):
-    code, out, _ = printed(capsys, "solve", "town.geojson", "--size", "20", "--start", "0,0", "--goal", "19,19", "--json")
+    code, out, _ = printed(
+        capsys,
+        "solve",
+        "town.geojson",
+        "--size",
+        "20",
+        "--start",
+        "0,0",
+        "--goal",
+        "19,19",
+        "--json",
+    )
     (task,) = json.loads(out)["tasks"]
     assert (code, task["status"], task["destroyed"], task["removal_cost"]) == (0, "SOLVED", [0], 2)
 
@@ -68,11 +88,24 @@ def test_answers_are_kept_where_asked(here, capsys, name):
 
 def test_converting_says_what_is_left_out(here, capsys):
     code, out, err = printed(capsys, "convert", "m.yaml", "own.map")
-    assert (code, out) == (0, "Wrote own.map: 1 task from m.yaml.\n") and "start and goal are not written" in err
-    code, out, err = printed(capsys, "convert", "town.geojson", "town.npz", "--size", "20", "--block", "half", "--json")
+    assert (code, out) == (
+        0,
+        "Wrote own.map: 1 task from m.yaml.\n",
+    ) and "start and goal are not written" in err
+    code, out, err = printed(
+        capsys, "convert", "town.geojson", "town.npz", "--size", "20", "--block", "half", "--json"
+    )
     assert (code, err) == (0, "") and json.loads(out)["tasks"] == 1
-    assert printed(capsys, "convert", "town.geojson", "firm.json", "--size", "20", "--destroyable", "none")[0] == 0
-    assert [item["destroyable"] for item in json.loads(pathlib.Path("firm.json").read_text())["obstacles"]] == [False, False]
+    assert (
+        printed(
+            capsys, "convert", "town.geojson", "firm.json", "--size", "20", "--destroyable", "none"
+        )[0]
+        == 0
+    )
+    assert [
+        item["destroyable"]
+        for item in json.loads(pathlib.Path("firm.json").read_text())["obstacles"]
+    ] == [False, False]
     code, _, err = printed(capsys, "convert", "town.geojson", "x.geojson", "--block", "half")
     assert code == 2 and "only cells" in err
 
@@ -97,11 +130,18 @@ def test_bad_files_are_one_line_with_exit_code_two(here, capsys, command, name):
         pytest.importorskip("osmium")
     (here / name).write_bytes(content)
     code, out, err = printed(capsys, command, name, *(["out.npz"] if command == "convert" else []))
-    assert (code, out) == (2, "") and err.count("\n") == 1 and told in err and err.startswith(f"srt-jax: error: {name}")
+    assert (
+        (code, out) == (2, "")
+        and err.count("\n") == 1
+        and told in err
+        and err.startswith(f"srt-jax: error: {name}")
+    )
     assert not (here / "out.npz").exists()
 
 
-@pytest.mark.parametrize(("name", "told"), [("x.csv", "'.csv'"), ("nowhere/x.json", "no folder nowhere")])
+@pytest.mark.parametrize(
+    ("name", "told"), [("x.csv", "'.csv'"), ("nowhere/x.json", "no folder nowhere")]
+)
 def test_answers_that_could_not_be_kept_are_refused_before_solving(here, capsys, name, told):
     code, out, err = printed(capsys, "solve", "nofile.map", "--results", name)
     assert (code, out) == (2, "") and told in err

@@ -15,8 +15,26 @@ from srt_jax.cli import app, run
 from srt_jax.commands import console
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-COLUMNS = (("task", 0), ("status", 0), ("blocked by", 3), ("contour", 4), ("destroyed", 2), ("cost / bound", 1), ("route", 1))
-ROWS = [["noise-in-parts-0012", "START_BLOCKED", "1 2 3 4 5 6 +20", "1030", "1 2 3 4 5 6 +2", "12.5 / 12.5", "1234.56"]] * 3
+COLUMNS = (
+    ("task", 0),
+    ("status", 0),
+    ("blocked by", 3),
+    ("contour", 4),
+    ("destroyed", 2),
+    ("cost / bound", 1),
+    ("route", 1),
+)
+ROWS = [
+    [
+        "noise-in-parts-0012",
+        "START_BLOCKED",
+        "1 2 3 4 5 6 +20",
+        "1030",
+        "1 2 3 4 5 6 +2",
+        "12.5 / 12.5",
+        "1234.56",
+    ]
+] * 3
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 100, 160])
@@ -72,8 +90,12 @@ def test_an_error_in_the_work_takes_the_bar_down(monkeypatch):
         shown(monkeypatch, 0.01, fails)
 
 
-@pytest.mark.parametrize("command", [None, *(command.callback.__name__ for command in app.registered_commands)])
-def test_help_fits_eighty_columns_and_gives_examples_that_are_commands(command, capsys, monkeypatch):
+@pytest.mark.parametrize(
+    "command", [None, *(command.callback.__name__ for command in app.registered_commands)]
+)
+def test_help_fits_eighty_columns_and_gives_examples_that_are_commands(
+    command, capsys, monkeypatch
+):
     monkeypatch.setenv("COLUMNS", "80")
     assert run([*([command] if command else []), "--help"]) == 0
     out = capsys.readouterr().out
@@ -103,7 +125,9 @@ def test_the_version_is_told(capsys):
     ],
 )
 def test_bash_completes_commands_options_and_values(typed, offered, tmp_path):
-    """The script that the command prints is sourced by a real bash, and asked as bash asks on the tab key."""
+    """The script that the command prints is sourced by a real bash, and asked as bash asks on
+    the tab key.
+    """
     bash = shutil.which("bash")
     if bash is None:
         pytest.skip("no bash on this machine")
@@ -112,9 +136,12 @@ def test_bash_completes_commands_options_and_values(typed, offered, tmp_path):
     command.chmod(0o755)
     words = " ".join(f"'{word}'" for word in ["srt-jax", *typed])
     script = (
-        f'eval "$(srt-jax --show-completion bash)"; COMP_WORDS=({words}); COMP_CWORD={len(typed)}; '
-        'complete -p srt-jax >/dev/null && _srt_jax_completion srt-jax; printf "%s\\n" "${COMPREPLY[@]}"'
+        f'eval "$(srt-jax --show-completion bash)"; COMP_WORDS=({words}); COMP_CWORD={len(typed)};'
+        ' complete -p srt-jax >/dev/null && _srt_jax_completion srt-jax; printf "%s\\n"'
+        ' "${COMPREPLY[@]}"'
     )
     environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run([bash, "-c", script], capture_output=True, text=True, env=environment, timeout=60)
+    done = subprocess.run(
+        [bash, "-c", script], capture_output=True, text=True, env=environment, timeout=60
+    )
     assert set(done.stdout.split()) >= offered, done.stderr

@@ -35,7 +35,12 @@ def test_one_task_is_drawn_to_the_file_named(name, here, capsys):
 def test_many_tasks_fill_a_folder_or_a_sheet(here, capsys):
     assert run(["draw", "b.npz", "--out", "p", "--json"]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert drawn(here / "p") == ["contact-sheet.png", "half-0000.png", "half-0001.png", "half-0002.png"]
+    assert drawn(here / "p") == [
+        "contact-sheet.png",
+        "half-0000.png",
+        "half-0001.png",
+        "half-0002.png",
+    ]
     assert len(told["files"]) == 4 and told["tasks"] == ["half-0000", "half-0001", "half-0002"]
     assert run(["draw", "b.npz", "--out", "sheet.png"]) == 0
     assert Image.open(here / "sheet.png").width == 1500
@@ -75,4 +80,11 @@ def test_a_slip_is_one_line_and_draws_nothing(here, capsys, arguments, told):
 
 
 def test_names_become_file_names_that_are_safe_and_unlike():
-    assert file_names(["a", "a", "x/a", "so: what?", "..", ""]) == ["a", "a-2", "a-3", "so_what", "task", "task-2"]
+    assert file_names(["a", "a", "x/a", "so: what?", "..", ""]) == [
+        "a",
+        "a-2",
+        "a-3",
+        "so_what",
+        "task",
+        "task-2",
+    ]

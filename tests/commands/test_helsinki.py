@@ -8,16 +8,24 @@ from srt_jax.commands import helsinki
 from srt_jax.formats.batch import read_batch
 
 
-def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_evidence(tmp_path, capsys):
+def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_evidence(
+    tmp_path, capsys
+):
     assert run(["demo", "--out", str(tmp_path / "out"), "--pairs", "1"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "OpenStreetMap contributors" in told and "5 SOLVED" in told
     pictures = {f"{kind}-0.png" for kind in helsinki.BLOCKAGES}
     pictures |= {"contact-sheet.png"}
-    assert {path.name for path in (tmp_path / "out").iterdir()} == pictures | {"results.json", "table.md", "tasks.npz"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == pictures | {
+        "results.json",
+        "table.md",
+        "tasks.npz",
+    }
     records = json.loads((tmp_path / "out" / "results.json").read_text())["tasks"]
     assert all(record["removal_cost"] == record["removal_bound"] == 1 for record in records)
-    assert [record["name"] for record in records] == list(read_batch(tmp_path / "out" / "tasks.npz").names)
+    assert [record["name"] for record in records] == list(
+        read_batch(tmp_path / "out" / "tasks.npz").names
+    )
 
 
 def test_starts_and_goals_are_far_apart_and_follow_from_the_seed():
@@ -26,13 +34,23 @@ def test_starts_and_goals_are_far_apart_and_follow_from_the_seed():
     assert len(tasks) == 15
     for named in tasks:
         assert np.abs(named.task.start - named.task.goal).max() >= helsinki.APART
-    again, other = helsinki.tasks_in(place, pairs=3, seed=1), helsinki.tasks_in(place, pairs=3, seed=2)
+    again, other = (
+        helsinki.tasks_in(place, pairs=3, seed=1),
+        helsinki.tasks_in(place, pairs=3, seed=2),
+    )
     assert all((a.task.start == b.task.start).all() for a, b in zip(tasks, again))
     assert any((a.task.start != b.task.start).any() for a, b in zip(tasks, other))
 
 
 @pytest.mark.parametrize(
-    ("kind", "share"), [("half", 0.5), ("quarter", 0.75), ("bagel-100", 0.96), ("bagel-50", 0.99), ("bagel-10", 0.999)]
+    ("kind", "share"),
+    [
+        ("half", 0.5),
+        ("quarter", 0.75),
+        ("bagel-100", 0.96),
+        ("bagel-50", 0.99),
+        ("bagel-10", 0.999),
+    ],
 )
 def test_the_explored_shares_are_those_of_the_paper(kind, share, solved_demo):
     (row,) = (row for row in solved_demo if row["blockage"] == kind)

@@ -19,12 +19,17 @@ def place():
 def test_it_has_446_buildings_61_of_them_with_courtyards(place):
     assert len(place.obstacles) == 446
     assert sum(any(len(part) > 1 for part in building.parts) for building in place.obstacles) == 61
-    assert sum(len(part) - 1 for building in place.obstacles for part in building.parts) == 51 + 2 * 9 + 3
+    assert (
+        sum(len(part) - 1 for building in place.obstacles for part in building.parts)
+        == 51 + 2 * 9 + 3
+    )
 
 
 def test_it_spans_a_kilometre_by_more_than_one_and_a_half(place):
     x_min, y_min, x_max, y_max = place.bounds
-    assert x_max - x_min == pytest.approx(1012, abs=2) and y_max - y_min == pytest.approx(1666, abs=2)
+    assert x_max - x_min == pytest.approx(1012, abs=2) and y_max - y_min == pytest.approx(
+        1666, abs=2
+    )
 
 
 def test_known_buildings_stand_where_and_as_large_as_they_are(place):
@@ -38,7 +43,11 @@ def test_known_buildings_stand_where_and_as_large_as_they_are(place):
 
 def test_the_attribution_and_the_licence_note_are_there(place):
     assert "OpenStreetMap contributors" in place.attribution and "ODbL" in place.attribution
-    note = importlib.resources.files("srt_jax.data").joinpath("HELSINKI.md").read_text(encoding="utf-8")
+    note = (
+        importlib.resources.files("srt_jax.data")
+        .joinpath("HELSINKI.md")
+        .read_text(encoding="utf-8")
+    )
     assert "Open Database License" in note and "446 buildings" in note
 
 

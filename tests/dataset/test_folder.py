@@ -1,4 +1,6 @@
-"""Data sets: labels against a slow twin, the same bytes whoever was interrupted, and the loader's batches."""
+"""Data sets: labels against a slow twin, the same bytes whoever was interrupted, and the
+loader's batches.
+"""
 
 import json
 
@@ -34,9 +36,16 @@ def test_labels_are_what_dijkstra_says_on_the_map_without_the_least_removal():
         gone = labels.least_removal[index][: len(task.destroyable)]
         assert not (gone & ~task.destroyable).any()
         is_free = np.append(gone, [False, True])[task.labels].all(axis=0)
-        mine = {name: getattr(labels, name)[index][:height, :width] for name in ("cost_to_go", "correction", "focal")}
+        mine = {
+            name: getattr(labels, name)[index][:height, :width]
+            for name in ("cost_to_go", "correction", "focal")
+        }
         if not np.isfinite(labels.length[index]):
-            assert np.isinf(mine["cost_to_go"]).all() and not mine["correction"].any() and not mine["focal"].any()
+            assert (
+                np.isinf(mine["cost_to_go"]).all()
+                and not mine["correction"].any()
+                and not mine["focal"].any()
+            )
             continue
         to_go, come = dijkstra(is_free, tuple(task.goal)), dijkstra(is_free, tuple(task.start))
         np.testing.assert_allclose(mine["cost_to_go"], to_go, rtol=1e-5)
@@ -71,7 +80,8 @@ def test_an_interrupted_data_set_is_finished_to_the_same_bytes(folder, tmp_path)
     with pytest.raises(KeyboardInterrupt):
         dataset.write_dataset(tmp_path / "b", **PLAN, progress=stop)
     assert len(contents(tmp_path / "b")) == 3
-    for draft in (".shard-000002.npz.77.part", ".shard-000002.arrayrecord.part"):  # as a killed run leaves them
+    # as a killed run leaves them
+    for draft in (".shard-000002.npz.77.part", ".shard-000002.arrayrecord.part"):
         (tmp_path / "b" / draft).write_bytes(b"half")
     with pytest.raises(ValueError, match=r"1 of 3 shards are missing.*shard-000002.npz"):
         dataset.load(tmp_path / "b")
@@ -87,8 +97,12 @@ def test_finished_shards_are_not_made_again(folder, monkeypatch):
 def test_in_order_the_loader_gives_every_task_once(folder):
     batches = list(dataset.load(folder, batch_size=5))
     assert [len(batch["index"]) for batch in batches] == [5, 5, 5, 5, 2]
-    np.testing.assert_array_equal(np.concatenate([batch["index"] for batch in batches]), np.arange(22))
-    assert len({batch["labels"].shape[1:] for batch in batches}) == 1 and batches[0]["labels"].shape[2:] == (20, 20)
+    np.testing.assert_array_equal(
+        np.concatenate([batch["index"] for batch in batches]), np.arange(22)
+    )
+    assert len({batch["labels"].shape[1:] for batch in batches}) == 1 and batches[0][
+        "labels"
+    ].shape[2:] == (20, 20)
     tasks = [task for _, task, _ in generate("mixed", count=22, size=(16, 20), seed=5)]
     labels = np.concatenate([batch["labels"] for batch in batches])
     for row, task in zip(labels, tasks):
@@ -99,7 +113,12 @@ def test_in_order_the_loader_gives_every_task_once(folder):
 
 def test_shuffling_goes_by_the_seed_and_differs_by_epoch(folder):
     def order(**options):
-        return np.concatenate([batch["index"] for batch in dataset.load(folder, batch_size=4, fields=("index",), **options)])
+        return np.concatenate(
+            [
+                batch["index"]
+                for batch in dataset.load(folder, batch_size=4, fields=("index",), **options)
+            ]
+        )
 
     twice = order(seed=1, epochs=2)
     np.testing.assert_array_equal(twice, order(seed=1, epochs=2))
@@ -113,7 +132,9 @@ def test_shuffling_goes_by_the_seed_and_differs_by_epoch(folder):
 def test_array_records_hold_the_same(folder, tmp_path):
     pytest.importorskip("array_record")
     dataset.write_dataset(tmp_path / "r", **PLAN, format="arrayrecord")
-    for ours, theirs in zip(dataset.load(folder, seed=3), dataset.load(tmp_path / "r", seed=3), strict=True):
+    for ours, theirs in zip(
+        dataset.load(folder, seed=3), dataset.load(tmp_path / "r", seed=3), strict=True
+    ):
         assert ours.keys() == theirs.keys()
         for name in ours:
             np.testing.assert_array_equal(ours[name], theirs[name])
@@ -144,6 +165,23 @@ def test_a_damaged_shard_is_named(folder, tmp_path):
 
 def test_the_command_writes_a_data_set(tmp_path, capsys):
     out = tmp_path / "rooms"
-    assert run(["dataset", "mixed", "--count", "8", "--size", "16-20", "--seed", "5", "--out", str(out), "--json"]) == 0
+    assert (
+        run(
+            [
+                "dataset",
+                "mixed",
+                "--count",
+                "8",
+                "--size",
+                "16-20",
+                "--seed",
+                "5",
+                "--out",
+                str(out),
+                "--json",
+            ]
+        )
+        == 0
+    )
     assert json.loads(capsys.readouterr().out) == {"folder": str(out), "tasks": 8, "shards": 1}
     assert next(dataset.load(out, batch_size=8))["cost_to_go"].shape == (8, 20, 20)

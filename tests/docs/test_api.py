@@ -32,5 +32,8 @@ def test_every_public_name_has_its_section(package, pages):
 
 
 def test_arguments_and_errors_are_lists(pages):
-    assert "**Args**\n\n- `free`: bool [..., H, W], True where the agent fits.\n" in pages["srt_jax.md"]
+    assert (
+        "**Args**\n\n- `free`: bool [..., H, W], True where the agent fits.\n"
+        in pages["srt_jax.md"]
+    )
     assert "**Raises**\n\n- `TypeError, ValueError`: " in pages["srt_jax.md"]

@@ -14,7 +14,9 @@ EXAMPLES = [path for path in PAGES if path.stem != "learning"]  # it has a test 
 BLOCKS = [
     pytest.param(block, id=f"{path.stem}-{number}")
     for path in EXAMPLES
-    for number, block in enumerate(re.findall(r"```python\n(.*?)```", path.read_text(), flags=re.DOTALL))
+    for number, block in enumerate(
+        re.findall(r"```python\n(.*?)```", path.read_text(), flags=re.DOTALL)
+    )
 ]
 
 
@@ -31,7 +33,9 @@ def test_the_examples_run_as_written(block, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("page", ["conventions.md"])
 def test_every_status_is_told_with_its_meaning(page):
-    rows = re.findall(r"^\| ([A-Z_]+) \| (\d) \| (.*?) \|", (DOCS / page).read_text(), flags=re.MULTILINE)
+    rows = re.findall(
+        r"^\| ([A-Z_]+) \| (\d) \| (.*?) \|", (DOCS / page).read_text(), flags=re.MULTILINE
+    )
     assert rows == [(status.name, str(status.value), status.meaning) for status in Status]
 
 

@@ -1,4 +1,6 @@
-"""Pictures: what they show, that nothing lies over another, that colour-blind people can tell the colours apart."""
+"""Pictures: what they show, that nothing lies over another, that colour-blind people can tell
+the colours apart.
+"""
 
 import io
 import itertools
@@ -53,10 +55,17 @@ def solved():
 def test_the_scene_says_what_each_cell_is(solved):
     scene = scene_of(*solved["two walls"])
     assert (scene.kinds[0] == Kind.REACHED).all() and (scene.kinds[4] == Kind.CONTOUR).all()
-    assert (scene.kinds[5] == Kind.DESTROYED).all() and (scene.kinds[10, :8] == Kind.DESTROYED).all()
-    assert (scene.kinds[10, 8:] == Kind.FIRM).all() and (scene.kinds[13, 2:5] == Kind.DESTROYABLE).all()
+    assert (scene.kinds[5] == Kind.DESTROYED).all() and (
+        scene.kinds[10, :8] == Kind.DESTROYED
+    ).all()
+    assert (scene.kinds[10, 8:] == Kind.FIRM).all() and (
+        scene.kinds[13, 2:5] == Kind.DESTROYABLE
+    ).all()
     assert (scene.kinds[15] == Kind.UNREACHED).all()
-    assert [removal.obstacle for removal in scene.removals] == [0, 1] and "2 obstacles destroyed" in scene.headline
+    assert [removal.obstacle for removal in scene.removals] == [
+        0,
+        1,
+    ] and "2 obstacles destroyed" in scene.headline
 
 
 def test_a_route_is_cut_where_something_is_destroyed(solved):
@@ -83,34 +92,58 @@ def test_the_stages_end_at_the_goal_or_where_no_way_is_left(name, solved):
 
 
 @pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("polar", [None, PolarFrame(metres_per_cell=20.0), PolarFrame(heading=90.0)])
+@pytest.mark.parametrize(
+    "polar", [None, PolarFrame(metres_per_cell=20.0), PolarFrame(heading=90.0)]
+)
 def test_no_text_lies_over_another_or_leaves_the_page(name, polar, solved, tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
     pages = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, file, **options: pages.append(self) or file.write(b"x"))
-    draw(*solved[name], tmp_path / "p.png", title="a title that is long enough to be broken into lines " * 3, polar=polar)
+    monkeypatch.setattr(
+        Figure, "savefig", lambda self, file, **options: pages.append(self) or file.write(b"x")
+    )
+    draw(
+        *solved[name],
+        tmp_path / "p.png",
+        title="a title that is long enough to be broken into lines " * 3,
+        polar=polar,
+    )
     (figure,) = pages
     (axes,) = figure.axes
     figure.draw_without_rendering()
-    texts = [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts, *figure.legends[0].get_texts()]
+    texts = [
+        axes.title,
+        axes.xaxis.label,
+        axes.yaxis.label,
+        *axes.texts,
+        *figure.legends[0].get_texts(),
+    ]
     boxes = [(text.get_text(), text.get_window_extent()) for text in texts if text.get_text()]
     assert len(boxes) > 6
     for (one, here), (other, there) in itertools.combinations(boxes, 2):
         assert not here.overlaps(there), (one, other)
     for text, box in boxes:
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height, text
+        assert (
+            box.x0 >= 0
+            and box.y0 >= 0
+            and box.x1 <= figure.bbox.width
+            and box.y1 <= figure.bbox.height
+        ), text
 
 
 def test_badges_keep_clear_of_marks_and_of_each_other(solved):
     scene = scene_of(*solved["two walls"])
     scale = 20.0
-    marks = np.array([scene.start, scene.goal, scene.seed, *(removal.standing for removal in scene.removals)], float)
+    marks = np.array(
+        [scene.start, scene.goal, scene.seed, *(removal.standing for removal in scene.removals)],
+        float,
+    )
     marks = (marks[:, ::-1] + 0.5) * scale
     places = place_badges(scene, marks, scale, (SIDE * scale, SIDE * scale))
     for one, other in itertools.combinations([*marks[3:], *places], 2):
         assert np.hypot(*(one - other)) > 12
-    tight = place_badges(scene, marks / 20, 1.0, (SIDE, SIDE))  # no room anywhere: still placed, on the obstacle
+    # no room anywhere: still placed, on the obstacle
+    tight = place_badges(scene, marks / 20, 1.0, (SIDE, SIDE))
     assert len(tight) == 2 and all((place >= 0).all() and (place <= SIDE).all() for place in tight)
 
 
@@ -118,7 +151,15 @@ def test_the_legend_names_what_is_there_and_nothing_else(solved):
     told = {handle.get_label() for handle in handles([scene_of(*solved["open"])])}
     assert told == {"reached at first", "destroyable obstacle", "start", "goal", "route"}
     told = {handle.get_label() for handle in handles([scene_of(*solved["two walls"])])}
-    assert {"seed", "contour", "destroyed", "destroys from here", "leg 1", "leg 2", "leg 3"} < told and "route" not in told
+    assert {
+        "seed",
+        "contour",
+        "destroyed",
+        "destroys from here",
+        "leg 1",
+        "leg 2",
+        "leg 3",
+    } < told and "route" not in told
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -177,9 +218,27 @@ def test_colours_of_cells_and_of_neighbouring_legs_stay_apart_for_the_colour_bli
 # Machado, Oliveira, Fernandes (2009), severity 1, on linear RGB.
 BLINDNESS = {
     "none": np.eye(3),
-    "protan": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]),
-    "deutan": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]),
-    "tritan": np.array([[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]),
+    "protan": np.array(
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ]
+    ),
+    "deutan": np.array(
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ]
+    ),
+    "tritan": np.array(
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ]
+    ),
 }
 
 
@@ -190,7 +249,9 @@ def linear(colour):
 
 def lab(colour):
     """CIE L*a*b* (D65) of a linear RGB colour."""
-    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
     f = np.cbrt(np.maximum(to_xyz @ colour.clip(0, 1) / [0.9505, 1, 1.089], 1e-4))
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
@@ -219,7 +280,10 @@ def test_the_tile_is_a_small_svg_whose_cells_are_the_maps(solved):
 def test_the_frame_names_the_region_of_the_goal(solved):
     scene = scene_of(*solved["two walls"])
     assert PolarFrame(metres_per_cell=1.0).region_of(scene, scene.goal) == "close, ahead"
-    assert PolarFrame(metres_per_cell=20.0, heading=0.0).region_of(scene, scene.goal) == "afar, ahead-right"
+    assert (
+        PolarFrame(metres_per_cell=20.0, heading=0.0).region_of(scene, scene.goal)
+        == "afar, ahead-right"
+    )
     with pytest.raises(ValueError, match="metres_per_cell"):
         PolarFrame(metres_per_cell=0.0)
 

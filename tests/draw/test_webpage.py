@@ -1,4 +1,6 @@
-"""The web page of a run: whole in one file, safe whatever the names, and its filters work in a real browser."""
+"""The web page of a run: whole in one file, safe whatever the names, and its filters work in a
+real browser.
+"""
 
 import html
 import json
@@ -32,7 +34,11 @@ def answered():
         NamedTask("inside", make_task(labels, (0, 8), (6, 15))),
     ]
     solutions = solve_many([named.task for named in tasks])
-    return tasks, solutions, [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
+    return (
+        tasks,
+        solutions,
+        [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)],
+    )
 
 
 def test_the_page_holds_everything_and_asks_no_network(answered, tmp_path):
@@ -40,14 +46,27 @@ def test_the_page_holds_everything_and_asks_no_network(answered, tmp_path):
     text = (tmp_path / "run.html").read_text()
     assert "default-src 'none'" in text and not re.search(r"(src|href)=[\"']?(http|//)", text)
     data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', text, flags=re.DOTALL)[1])
-    assert [task["name"] for task in data["tasks"]] == ["wall", "firm", NASTY, "another wall", "inside"]
-    assert all(task["picture"] and task["explanation"] for task in data["tasks"]) and data["notice"] == ""
+    assert [task["name"] for task in data["tasks"]] == [
+        "wall",
+        "firm",
+        NASTY,
+        "another wall",
+        "inside",
+    ]
+    assert (
+        all(task["picture"] and task["explanation"] for task in data["tasks"])
+        and data["notice"] == ""
+    )
     assert len(text) < 40_000
 
 
 def test_pictures_are_limited_and_the_page_says_so(answered, tmp_path):
     write_page(tmp_path / "run.html", *answered, most_pictures=2)
-    data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', (tmp_path / "run.html").read_text(), re.DOTALL)[1])
+    data = json.loads(
+        re.search(
+            r'<script id="data"[^>]*>(.*?)</script>', (tmp_path / "run.html").read_text(), re.DOTALL
+        )[1]
+    )
     assert ["picture" in task for task in data["tasks"]] == [True, True, False, False, False]
     assert "first 2 of 5" in data["notice"]
 
@@ -68,12 +87,30 @@ def in_browser(page, script):
     browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if browser is None:
         pytest.skip("no Chromium on this machine")
-    ask = f"<script>{{ {script} }} document.body.dataset.told = JSON.stringify(window.told)</script>"
+    ask = (
+        f"<script>{{ {script} }} document.body.dataset.told = JSON.stringify(window.told)</script>"
+    )
     tried = page.with_name("tried.html")
     tried.write_text(page.read_text().replace("</body>", ask + "</body>"))
-    options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
-    options += ["--disable-component-update", "--disable-sync", "--disable-quic", f"--user-data-dir={page.parent / 'profile'}"]
-    done = subprocess.run([browser, *options, "--dump-dom", tried.as_uri()], capture_output=True, text=True, timeout=120)
+    options = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-background-networking",
+    ]
+    options += [
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-quic",
+        f"--user-data-dir={page.parent / 'profile'}",
+    ]
+    done = subprocess.run(
+        [browser, *options, "--dump-dom", tried.as_uri()],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     return json.loads(html.unescape(re.search(r'data-told="([^"]*)"', done.stdout)[1]))
 
 
@@ -107,11 +144,17 @@ def test_filters_sorting_search_and_details_work_in_a_real_browser(answered, tmp
     assert told["rising"] == [NASTY, "wall", "another wall", "firm", "inside"]
     assert told["falling"][:2] == ["another wall", "wall"] and told["sorted"] == ["removal cost ▼"]
     assert told["found"] == ["another wall"] and told["none"] == []
-    assert len(told["opened"]) == 1 and told["opened"][0].startswith("The goal") and told["natural"] == 1
+    assert (
+        len(told["opened"]) == 1
+        and told["opened"][0].startswith("The goal")
+        and told["natural"] == 1
+    )
     assert told["closed"] == 0
 
 
-def test_solve_writes_the_page_and_refuses_other_names_before_solving(tmp_path, monkeypatch, capsys):
+def test_solve_writes_the_page_and_refuses_other_names_before_solving(
+    tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "walled.map").write_text("type octile\nheight 2\nwidth 4\nmap\n..@.\n..@.\n")
     solve = ["solve", "walled.map", "--start", "0,0", "--goal", "1,3", "--report"]

@@ -21,13 +21,17 @@ def in_small_parts(monkeypatch):
 def test_a_batch_in_parts_gives_the_bits_of_each_map_alone(in_small_parts):
     free, starts, _ = random_maps(5, 37, 60, 50)
     goals = np.random.default_rng(2).integers(0, 50, (37, 2)).astype(np.int32)
-    assert cores.part_size(64, 64 * 64, cores.FIELD) == cores.part_size(64, 64 * 64, cores.LIGHT) == 16
+    assert (
+        cores.part_size(64, 64 * 64, cores.FIELD) == cores.part_size(64, 64 * 64, cores.LIGHT) == 16
+    )
     for run in (
         lambda free, start, goal: srt_jax.reach(free, start),
         lambda free, start, goal: srt_jax.cost_to_come(free, start),
         lambda free, start, goal: srt_jax.contour(free, start, goal),
         lambda free, start, goal: srt_jax.seed_cell(free, goal),
-        lambda free, start, goal: srt_jax.trace_path(srt_jax.cost_to_come(free, start), goal, max_cells=300).cells,
+        lambda free, start, goal: (
+            srt_jax.trace_path(srt_jax.cost_to_come(free, start), goal, max_cells=300).cells
+        ),
     ):
         expected = np.asarray(jax.jit(run)(free, starts, goals))
         assert np.array_equal(run(free, starts, goals), expected)
@@ -82,7 +86,9 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
     assert sizes(cores.SOLVE) == [1, 1, 8, 16, 16]
     assert sizes(cores.FIELD) == [1, 1, 4, 4, 4]
     assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
-    assert [cores.part_size(4096, 64 * 64, work) for work in (cores.SOLVE, cores.FIELD, cores.LIGHT)] == [512, 256, 512]
+    assert [
+        cores.part_size(4096, 64 * 64, work) for work in (cores.SOLVE, cores.FIELD, cores.LIGHT)
+    ] == [512, 256, 512]
     assert cores.part_size(16, 64 * 64, cores.FIELD) == 16
     assert cores.part_size(1, 4096 * 4096, cores.FIELD) == 1
 

@@ -6,11 +6,15 @@ from jax import lax
 
 from srt_jax.engine import kernel
 
-needs_marks = pytest.mark.skipif(not kernel.is_marking(), reason="this JAX is older than 0.8: no call can be marked")
+needs_marks = pytest.mark.skipif(
+    not kernel.is_marking(), reason="this JAX is older than 0.8: no call can be marked"
+)
 
 
 def _running_sums(x):
-    return kernel.compiled_whole(lambda x: lax.map(lambda row: lax.scan(lambda c, v: (c + v, c + v), 0, row)[1], x))(x)
+    return kernel.compiled_whole(
+        lambda x: lax.map(lambda row: lax.scan(lambda c, v: (c + v, c + v), 0, row)[1], x)
+    )(x)
 
 
 def test_a_marked_loop_gives_what_the_plain_one_gives(monkeypatch):
@@ -50,9 +54,13 @@ def test_a_queue_runs_in_place_and_right(marked):
         def step(state):
             head, visited = state
             value = kernel.read_apart(visited, head)
-            return jnp.where(head % 2 == 0, head // 2, 3 * head + 1), kernel.write(visited, value + 1, head)
+            return jnp.where(head % 2 == 0, head // 2, 3 * head + 1), kernel.write(
+                visited, value + 1, head
+            )
 
-        return lax.while_loop(lambda state: state[0] != 1, step, (start[0], jnp.zeros(128, jnp.uint32)))[1][None]
+        return lax.while_loop(
+            lambda state: state[0] != 1, step, (start[0], jnp.zeros(128, jnp.uint32))
+        )[1][None]
 
     run = kernel.compiled_whole(collatz) if marked else collatz
     visited = np.asarray(jax.jit(run)(jnp.array([6], jnp.uint32)))[0]
@@ -65,10 +73,14 @@ def test_nothing_global_is_changed_by_importing_the_package():
     import sys
 
     script = (
-        "import os; before = dict(os.environ); import jax; values = dict(jax.config.values); import srt_jax;"
-        "assert dict(os.environ) == before and dict(jax.config.values) == values"
+        "import os; before = dict(os.environ); import jax; values = dict(jax.config.values); import"
+        " srt_jax;assert dict(os.environ) == before and dict(jax.config.values) == values"
     )
-    subprocess.run([sys.executable, "-c", script], check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+    subprocess.run(
+        [sys.executable, "-c", script],
+        check=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
 
 
 def _refused_where_marked(x):

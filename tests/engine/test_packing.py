@@ -32,11 +32,15 @@ def test_the_bytes_of_a_mask_go_into_the_same_lanes_as_its_words():
 @pytest.mark.parametrize("height, width", [(5, 31), (4, 32), (6, 70), (1, 1)])
 def test_words_of_cells_and_of_what_is_inside_are_the_packed_masks(height, width):
     rows, cols = np.mgrid[:height, :width]
-    sizes = np.array([[height, width], [1, 1], [height, width - 1], [2, 33], [3, 32]], np.int32).clip(1, [height, width])
+    sizes = np.array(
+        [[height, width], [1, 1], [height, width - 1], [2, 33], [3, 32]], np.int32
+    ).clip(1, [height, width])
     inside = np.stack([(rows < tall) & (cols < wide) for tall, wide in sizes])
     words = packing.words_inside(jnp.asarray(sizes), height, width)
     assert np.array_equal(words, packing.pack(jnp.asarray(inside)))
-    cells = np.array([[0, 0], [-1, 0], [0, -1], [height - 1, width - 1], [0, width], [height, 0]], np.int32)
+    cells = np.array(
+        [[0, 0], [-1, 0], [0, -1], [height - 1, width - 1], [0, width], [height, 0]], np.int32
+    )
     only = np.stack([(rows == row) & (cols == col) for row, col in cells])
     words = packing.words_of_cell(jnp.asarray(cells), height, width)
     assert np.array_equal(words, packing.pack(jnp.asarray(only)))

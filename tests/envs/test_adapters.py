@@ -1,4 +1,6 @@
-"""The faces of gymnax, Gymnasium and jumanji, judged by those libraries' own checks where they are installed."""
+"""The faces of gymnax, Gymnasium and jumanji, judged by those libraries' own checks where they
+are installed.
+"""
 
 import sys
 import warnings
@@ -22,8 +24,13 @@ def small():
     free = np.ones((6, 7), bool)
     free[:, 3] = False
     tasks = [make_task(free, (0, 0), (5, 6)), make_task(free, (1, 1), (3, 5))]
-    levels = envs.make_levels(tasks, oracle=False)  # what it would say is plain; asking it compiles for seconds
-    return envs.make(levels=levels.replace(removal=jnp.ones(2), length=jnp.array([1 + 5 * 2**0.5, 2 + 2 * 2**0.5])))
+    # what it would say is plain; asking it compiles for seconds
+    levels = envs.make_levels(tasks, oracle=False)
+    return envs.make(
+        levels=levels.replace(
+            removal=jnp.ones(2), length=jnp.array([1 + 5 * 2**0.5, 2 + 2 * 2**0.5])
+        )
+    )
 
 
 def test_gymnasium_finds_nothing_wrong():
@@ -45,7 +52,10 @@ def test_gymnasium_finds_nothing_wrong():
 
 def test_jumanji_finds_nothing_wrong():
     pytest.importorskip("jumanji")
-    from jumanji.testing.env_not_smoke import check_env_does_not_smoke, check_env_specs_does_not_smoke
+    from jumanji.testing.env_not_smoke import (
+        check_env_does_not_smoke,
+        check_env_specs_does_not_smoke,
+    )
     from jumanji.wrappers import VmapAutoResetWrapper
 
     env, params = small()
@@ -55,7 +65,10 @@ def test_jumanji_finds_nothing_wrong():
     batched = VmapAutoResetWrapper(ours)
     states, _ = batched.reset(jax.random.split(jax.random.key(0), 3))
     states, steps = jax.jit(batched.step)(states, jnp.array([4, 6, 7], jnp.int32))
-    assert steps.observation.planes.shape == (3, 9, 9, 6) and ours.render(jax.tree.map(lambda a: a[0], states)).ndim == 3
+    assert (
+        steps.observation.planes.shape == (3, 9, 9, 6)
+        and ours.render(jax.tree.map(lambda a: a[0], states)).ndim == 3
+    )
 
 
 def test_gymnax_rolls_it_out_and_wraps_it():
@@ -72,7 +85,9 @@ def test_gymnax_rolls_it_out_and_wraps_it():
         seen, state = env.reset(key, params)
         for _ in range(12):
             key, used = jax.random.split(key)
-            assert env.state_space(params).contains(state) and env.observation_space(params).contains(seen)
+            assert env.state_space(params).contains(state) and env.observation_space(
+                params
+            ).contains(seen)
             seen, state, *_ = env.step(used, state, env.action_space(params).sample(used), params)
     *_, reward, _, done, total = RolloutWrapper(env=env, env_params=params).batch_rollout(
         jax.random.split(jax.random.key(0), 4), None
@@ -80,7 +95,10 @@ def test_gymnax_rolls_it_out_and_wraps_it():
     assert reward.shape == done.shape == (4, 9) and done[:, -1].all() and total.shape == (4, 1)
     logged = LogWrapper(env)
     _, state = logged.reset(jax.random.key(0), params)
-    assert logged.step(jax.random.key(1), state, jnp.int32(0), params)[-1]["returned_episode_returns"] == 0
+    assert (
+        logged.step(jax.random.key(1), state, jnp.int32(0), params)[-1]["returned_episode_returns"]
+        == 0
+    )
     assert GymnaxToGymWrapper(env, params).reset(seed=0)[0].shape == (9, 9, 6)
 
 

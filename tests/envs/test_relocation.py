@@ -1,4 +1,6 @@
-"""The learning environment: its rules on drawn maps, the oracle's answers carried out in it, gymnax's form."""
+"""The learning environment: its rules on drawn maps, the oracle's answers carried out in it,
+gymnax's form.
+"""
 
 import functools
 
@@ -21,13 +23,19 @@ DESTROY = len(MOVES)
 @functools.cache
 def pool():
     """Levels of every kind that has a solution, with the solutions."""
-    tasks = [task for kind in ("rooms", "mixed") for _, task, _ in generate(kind, count=28, size=16, seed=3)]
+    tasks = [
+        task
+        for kind in ("rooms", "mixed")
+        for _, task, _ in generate(kind, count=28, size=16, seed=3)
+    ]
     levels = envs.make_levels(tasks)
     return levels, solve(envs.to_tasks(levels), max_destroyed=32)
 
 
 def on(picture, letters="", **options):
-    """One level from a picture: letters are obstacles by their place in `letters`, S and G the ends."""
+    """One level from a picture: letters are obstacles by their place in `letters`, S and G the
+    ends.
+    """
     free, places = drawn(picture)
     labels = np.where(free, -1, len(letters)).astype(np.int32)
     for row, line in enumerate(picture.split()):
@@ -80,7 +88,9 @@ def test_the_actions_carry_out_every_answer_of_the_oracle_at_its_own_cost():
         def step(state, action):
             mask = env.action_mask(state, params)
             new = env.step_env(jax.random.key(0), state, jnp.maximum(action, 0), params)[1]
-            return jax.tree.map(lambda a, b: jnp.where(action >= 0, a, b), new, state), mask[action] | (action < 0)
+            return jax.tree.map(lambda a, b: jnp.where(action >= 0, a, b), new, state), mask[
+                action
+            ] | (action < 0)
 
         return jax.lax.scan(step, env.reset_to(level, params)[1], actions)
 
@@ -98,7 +108,9 @@ def test_the_actions_carry_out_every_answer_of_the_oracle_at_its_own_cost():
 def test_more_than_one_word_of_obstacles_is_kept_apart():
     labels = np.full((3, 80), -1, np.int32)
     labels[:, 1::2] = np.arange(40)[None]
-    env, params = envs.make(levels=envs.make_levels([make_task(labels, (1, 0), (1, 79))], oracle=False))
+    env, params = envs.make(
+        levels=envs.make_levels([make_task(labels, (1, 0), (1, 79))], oracle=False)
+    )
     _, state = env.reset(jax.random.key(0), params)
     step = jax.jit(env.step_env)
     for _ in range(79):
@@ -110,9 +122,13 @@ def test_more_than_one_word_of_obstacles_is_kept_apart():
 
 def test_the_end_of_an_episode_is_told_and_the_next_begins():
     env, params, state = on("S.G")
-    params = params.replace(levels=params.levels.replace(removal=jnp.zeros(1), length=jnp.full(1, 2.0)))
+    params = params.replace(
+        levels=params.levels.replace(removal=jnp.zeros(1), length=jnp.full(1, 2.0))
+    )
     _, state, *_ = env.step(jax.random.key(0), state, EAST, params)
-    seen, state, reward, terminated, truncated, info = env.step(jax.random.key(1), state, EAST, params)
+    seen, state, reward, terminated, truncated, info = env.step(
+        jax.random.key(1), state, EAST, params
+    )
     assert terminated and not truncated and info["success"] and info["discount"] == 0
     assert reward == pytest.approx(10 - 0.01) and info["regret"] == pytest.approx(0, abs=1e-5)
     assert state.cell.tolist() == [0, 0] and state.time == 0 and state.score == 0
@@ -134,7 +150,11 @@ def test_the_window_shows_what_is_around_and_the_map_shows_all():
     np.testing.assert_array_equal(window[2:, 2:, 0], [[0, 0, 0], [0, 0, 1], [0, 0, 0]])
     assert window[:2, :, 0].all() and window[:, :2, 0].all(), "outside the map is fixed"
     assert window[2, 3, 1] == 1 and window[2, 3, 2] == 2 and window[..., 1].sum() == 1
-    assert window[4, 3, 3] == 1 and window[0, 0, 4] == pytest.approx(2 / 3) and window[0, 0, 5] == pytest.approx(1 / 3)
+    assert (
+        window[4, 3, 3] == 1
+        and window[0, 0, 4] == pytest.approx(2 / 3)
+        and window[0, 0, 5] == pytest.approx(1 / 3)
+    )
     whole = np.asarray(envs.SmartRelocation(observation="map").get_obs(state, params))
     np.testing.assert_array_equal(whole[..., 0], [[0, 0, 0], [0, 0, 1], [0, 0, 0]])
     assert whole[0, 0, 3] == 1 and whole[2, 1, 4] == 1 and whole.shape == (3, 3, 5)
@@ -148,7 +168,9 @@ def test_alone_jitted_and_in_a_batch_steps_agree():
     keys = jax.random.split(jax.random.key(5), 16)
     batch = jax.vmap(env.step, in_axes=(0, 0, 0, None))(keys, states, numbers, params)
     for i in (0, 7, 13):
-        one = env.step(keys[i], jax.tree.map(lambda array, i=i: array[i], states), numbers[i], params)
+        one = env.step(
+            keys[i], jax.tree.map(lambda array, i=i: array[i], states), numbers[i], params
+        )
         jax.tree.map(lambda a, b, i=i: np.testing.assert_array_equal(a, b[i]), one, batch)
 
 
@@ -159,7 +181,11 @@ def test_sampled_levels_are_solvable_and_their_oracle_is_right(kind):
     tasks = envs.to_tasks(levels)
     assert check(tasks, solve(tasks, max_destroyed=32)) == []
     one = unstack(jax.tree.map(lambda array: np.asarray(array)[:1], tasks))[0]
-    opened = ~np.isin(one.labels[0], np.flatnonzero(~one.destroyable)) if levels.removal[0] else one.labels[0] == -1
+    opened = (
+        ~np.isin(one.labels[0], np.flatnonzero(~one.destroyable))
+        if levels.removal[0]
+        else one.labels[0] == -1
+    )
     assert dijkstra(opened, tuple(one.start))[tuple(one.goal)] <= levels.length[0] + 1e-4
 
 
@@ -170,7 +196,10 @@ def test_sampled_levels_are_the_same_inside_a_jit():
 
 
 def test_levels_without_a_solution_are_left_out():
-    tasks = [make_task(np.array([[1, free, 1]], bool), (0, 0), (0, 2), destroyable=False) for free in (True, False)]
+    tasks = [
+        make_task(np.array([[1, free, 1]], bool), (0, 0), (0, 2), destroyable=False)
+        for free in (True, False)
+    ]
     levels = envs.make_levels(tasks)
     assert levels.start.shape == (1, 2) and levels.length.tolist() == [2]
     with pytest.raises(ValueError, match="none of the 1 tasks has a solution"):
@@ -181,8 +210,17 @@ def test_evaluate_plays_every_level_and_tells_the_regret():
     levels, _ = pool()
     env, params = envs.make(levels=levels)
     params = params.replace(max_steps_in_episode=30)
-    result = envs.evaluate(env, params, lambda key, seen: jax.random.randint(key, (), 0, 16, jnp.int32), jax.random.key(0))
-    assert result.score.shape == levels.length.shape and (result.regret > -0.1).all() and (result.regret > 5).any()
+    result = envs.evaluate(
+        env,
+        params,
+        lambda key, seen: jax.random.randint(key, (), 0, 16, jnp.int32),
+        jax.random.key(0),
+    )
+    assert (
+        result.score.shape == levels.length.shape
+        and (result.regret > -0.1).all()
+        and (result.regret > 5).any()
+    )
     assert np.isnan(result.removal_regret[~result.success]).all() and "regret" in result.summary()
 
 

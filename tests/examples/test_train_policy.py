@@ -22,7 +22,9 @@ def test_training_in_small_beats_chance_and_the_parameters_come_back(tmp_path):
     assert spec and spec.loader
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
-    weights, results = example.train(kind="rooms", num_levels=64, num_held_out=64, imitation=300, updates=2)
+    weights, results = example.train(
+        kind="rooms", num_levels=64, num_held_out=64, imitation=300, updates=2
+    )
     assert results["trained"].regret.mean() < results["random"].regret.mean() - 3
     assert results["trained"].success.mean() > results["random"].success.mean() + 0.2
     example.save(tmp_path / "policy.npz", weights)

@@ -1,4 +1,6 @@
-"""The campaign in small: its maps are what they claim, it passes, it notices what is wrong. And what a call compiles."""
+"""The campaign in small: its maps are what they claim, it passes, it notices what is wrong. And
+what a call compiles.
+"""
 
 import jax
 import numpy as np
@@ -16,7 +18,9 @@ def compiled():
     """The programs compiled since it was last cleared."""
     events: list[str] = []
     jax.monitoring.register_event_duration_secs_listener(
-        lambda event, duration_secs, **_: events.append(event) if "backend_compile" in event else None
+        lambda event, duration_secs, **_: (
+            events.append(event) if "backend_compile" in event else None
+        )
     )
     return events
 
@@ -25,7 +29,11 @@ def test_random_maps_snakes_and_slow_twins_agree(capsys):
     assert kernels.main(["--quick"]) == 0
     told = capsys.readouterr().out
     assert "0 checks failed" in told and "data: left out" in told
-    for check in ("padded on all sides", "contour is the wall follower's trace", "trace_path holds every cell"):
+    for check in (
+        "padded on all sides",
+        "contour is the wall follower's trace",
+        "trace_path holds every cell",
+    ):
         assert check in told
 
 
@@ -34,10 +42,14 @@ def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsy
         reached = np.array(srt_jax.cost_to_come(free, start))
         return np.where(reached > 40, np.inf, reached).astype(np.float32)  # a false "unreached"
 
-    monkeypatch.setattr(kernels.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start)))
+    monkeypatch.setattr(
+        kernels.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start))
+    )
     assert kernels.main(["--quick", "--only", "random", "--seed", "3"]) == 1
     told = capsys.readouterr()
-    assert "random, reach equals scipy.ndimage.label: " in told.err and "seed 3, number " in told.err
+    assert (
+        "random, reach equals scipy.ndimage.label: " in told.err and "seed 3, number " in told.err
+    )
     assert "turned by 90: no bit changes" in told.out
 
 
@@ -50,7 +62,9 @@ def test_an_unknown_part_is_refused(capsys):
 @pytest.mark.parametrize("side", [20, 23, 64])
 def test_corridors_hang_together_and_are_dense(side):
     for known in (maps.snake(side, side), maps.stairs(side)):
-        assert np.array_equal(reached_by_scipy(known.free[None], np.array([known.start]))[0], known.free)
+        assert np.array_equal(
+            reached_by_scipy(known.free[None], np.array([known.start]))[0], known.free
+        )
         assert known.length == known.free.sum() - 1 > side * side / 2 - side
     with pytest.raises(ValueError, match="not a corridor"):
         maps.corridor("square", np.ones((4, 4), bool))
@@ -74,7 +88,8 @@ def test_a_route_that_cuts_a_corner_is_told():
 
 @pytest.mark.parametrize("kernel", kernels.KERNELS)
 def test_a_kernel_is_compiled_once_per_size_and_batch_bucket_and_nothing_else_is(kernel, compiled):
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))  # what all kernels share
+    # what all kernels share
+    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     for counts in ((1,), (3, 4)):  # two buckets
         num_compiled = []
         for shape in ((count, side, side - 1) for side in (29, 32, 25) for count in counts):

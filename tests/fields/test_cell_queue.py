@@ -14,7 +14,9 @@ STRAIGHT, DIAGONAL = np.uint32(5741), np.uint32(8119)
 
 def _field(cost, free):
     """A bordered field from costs of SciPy."""
-    value = np.where(free, np.where(np.isinf(cost), 2**31 - 1 - 8119, cost), 2**31).astype(np.uint32)
+    value = np.where(free, np.where(np.isinf(cost), 2**31 - 1 - 8119, cost), 2**31).astype(
+        np.uint32
+    )
     return np.pad(value, 1, constant_values=2**31)
 
 
@@ -39,7 +41,9 @@ def test_the_frontier_is_the_cells_that_can_lower_a_neighbour():
         field = _field(cost, one)
         words = find(jnp.asarray(field), STRAIGHT, DIAGONAL)
         assert not words.any()
-        raised = np.where((field < 2**30) & (rng.random(field.shape) < 0.1), field + np.uint32(3000), field)
+        raised = np.where(
+            (field < 2**30) & (rng.random(field.shape) < 0.1), field + np.uint32(3000), field
+        )
         words = find(jnp.asarray(raised), STRAIGHT, DIAGONAL)
         assert np.array_equal(packing.unpack(words[None], one.shape[1])[0], _can_improve(raised))
 
@@ -74,7 +78,9 @@ def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs
         cells, num = frontier.listed(frontier.frontier(field, STRAIGHT, DIAGONAL), 62, 32)
         cost = field.reshape(-1)
         sources = frontier.cheapest_first(cells, num, cost)
-        cost, is_short = cell_queue.spread(cost, beside, sources, jnp.uint32(5741), jnp.uint32(8119), 62)
+        cost, is_short = cell_queue.spread(
+            cost, beside, sources, jnp.uint32(5741), jnp.uint32(8119), 62
+        )
         return cost.reshape(62, 62), is_short, num
 
     field = row_sweeps.new_field(jnp.asarray(free), jnp.asarray(start), jnp.uint32(8119))

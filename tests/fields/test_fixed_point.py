@@ -16,13 +16,21 @@ def test_lengths_are_the_nearest_float32_or_its_neighbour_and_whole_ones_are_exa
     counts = rng.integers(0, 2 ** rng.integers(1, 31 - straight.bit_length() - 1, 5000), (2, 5000))
     cost = (counts[0] * straight + counts[1] * diagonal).astype(np.int64)
     cost = np.concatenate(
-        [cost[cost < min(2**31 - 1, straight << 24)], [0, straight, diagonal, 2 * diagonal], np.arange(1, 3000) * straight]
+        [
+            cost[cost < min(2**31 - 1, straight << 24)],
+            [0, straight, diagonal, 2 * diagonal],
+            np.arange(1, 3000) * straight,
+        ]
     )
     length = np.asarray(jax.jit(to_length)(jnp.asarray(cost, jnp.int32), jnp.int32(scale)))
     exact = cost / straight
-    assert (np.abs(length - exact) <= 1.5 * np.spacing(np.maximum(exact, 1).astype(np.float32))).all()
+    assert (
+        np.abs(length - exact) <= 1.5 * np.spacing(np.maximum(exact, 1).astype(np.float32))
+    ).all()
     if scale == 0:
-        assert np.array_equal(jax.jit(lambda cost: to_length(cost, 0))(jnp.asarray(cost, jnp.int32)), length)
+        assert np.array_equal(
+            jax.jit(lambda cost: to_length(cost, 0))(jnp.asarray(cost, jnp.int32)), length
+        )
     whole = cost % straight == 0
     assert np.array_equal(length[whole], (cost[whole] // straight).astype(np.float32))
 

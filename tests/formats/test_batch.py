@@ -48,12 +48,21 @@ def test_names_and_optimum_may_be_left_out(path):
         ("destroyable must be bool", {"destroyable": BATCH.destroyable.astype(np.int32)}),
         ("task 1: start must lie inside the map", {"start": np.array([[0, 0], [0, 2]], np.int32)}),
         ("task 0: goal must lie inside the map", {"goal": np.array([[-1, 0], [0, 0]], np.int32)}),
-        ("task 0: size must lie between 1 x 1 and 2 x 3", {"size": np.array([[3, 3], [2, 2]], np.int32)}),
+        (
+            "task 0: size must lie between 1 x 1 and 2 x 3",
+            {"size": np.array([[3, 3], [2, 2]], np.int32)},
+        ),
         ("task 0: size must", {"size": np.array([[0, 3], [2, 2]], np.int32)}),
-        ("task 0: labels must be -1 (free) or an id from 0 to 1", {"labels": np.where(BATCH.labels == 1, 2, BATCH.labels)}),
+        (
+            "task 0: labels must be -1 (free) or an id from 0 to 1",
+            {"labels": np.where(BATCH.labels == 1, 2, BATCH.labels)},
+        ),
         ("task 0: labels beyond the map's size", {"labels": np.maximum(BATCH.labels, -1)}),
         ("task 0: removal_cost must be positive", {"removal_cost": BATCH.removal_cost - 1}),
-        ("task 0: removal_cost must be positive", {"removal_cost": BATCH.removal_cost * np.float32("nan")}),
+        (
+            "task 0: removal_cost must be positive",
+            {"removal_cost": BATCH.removal_cost * np.float32("nan")},
+        ),
         ("optimum must have shape [B]", {"optimum": np.zeros(3, np.float32)}),
         ("task 1: optimum must not be negative", {"optimum": np.array([0, -1], np.float32)}),
         ("names must be str", {"names": np.array([1, 2])}),
@@ -69,7 +78,11 @@ def test_a_bad_array_is_refused_in_one_sentence(path, told, change):
     np.savez(path, **{name: value for name, value in arrays.items() if value is not None})
     with pytest.raises(ValueError) as caught:
         read_batch(path)
-    assert str(caught.value).startswith(str(path)) and told in str(caught.value) and "\n" not in str(caught.value)
+    assert (
+        str(caught.value).startswith(str(path))
+        and told in str(caught.value)
+        and "\n" not in str(caught.value)
+    )
 
 
 def test_files_of_another_kind_cut_off_or_with_objects_are_refused(path):
@@ -88,7 +101,11 @@ def test_files_of_another_kind_cut_off_or_with_objects_are_refused(path):
 
 
 def test_what_would_not_be_read_is_not_written(path):
-    for bad, options in ((make_task(LABELS, (0, 0), (0, 1)), {}), (BATCH, {"names": ["one"]}), (BATCH, {"optimum": [1.0]})):
+    for bad, options in (
+        (make_task(LABELS, (0, 0), (0, 1)), {}),
+        (BATCH, {"names": ["one"]}),
+        (BATCH, {"optimum": [1.0]}),
+    ):
         with pytest.raises(ValueError):
             write_batch(path, bad, **options)
     assert not os.listdir(path.parent)

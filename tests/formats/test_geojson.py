@@ -1,4 +1,6 @@
-"""GeoJSON and shapely geometries: polygons with holes, lines, units, odd rings; read back equal; broken files refused."""
+"""GeoJSON and shapely geometries: polygons with holes, lines, units, odd rings; read back equal;
+broken files refused.
+"""
 
 import json
 import sys
@@ -21,7 +23,11 @@ HOLE = [[100, 100], [200, 100], [200, 200], [100, 200], [100, 100]]
 
 
 def feature(kind, coordinates, **properties):
-    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+    return {
+        "type": "Feature",
+        "properties": properties,
+        "geometry": {"type": kind, "coordinates": coordinates},
+    }
 
 
 def collection(*features, **members):
@@ -43,12 +49,21 @@ def test_polygons_with_holes_keep_their_properties(read):
     place, notes = read(
         collection(
             feature("Polygon", [SQUARE, HOLE], name="yard", destroyable=False, removal_cost=2.5),
-            feature("MultiPolygon", [[[[500, 0], [600, 0], [600, 90]]], [[[700, 0], [800, 0], [800, 90]]]], building="yes"),
+            feature(
+                "MultiPolygon",
+                [[[[500, 0], [600, 0], [600, 90]]], [[[700, 0], [800, 0], [800, 90]]]],
+                building="yes",
+            ),
             feature("Polygon", [[[900, 0], [950, 0], [950, 50, 7.5], [900, 0]]]),
         )
     )
     yard, sheds, kiosk = place.obstacles
-    assert (yard.name, yard.destroyable, yard.removal_cost, len(yard.parts[0])) == ("yard", False, 2.5, 2)
+    assert (yard.name, yard.destroyable, yard.removal_cost, len(yard.parts[0])) == (
+        "yard",
+        False,
+        2.5,
+        2,
+    )
     assert len(sheds.parts) == 2 and not sheds.destroyable  # by the tag rules: a building
     assert kiosk == Obstacle.polygon([(900, 0), (950, 0), (950, 50)])
     assert place.bounds == (0, 0, 950, 400)
@@ -82,9 +97,18 @@ def test_units_are_what_the_file_says_or_the_numbers_allow(read):
     assert any("longitude and latitude, as the standard has it" in what for what in notes)
     low, high = np.reshape(in_degrees.bounds, (2, 2))
     np.testing.assert_allclose(high - low, [55.8, 111.4], rtol=1e-3)
-    assert read(feature("Polygon", [small]), units="metres")[0].bounds == (24.0, 60.0, 24.001, 60.001)
+    assert read(feature("Polygon", [small]), units="metres")[0].bounds == (
+        24.0,
+        60.0,
+        24.001,
+        60.001,
+    )
     for crs, is_metres in (("urn:ogc:def:crs:OGC:1.3:CRS84", False), ("EPSG:25832", True)):
-        place, _ = read(collection(feature("Polygon", [small]), crs={"type": "name", "properties": {"name": crs}}))
+        place, _ = read(
+            collection(
+                feature("Polygon", [small]), crs={"type": "name", "properties": {"name": crs}}
+            )
+        )
         assert (place.bounds[0] == 24.0) == is_metres
     with pytest.raises(ValueError, match=r"place\.geojson: longitude 200"):
         read(feature("Polygon", [SQUARE]), units="degrees")
@@ -92,7 +116,9 @@ def test_units_are_what_the_file_says_or_the_numbers_allow(read):
 
 def test_a_stated_box_bounds_the_place(read):
     outside = feature("Polygon", [[[5000, 0], [5001, 0], [5001, 1], [5000, 0]]])
-    place, notes = read(collection(feature("Polygon", [SQUARE]), outside, bbox=[-10, -10, 0, 500, 500, 9]))
+    place, notes = read(
+        collection(feature("Polygon", [SQUARE]), outside, bbox=[-10, -10, 0, 500, 500, 9])
+    )
     assert place.bounds == (-10, -10, 500, 500) and len(place.obstacles) == 2
     assert notes["obstacles wholly outside the bounds, kept; they cover no cell"] == 1
 
@@ -101,15 +127,26 @@ def test_lines_points_and_collections(read):
     fence = feature("LineString", [[500, 0], [600, 0]], barrier="wall")
     mixed = {
         "type": "GeometryCollection",
-        "geometries": [feature("Polygon", [SQUARE])["geometry"], {"type": "Point", "coordinates": [1, 2]}],
+        "geometries": [
+            feature("Polygon", [SQUARE])["geometry"],
+            {"type": "Point", "coordinates": [1, 2]},
+        ],
     }
     place, notes = read(
-        collection({"type": "Feature", "properties": None, "geometry": mixed}, fence, {"type": "Feature", "geometry": None})
+        collection(
+            {"type": "Feature", "properties": None, "geometry": mixed},
+            fence,
+            {"type": "Feature", "geometry": None},
+        )
     )
     square, wall = place.obstacles
     assert square == Obstacle.polygon(SQUARE) and (wall.removal_cost, wall.destroyable) == (3, True)
-    assert wall.parts[0][0] and shapely.Polygon(wall.parts[0][0]).equals(shapely.box(499.8, -0.2, 600.2, 0.2))
-    assert notes[geometry.POINTLESS] == 1 and notes["features passed over: they have no geometry"] == 1
+    assert wall.parts[0][0] and shapely.Polygon(wall.parts[0][0]).equals(
+        shapely.box(499.8, -0.2, 600.2, 0.2)
+    )
+    assert (
+        notes[geometry.POINTLESS] == 1 and notes["features passed over: they have no geometry"] == 1
+    )
 
 
 def test_odd_rings_are_mended_and_counted(read):
@@ -117,7 +154,10 @@ def test_odd_rings_are_mended_and_counted(read):
     sliver = [[500, 0], [600, 0], [500, 0]]
     spike = [[700, 0], [800, 0], [900, 0], [700, 0]]
     place, notes = read(
-        collection(*(feature("Polygon", [ring]) for ring in (bow_tie, sliver, spike)), feature("Polygon", [SQUARE, sliver]))
+        collection(
+            *(feature("Polygon", [ring]) for ring in (bow_tie, sliver, spike)),
+            feature("Polygon", [SQUARE, sliver]),
+        )
     )
     assert [len(obstacle.parts) for obstacle in place.obstacles] == [2, 1]
     assert (notes[geometry.CROSSING], notes[geometry.FLAT], notes[geometry.EMPTY]) == (2, 2, 2)
@@ -125,16 +165,37 @@ def test_odd_rings_are_mended_and_counted(read):
 
 BAD = {
     "no JSON": ("{", "no whole JSON"),
-    "NaN": ('{"type": "Polygon", "coordinates": [[[0, 0], [1, NaN], [1, 1], [0, 0]]]}', "NaN is no coordinate"),
-    "too large a number": ('{"type": "Polygon", "coordinates": [[[0, 0], [1e999, 0], [1, 1], [0, 0]]]}', "finite"),
+    "NaN": (
+        '{"type": "Polygon", "coordinates": [[[0, 0], [1, NaN], [1, 1], [0, 0]]]}',
+        "NaN is no coordinate",
+    ),
+    "too large a number": (
+        '{"type": "Polygon", "coordinates": [[[0, 0], [1e999, 0], [1, 1], [0, 0]]]}',
+        "finite",
+    ),
     "another kind of JSON": ('{"format": "srt-jax world"}', "no GeoJSON"),
     "a list": ("[]", "no GeoJSON"),
-    "features that are none": ('{"type": "FeatureCollection", "features": 3}', "a list of features"),
-    "a geometry that is not known": (json.dumps(feature("Circle", [1, 2])), r"features\[0\]: a geometry of type 'Circle'"),
-    "a point that is none": (json.dumps(feature("Polygon", [[1, 2, 3]])), r"features\[0\]: a point must be"),
+    "features that are none": (
+        '{"type": "FeatureCollection", "features": 3}',
+        "a list of features",
+    ),
+    "a geometry that is not known": (
+        json.dumps(feature("Circle", [1, 2])),
+        r"features\[0\]: a geometry of type 'Circle'",
+    ),
+    "a point that is none": (
+        json.dumps(feature("Polygon", [[1, 2, 3]])),
+        r"features\[0\]: a point must be",
+    ),
     "coordinates that are none": (json.dumps(feature("Polygon", "x")), "must be a list"),
-    "a removal cost below zero": (json.dumps(feature("Polygon", [SQUARE], removal_cost=-1)), "must be positive"),
-    "a flag that is none": (json.dumps(feature("Polygon", [SQUARE], destroyable="no")), "must be True or False"),
+    "a removal cost below zero": (
+        json.dumps(feature("Polygon", [SQUARE], removal_cost=-1)),
+        "must be positive",
+    ),
+    "a flag that is none": (
+        json.dumps(feature("Polygon", [SQUARE], destroyable="no")),
+        "must be True or False",
+    ),
     "nothing in it": ('{"type": "FeatureCollection", "features": []}', "no obstacle in it"),
     "a box that is none": (json.dumps(collection(bbox=[1, 2])), "4 or 6 numbers"),
     "a member twice": ('{"type": "Point", "type": "Point"}', "twice"),
@@ -150,16 +211,33 @@ def test_bad_files_are_refused_with_the_place(read, case):
 
 
 def test_damaged_files_are_refused_in_one_line(tmp_path):
-    text = json.dumps(collection(feature("Polygon", [SQUARE, HOLE], name="x"), feature("LineString", [[0, 0], [9, 9]])))
+    text = json.dumps(
+        collection(
+            feature("Polygon", [SQUARE, HOLE], name="x"), feature("LineString", [[0, 0], [9, 9]])
+        )
+    )
     assert refusals(read_geojson, tmp_path / "place.geojson", text.encode(), count=100) > 50
 
 
 def test_any_shapely_geometry_is_a_place():
-    shapes = [shapely.box(0, 0, 4, 3), shapely.Point(9, 9).buffer(1), shapely.LineString([(0, 5), (5, 5)]), shapely.Point(1, 1)]
+    shapes = [
+        shapely.box(0, 0, 4, 3),
+        shapely.Point(9, 9).buffer(1),
+        shapely.LineString([(0, 5), (5, 5)]),
+        shapely.Point(1, 1),
+    ]
     notes = Notes()
-    place = place_of([shapely.GeometryCollection(shapes)], notes=notes, destroyable=False, width=0.5)
-    assert len(place.obstacles) == 2 and len(place.obstacles[0].parts) == 2 and notes.count(geometry.POINTLESS) == 1
-    assert shapely.Polygon(place.obstacles[1].parts[0][0]).equals(shapely.box(-0.25, 4.75, 5.25, 5.25))
+    place = place_of(
+        [shapely.GeometryCollection(shapes)], notes=notes, destroyable=False, width=0.5
+    )
+    assert (
+        len(place.obstacles) == 2
+        and len(place.obstacles[0].parts) == 2
+        and notes.count(geometry.POINTLESS) == 1
+    )
+    assert shapely.Polygon(place.obstacles[1].parts[0][0]).equals(
+        shapely.box(-0.25, 4.75, 5.25, 5.25)
+    )
     assert not any(obstacle.destroyable for obstacle in place.obstacles)
     assert place_of(shapes[:1], bounds=(0, 0, 9, 9)).bounds == (0, 0, 9, 9)
     assert obstacles_of(shapely.Polygon(), called="nothing", notes=notes) == []

@@ -1,4 +1,6 @@
-"""ROS maps, pictures and the authors' XML maps: polarity and axes in one place, read back equal, broken files refused."""
+"""ROS maps, pictures and the authors' XML maps: polarity and axes in one place, read back equal,
+broken files refused.
+"""
 
 import json
 import sys
@@ -44,7 +46,10 @@ XML = """<?xml version="1.0" encoding="UTF-8" ?>
 
 def pgm(shades, depth=255):
     shades = np.array(shades, np.uint8 if depth == 255 else ">u2")
-    return f"P5\n# made by hand\n{shades.shape[1]} {shades.shape[0]}\n{depth}\n".encode() + shades.tobytes()
+    return (
+        f"P5\n# made by hand\n{shades.shape[1]} {shades.shape[0]}\n{depth}\n".encode()
+        + shades.tobytes()
+    )
 
 
 @pytest.fixture
@@ -68,7 +73,14 @@ def random_map(seed: int, *, with_unknown: bool) -> GridMap:
     unknown = (rng.random((height, width)) < 0.3) & with_unknown
     free = (rng.random((height, width)) < 0.5) & ~unknown
     ends = [tuple(int(rng.integers(side)) for side in free.shape) for _ in range(2)]
-    return GridMap(free, unknown, float(rng.choice([0.05, 1.0, 2.5])), (float(rng.normal()), -3.0), ends[0], ends[1])
+    return GridMap(
+        free,
+        unknown,
+        float(rng.choice([0.05, 1.0, 2.5])),
+        (float(rng.normal()), -3.0),
+        ends[0],
+        ends[1],
+    )
 
 
 # --- ROS
@@ -81,24 +93,49 @@ def test_a_ros_map_has_its_first_row_on_top_and_its_corner_below(here):
     assert read.unknown.tolist() == [[False, False, True], [False, False, True]]
     assert (read.cell_side, read.corner) == (0.05, (-1.5, 2.0))
     assert read.grid.origin == (-1.5, 2.1) and notes.count("unknown cells, taken as blocked") == 2
-    assert read_ros_map("m.yaml", unknown_as="free").free.tolist() == [[True, False, True], [True, True, True]]
+    assert read_ros_map("m.yaml", unknown_as="free").free.tolist() == [
+        [True, False, True],
+        [True, True, True],
+    ]
 
 
 @pytest.mark.parametrize("unknown_as", ["blocked", "free"])
 def test_a_ros_map_is_read_back_equal(here, unknown_as):
     for seed in range(10):
         made = random_map(seed, with_unknown=True)
-        made = GridMap(made.free | (made.unknown & (unknown_as == "free")), made.unknown, made.cell_side, made.corner)
+        made = GridMap(
+            made.free | (made.unknown & (unknown_as == "free")),
+            made.unknown,
+            made.cell_side,
+            made.corner,
+        )
         write_ros_map("own.yaml", made)
         assert_equal(read_ros_map("own.yaml", unknown_as=unknown_as), made)
 
 
 def test_it_writes_what_map_server_itself_writes(here):
-    """Its saver writes a P5 with one comment, the shades 254, 0 and 205, and these members (map_server's documentation)."""
-    write_ros_map("own.yaml", GridMap(np.array([[True, False, False]]), np.array([[False, False, True]]), 0.05, (-10.0, -10.0)))
+    """Its saver writes a P5 with one comment, the shades 254, 0 and 205, and these members
+    (map_server's documentation).
+    """
+    write_ros_map(
+        "own.yaml",
+        GridMap(
+            np.array([[True, False, False]]), np.array([[False, False, True]]), 0.05, (-10.0, -10.0)
+        ),
+    )
     head, shades = (here / "own.pgm").read_bytes().split(b"\n255\n")
-    assert head.startswith(b"P5\n# CREATOR: ") and head.endswith(b" 0.050 m/pix\n3 1") and shades == bytes([254, 0, 205])
-    expected = ["image: own.pgm", "resolution: 0.05", "origin: [-10.0, -10.0, 0.0]", "negate: 0", "occupied_thresh: 0.65"]
+    assert (
+        head.startswith(b"P5\n# CREATOR: ")
+        and head.endswith(b" 0.050 m/pix\n3 1")
+        and shades == bytes([254, 0, 205])
+    )
+    expected = [
+        "image: own.pgm",
+        "resolution: 0.05",
+        "origin: [-10.0, -10.0, 0.0]",
+        "negate: 0",
+        "occupied_thresh: 0.65",
+    ]
     assert (here / "own.yaml").read_text().splitlines() == [*expected, "free_thresh: 0.196"]
 
 
@@ -115,11 +152,15 @@ def test_the_modes_and_the_sign_of_a_ros_map(here):
 
 
 def test_what_is_not_opaque_is_unknown_to_ros_and_colours_are_averaged(here):
-    pixels = np.array([[[255, 255, 255, 255], [255, 255, 255, 0], [0, 0, 0, 255], [255, 255, 0, 255]]], np.uint8)
+    pixels = np.array(
+        [[[255, 255, 255, 255], [255, 255, 255, 0], [0, 0, 0, 255], [255, 255, 0, 255]]], np.uint8
+    )
     Image.fromarray(pixels).save("m.png")
     (here / "m.yaml").write_text(YAML.replace("m.pgm", "m.png"))
     read = read_ros_map("m.yaml")
-    assert read.free.tolist() == [[True, False, False, False]] and read.unknown.tolist() == [[False, True, False, True]]
+    assert read.free.tolist() == [[True, False, False, False]] and read.unknown.tolist() == [
+        [False, True, False, True]
+    ]
 
 
 def test_turns_and_members_that_are_not_known_are_told(here):
@@ -131,12 +172,21 @@ def test_turns_and_members_that_are_not_known_are_told(here):
 
 
 BAD_ROS = {
-    "a member with a slip": (YAML.replace("resolution", "resolutoin"), "lacks 'resolution'.*resolutoin is not known"),
+    "a member with a slip": (
+        YAML.replace("resolution", "resolutoin"),
+        "lacks 'resolution'.*resolutoin is not known",
+    ),
     "no YAML": ("image: [", "no YAML"),
     "a list": ("- 1\n", "no ROS map"),
-    "a text for a number": (YAML.replace("0.05", "fine"), "resolution must be a finite number, got 'fine'"),
+    "a text for a number": (
+        YAML.replace("0.05", "fine"),
+        "resolution must be a finite number, got 'fine'",
+    ),
     "a negative cell": (YAML.replace("0.05", "-1"), "must be positive"),
-    "thresholds that cross": (YAML.replace("0.65", "0.1"), "0 <= free_thresh <= occupied_thresh <= 1"),
+    "thresholds that cross": (
+        YAML.replace("0.65", "0.1"),
+        "0 <= free_thresh <= occupied_thresh <= 1",
+    ),
     "a short origin": (YAML.replace(", 0.0]", "]"), "origin must be"),
     "NaN": (YAML.replace("0.05", ".nan"), "finite number"),
     "a mode that is none": (YAML + "mode: best\n", "trinary, scale, raw"),
@@ -180,7 +230,9 @@ def test_pictures_have_either_polarity_and_any_depth(here):
         np.testing.assert_array_equal(read_image(f"m.{ending}", free="dark").free, ~free)
     Image.fromarray(np.where(free, 65535, 0).astype(np.uint16)).save("deep.png")
     Image.fromarray(free).save("flat.png")
-    Image.fromarray(np.where(free[..., None], 255, 0).astype(np.uint8).repeat(3, axis=2)).save("colour.png")
+    Image.fromarray(np.where(free[..., None], 255, 0).astype(np.uint8).repeat(3, axis=2)).save(
+        "colour.png"
+    )
     Image.fromarray(np.where(free, 255, 0).astype(np.uint8)).convert("P").save("palette.gif")
     for name in ("deep.png", "flat.png", "colour.png", "palette.gif"):
         np.testing.assert_array_equal(read_image(name).free, free, err_msg=name)
@@ -189,7 +241,9 @@ def test_pictures_have_either_polarity_and_any_depth(here):
 def test_the_threshold_parts_the_shades_and_what_lies_between_is_counted(here):
     (here / "m.pgm").write_bytes(pgm([[0, 99, 100, 101, 255]]))
     notes = Notes()
-    assert read_image("m.pgm", threshold=100, notes=notes).free.tolist() == [[False, False, True, True, True]]
+    assert read_image("m.pgm", threshold=100, notes=notes).free.tolist() == [
+        [False, False, True, True, True]
+    ]
     assert notes.count("pixels in between, parted at 100") == 3
     Image.fromarray(np.array([[[0, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)).save("clear.png")
     notes = Notes()
@@ -239,7 +293,11 @@ def test_an_xml_map_is_read_back_equal(here):
 
 
 def test_other_moves_and_other_figures_are_told(here):
-    (here / "m.xml").write_text(XML.replace("<cutcorners>false", "<cutcorners>true").replace("<row>0 0 1 0<", "<row>0 0 5 0<"))
+    (here / "m.xml").write_text(
+        XML.replace("<cutcorners>false", "<cutcorners>true").replace(
+            "<row>0 0 1 0<", "<row>0 0 5 0<"
+        )
+    )
     notes = Notes()
     assert not read_xml_map("m.xml", notes=notes).free[0, 2]
     told = " | ".join(map(str, notes))
@@ -259,7 +317,10 @@ BAD_XML = {
     "no grid": (XML.replace("grid>", "grits>"), "has no <grid>"),
     "no map": ("<root/>", "no map in it"),
     "no XML": ("0 0 1", ":1: no whole XML"),
-    "a row cut short": (XML.replace("<row>0 0 0 0</row>", "<row>0 0 0</row>"), "4 columns, row 2 .* has 3"),
+    "a row cut short": (
+        XML.replace("<row>0 0 0 0</row>", "<row>0 0 0</row>"),
+        "4 columns, row 2 .* has 3",
+    ),
     "a row too few": (XML.replace("<row>0 0 0 0</row>", ""), "3 rows, its grid has 2"),
     "a width in words": (XML.replace("<width>4", "<width>four"), "<width> must be a whole number"),
     "a start outside": (XML.replace("<startx>0", "<startx>9"), r"start \(9, 2\) lies outside"),
@@ -289,7 +350,10 @@ def test_signs_of_a_benchmark_map_that_others_see_otherwise_are_told(here):
     (here / "m.map").write_text("type octile\nheight 1\nwidth 4\nmap\n.SW@\n")
     notes = Notes()
     assert read_map("m.map", notes=notes).tolist() == [[True, True, False, False]]
-    assert [str(note) for note in notes] == ["swamp cells, taken as free: 1", "water cells, taken as blocked: 1"]
+    assert [str(note) for note in notes] == [
+        "swamp cells, taken as free: 1",
+        "water cells, taken as blocked: 1",
+    ]
 
 
 def test_free_is_a_mask_of_bools():

@@ -1,4 +1,6 @@
-"""MovingAI maps and scenarios: read as they come, written back equal, refused with file and line."""
+"""MovingAI maps and scenarios: read as they come, written back equal, refused with file and
+line.
+"""
 
 import os
 
@@ -59,9 +61,15 @@ def test_line_ends_trailing_blanks_and_the_order_of_the_header_do_not_matter(fil
         (":2: the file ends within its header", "type octile\nheight 2\n"),
         (":3: the header ends without height", "type octile\nwidth 2\nmap\n..\n"),
         (":1: maps of type 'tile' are not read", "type tile\nheight 2\nwidth 4\nmap\n....\n....\n"),
-        (":2: the height must be a positive whole number, got '-2'", HEADER.replace("2", "-2") + "....\n....\n"),
+        (
+            ":2: the height must be a positive whole number, got '-2'",
+            HEADER.replace("2", "-2") + "....\n....\n",
+        ),
         (":2: the height must be a positive whole number, got '0'", HEADER.replace("2", "0")),
-        (":3: the width must be a positive whole number, got '4.0'", HEADER.replace("4", "4.0") + "....\n....\n"),
+        (
+            ":3: the width must be a positive whole number, got '4.0'",
+            HEADER.replace("4", "4.0") + "....\n....\n",
+        ),
         (":5: the header says 2 rows, the file holds 1", HEADER + "....\n"),
         (":6: the header says 2 rows, the file holds 3", HEADER + "....\n....\n....\n"),
         (":6: the header says 4 columns, this row has 3", HEADER + "....\n...\n"),

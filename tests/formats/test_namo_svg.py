@@ -1,4 +1,6 @@
-"""NAMO scenes as SVG: paths, transforms, fillings, robot and goal; namosim's own scenes; broken files refused."""
+"""NAMO scenes as SVG: paths, transforms, fillings, robot and goal; namosim's own scenes; broken
+files refused.
+"""
 
 import numpy as np
 import pytest
@@ -35,12 +37,20 @@ def read(tmp_path):
 def test_a_scene_is_a_world_in_metres_with_north_up(read):
     world, notes = read(SCENE)
     wall, box = world.obstacles
-    assert world.bounds == (0, 0, 4, 3) and world.position == (0.5, 2.5) and world.goal_centre == (3.5, 0.5)
-    assert world.radius == pytest.approx(0.2, rel=1e-5) and world.goal_side == pytest.approx(0.4004, abs=1e-5)
+    assert (
+        world.bounds == (0, 0, 4, 3)
+        and world.position == (0.5, 2.5)
+        and world.goal_centre == (3.5, 0.5)
+    )
+    assert world.radius == pytest.approx(0.2, rel=1e-5) and world.goal_side == pytest.approx(
+        0.4004, abs=1e-5
+    )
     assert (wall.name, wall.destroyable, box.name, box.destroyable) == ("wall", False, "box", True)
     assert set(wall.parts[0][0]) == {(2.0, 3.0), (2.4, 3.0), (2.4, 1.0), (2.0, 1.0)}
     assert set(box.parts[0][0]) == {(2.0, 1.0), (2.4, 1.0), (2.4, 0.0), (2.0, 0.0)}
-    assert [str(note) for note in notes] == ["drawings passed over: neither wall nor movable: 1, such as grass"]
+    assert [str(note) for note in notes] == [
+        "drawings passed over: neither wall nor movable: 1, such as grass"
+    ]
     assert read(SCENE, cell_side=0.5)[0].goal_side == 0.5
     assert rasterize(read(SCENE, cell_side=0.5)[0]).labels.shape == (1, 6, 8)
     with pytest.raises(ValueError, match=r"must exceed 2 R"):
@@ -48,11 +58,14 @@ def test_a_scene_is_a_world_in_metres_with_north_up(read):
 
 
 def test_further_robots_and_goals_are_passed_over_and_told(read):
-    more = SCENE.replace('<goal goal_id="end"/>', '<goal goal_id="end"/><goal goal_id="e2"/>').replace(
-        "</namo_config>", '<agent agent_id="r2"/></namo_config>'
-    )
+    more = SCENE.replace(
+        '<goal goal_id="end"/>', '<goal goal_id="end"/><goal goal_id="e2"/>'
+    ).replace("</namo_config>", '<agent agent_id="r2"/></namo_config>')
     told = " | ".join(str(note) for note in read(more)[1])
-    assert "robots after the first, passed over: 1, such as r2" in told and "goals after the first, passed over: 1" in told
+    assert (
+        "robots after the first, passed over: 1, such as r2" in told
+        and "goals after the first, passed over: 1" in told
+    )
 
 
 @pytest.mark.parametrize(
@@ -81,7 +94,9 @@ def test_arcs_and_curves_run_where_they_should():
     (enlarged,) = outlines("M 0 0 A 1 1 0 0 1 10 0")
     np.testing.assert_allclose(enlarged[:, 1].min(), -5, atol=1e-9)
     (cubic,) = outlines("M0 0C0 1 1 1 1 0S2-1 2 0")
-    np.testing.assert_allclose(cubic[[8, 16, 24, 32]], [(0.5, 0.75), (1, 0), (1.5, -0.75), (2, 0)], atol=1e-12)
+    np.testing.assert_allclose(
+        cubic[[8, 16, 24, 32]], [(0.5, 0.75), (1, 0), (1.5, -0.75), (2, 0)], atol=1e-12
+    )
     (quadratic,) = outlines("M0 0q1 2 2 0t2 0")
     np.testing.assert_allclose(quadratic[[8, 16, 24]], [(1, 1), (2, 0), (3, -1)], atol=1e-12)
 
@@ -92,7 +107,9 @@ def test_the_filling_of_nested_outlines_follows_their_turn_or_their_number():
         return ring[::-1] if turned else ring
 
     outer, same, hole, island = square(0, 9), square(1, 8), square(2, 7, turned=True), square(3, 6)
-    counts = [[len(part) for part in filled([outer, hole], is_even_odd=even)] for even in (False, True)]
+    counts = [
+        [len(part) for part in filled([outer, hole], is_even_odd=even)] for even in (False, True)
+    ]
     assert counts == [[2], [2]]
     assert [len(part) for part in filled([island, outer, hole], is_even_odd=False)] == [2, 1]
     assert [len(part) for part in filled([outer, same], is_even_odd=False)] == [1]
@@ -105,7 +122,10 @@ def test_a_wall_round_a_room_leaves_the_room_free(read):
     world, notes = read(SCENE.replace("M 200,0 h 40 v 200 h -40 z", room), cell_side=0.41)
     assert len(world.obstacles[0].parts[0]) == 2 and len(list(notes)) == 1
     world, _ = read(
-        SCENE.replace("M 200,0 h 40 v 200 h -40 z", room).replace('viewBox="0 0', 'viewBox="-40 -30'), cell_side=0.5
+        SCENE.replace("M 200,0 h 40 v 200 h -40 z", room).replace(
+            'viewBox="0 0', 'viewBox="-40 -30'
+        ),
+        cell_side=0.5,
     )
     assert world.bounds == (-0.4, 0.0, 3.6, 3.0) and world.position == (0.5, 2.2)
 
@@ -126,14 +146,23 @@ def test_transforms_are_matrices_from_right_to_left():
 
 BAD = {
     "no goal": (SCENE.replace('<goal goal_id="end"/>', ""), "no <goal>"),
-    "a goal that is not drawn": (SCENE.replace('path id="end"', 'path id="other"'), "the goal 'end' is not drawn"),
-    "a robot that is not drawn": (SCENE.replace('agent_id="robot"', 'agent_id="r9"'), "the robot 'r9' is not drawn"),
+    "a goal that is not drawn": (
+        SCENE.replace('path id="end"', 'path id="other"'),
+        "the goal 'end' is not drawn",
+    ),
+    "a robot that is not drawn": (
+        SCENE.replace('agent_id="robot"', 'agent_id="r9"'),
+        "the robot 'r9' is not drawn",
+    ),
     "no scene": (SCENE.replace("agent", "agents"), "no <namo_config> with an <agent>"),
     "no SVG": ("<html/>", "its root is <html>"),
     "no XML": ("<svg>", "no whole XML"),
     "no box": (SCENE.replace("viewBox", "viewbox"), "viewBox must hold"),
     "a box of no size": (SCENE.replace("0 0 400 300", "0 0 0 300"), "viewBox must hold"),
-    "a path that is none": (SCENE.replace("M 200,0 h 40", "M 200,0 w 40"), "the path 'wall': .* lacks a number|expected"),
+    "a path that is none": (
+        SCENE.replace("M 200,0 h 40", "M 200,0 w 40"),
+        "the path 'wall': .* lacks a number|expected",
+    ),
     "a path without a start": (SCENE.replace("M 200,0 h 40", "h 40"), "begins with M"),
     "a robot outside": (SCENE.replace("M 30 50", "M 930 50"), "position .* outside the bounds"),
     "a robot of no size": (
@@ -169,4 +198,6 @@ def test_the_scenes_of_namosim_are_read_whole(shared_data, name, num_boxes, size
     assert world.bounds[2:] == size and len(notes) == 0
     assert sum(obstacle.destroyable for obstacle in world.obstacles) == num_boxes
     task = rasterize(world)
-    assert (task.labels[:, *task.start] == FREE).all() and (task.labels[:, *task.goal] == FREE).all()
+    assert (task.labels[:, *task.start] == FREE).all() and (
+        task.labels[:, *task.goal] == FREE
+    ).all()

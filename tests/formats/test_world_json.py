@@ -19,7 +19,12 @@ DOCUMENT = {
     "goal": {"centre": [8, 6], "side": 1},
     "obstacles": [
         {"polygon": [SQUARE]},
-        {"name": "Дом", "destroyable": False, "removal_cost": 2.5, "multipolygon": [[SQUARE], [[[5, 5], [6, 5], [6, 6]]]]},
+        {
+            "name": "Дом",
+            "destroyable": False,
+            "removal_cost": 2.5,
+            "multipolygon": [[SQUARE], [[[5, 5], [6, 5], [6, 6]]]],
+        },
     ],
 }
 
@@ -32,17 +37,41 @@ def path(tmp_path):
 def test_a_document_is_read_with_its_defaults(path):
     path.write_text(json.dumps(DOCUMENT), encoding="utf-8")
     first, second = (world := read_world(path)).obstacles
-    assert first == Obstacle.polygon(SQUARE) and first.destroyable and first.removal_cost == 1 and first.name == ""
-    assert second.name == "Дом" and not second.destroyable and second.removal_cost == 2.5 and len(second.parts) == 2
-    assert world == World(bounds=(0, 0, 10, 8), obstacles=(first, second), position=(0.5, 0.5), radius=0.4, goal=((8, 6), 1))
+    assert (
+        first == Obstacle.polygon(SQUARE)
+        and first.destroyable
+        and first.removal_cost == 1
+        and first.name == ""
+    )
+    assert (
+        second.name == "Дом"
+        and not second.destroyable
+        and second.removal_cost == 2.5
+        and len(second.parts) == 2
+    )
+    assert world == World(
+        bounds=(0, 0, 10, 8),
+        obstacles=(first, second),
+        position=(0.5, 0.5),
+        radius=0.4,
+        goal=((8, 6), 1),
+    )
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_a_world_is_read_back_equal(path, count):
-    yard = Obstacle.polygon(SQUARE, [(1.5, 1.5), (2, 1.5), (2.1, 2.123456789)], name='a "yard"', removal_cost=0.1)
+    yard = Obstacle.polygon(
+        SQUARE, [(1.5, 1.5), (2, 1.5), (2.1, 2.123456789)], name='a "yard"', removal_cost=0.1
+    )
     twins = Obstacle([[SQUARE], [[(4, 4), (5, 4), (1e3 / 3, 5)]]], destroyable=False)
     goal = [(8, 5), (9, 6), (8, 7), (7, 6)]
-    world = World(bounds=(0, -1 / 3, 10, 8), obstacles=(yard, twins)[:count], position=(0.1, 0.2), radius=0.3, goal=goal)
+    world = World(
+        bounds=(0, -1 / 3, 10, 8),
+        obstacles=(yard, twins)[:count],
+        position=(0.1, 0.2),
+        radius=0.3,
+        goal=goal,
+    )
     write_world(path, world)
     assert read_world(path) == world
 
@@ -78,16 +107,31 @@ def changed(*places, to):
         (": obstacles must be a list", changed("obstacles", to={})),
         (": obstacles[1] must be an object", changed("obstacles", 1, to=5)),
         (": obstacles[0] lacks 'polygon'", changed("obstacles", 0, to={})),
-        (": obstacles[1] has the unknown member 'polygon'", changed("obstacles", 1, "polygon", to=[SQUARE])),
+        (
+            ": obstacles[1] has the unknown member 'polygon'",
+            changed("obstacles", 1, "polygon", to=[SQUARE]),
+        ),
         (": obstacles[0]: name must be a text", changed("obstacles", 0, "name", to=5)),
-        (": obstacles[0]: destroyable of an obstacle must be True", changed("obstacles", 0, "destroyable", to="yes")),
-        (": obstacles[0]: removal_cost of an obstacle is -1", changed("obstacles", 0, "removal_cost", to=-1)),
-        (": obstacles[0]: a ring of an obstacle has 2 different", changed("obstacles", 0, "polygon", to=[SQUARE[:2]])),
+        (
+            ": obstacles[0]: destroyable of an obstacle must be True",
+            changed("obstacles", 0, "destroyable", to="yes"),
+        ),
+        (
+            ": obstacles[0]: removal_cost of an obstacle is -1",
+            changed("obstacles", 0, "removal_cost", to=-1),
+        ),
+        (
+            ": obstacles[0]: a ring of an obstacle has 2 different",
+            changed("obstacles", 0, "polygon", to=[SQUARE[:2]]),
+        ),
         (
             ": obstacles[0]: an obstacle is no polygon",
             changed("obstacles", 0, "polygon", to=[[[0, 0], [2, 2], [2, 0], [0, 2]]]),
         ),
-        (": obstacles[0]: an obstacle must be a sequence", changed("obstacles", 0, "polygon", to=1)),
+        (
+            ": obstacles[0]: an obstacle must be a sequence",
+            changed("obstacles", 0, "polygon", to=1),
+        ),
         (": the goal square's side, 0.5 m", changed("goal", "side", to=0.5)),
         (": the agent's position (50, 0) lies outside", changed("agent", "position", to=[50, 0])),
         (": radius must be a number", changed("agent", "radius", to="0.4")),
@@ -116,11 +160,25 @@ def test_crossing_rings_are_repaired_when_asked(path):
 
 def test_the_example_in_the_docs_is_read_and_rasterised(path):
     text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
-    (example,) = (block.split("```")[0] for block in text.split("```json")[1:] if "srt-jax world" in block)
+    (example,) = (
+        block.split("```")[0] for block in text.split("```json")[1:] if "srt-jax world" in block
+    )
     path.write_text(example, encoding="utf-8")
     world = read_world(path)
     task = rasterize(world)
-    assert [obstacle.name for obstacle in world.obstacles] == ["fence", "house with a courtyard", "two sheds"]
-    assert task.size.tolist() == [30, 40] and task.start.tolist() == [27, 2] and task.goal.tolist() == [5, 36]
+    assert [obstacle.name for obstacle in world.obstacles] == [
+        "fence",
+        "house with a courtyard",
+        "two sheds",
+    ]
+    assert (
+        task.size.tolist() == [30, 40]
+        and task.start.tolist() == [27, 2]
+        and task.goal.tolist() == [5, 36]
+    )
     assert task.destroyable.tolist() == [True, False, True]
-    assert (task.labels == 0).sum() == 30 and (task.labels == 1).sum() == 100 - 16 and (task.labels == 2).sum() == 6
+    assert (
+        (task.labels == 0).sum() == 30
+        and (task.labels == 1).sum() == 100 - 16
+        and (task.labels == 2).sum() == 6
+    )

@@ -1,4 +1,6 @@
-"""Rasterising: exact against slow twins in fractions and in shapely, and equal under turns, mirrors, shifts and scales."""
+"""Rasterising: exact against slow twins in fractions and in shapely, and equal under turns,
+mirrors, shifts and scales.
+"""
 
 from fractions import Fraction
 
@@ -102,7 +104,9 @@ def test_a_centre_on_the_border_counts_as_covered():
 
 
 def test_what_lies_outside_the_grid_is_cut_off():
-    around = Obstacle.polygon([(-100, -100), (100, -100), (100, 100), (-100, 100)], [(2, 2), (200 / 3, 2), (4, 4), (2, 4)])
+    around = Obstacle.polygon(
+        [(-100, -100), (100, -100), (100, 100), (-100, 100)], [(2, 2), (200 / 3, 2), (4, 4), (2, 4)]
+    )
     np.testing.assert_array_equal(
         covered(around, GRID, "centre"),
         picture("""
@@ -145,17 +149,33 @@ def clipped_area(ring, box) -> Fraction:
                 share = a / (a - b)
                 kept.append((p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])))
         points = kept
-    return abs(sum((p[0] * q[1] - q[0] * p[1] for p, q in zip(points, points[1:] + points[:1])), Fraction(0))) / 2
+    return (
+        abs(
+            sum(
+                (p[0] * q[1] - q[0] * p[1] for p, q in zip(points, points[1:] + points[:1])),
+                Fraction(0),
+            )
+        )
+        / 2
+    )
 
 
 def touched_in_fractions(obstacle: Obstacle, grid: Grid) -> np.ndarray:
-    """An open set meets an open square exactly when they share area; numbers mean what they print as."""
-    exact = [[[(Fraction(str(x)), Fraction(str(y))) for x, y in ring] for ring in part] for part in obstacle.parts]
+    """An open set meets an open square exactly when they share area; numbers mean what they
+    print as.
+    """
+    exact = [
+        [[(Fraction(str(x)), Fraction(str(y))) for x, y in ring] for ring in part]
+        for part in obstacle.parts
+    ]
     (left, top), side = (Fraction(str(value)) for value in grid.origin), Fraction(str(grid.side))
     result = np.zeros((grid.height, grid.width), bool)
     for row, col in np.ndindex(result.shape):
         box = (left + col * side, left + (col + 1) * side, top - (row + 1) * side, top - row * side)
-        areas = [clipped_area(part[0], box) - sum(clipped_area(hole, box) for hole in part[1:]) for part in exact]
+        areas = [
+            clipped_area(part[0], box) - sum(clipped_area(hole, box) for hole in part[1:])
+            for part in exact
+        ]
         result[row, col] = any(area > 0 for area in areas)
     return result
 
@@ -163,11 +183,16 @@ def touched_in_fractions(obstacle: Obstacle, grid: Grid) -> np.ndarray:
 def star(rng: np.random.Generator, centre, radius: float, num_points: int, digits: int):
     angle = np.sort(rng.uniform(0, 2 * np.pi, num_points))
     away = rng.uniform(0.4, 1, num_points) * radius
-    return np.round(np.stack([centre[0] + away * np.cos(angle), centre[1] + away * np.sin(angle)], axis=1), digits)
+    return np.round(
+        np.stack([centre[0] + away * np.cos(angle), centre[1] + away * np.sin(angle)], axis=1),
+        digits,
+    )
 
 
 def random_polygon(seed: int, digits: int) -> Obstacle:
-    """A star with a hole in it, at corners with few or many digits; few put many of them on the lattice."""
+    """A star with a hole in it, at corners with few or many digits; few put many of them on the
+    lattice.
+    """
     rng = np.random.default_rng(seed)
     while True:
         centre = rng.uniform(0, 6, 2).round(digits)
@@ -178,12 +203,16 @@ def random_polygon(seed: int, digits: int) -> Obstacle:
             continue
 
 
-@pytest.mark.parametrize(("digits", "side"), [(0, 1.0), (1, 1.0), (1, 0.7), (2, 1.3), (9, 1.0), (9, 1.123456789)])
+@pytest.mark.parametrize(
+    ("digits", "side"), [(0, 1.0), (1, 1.0), (1, 0.7), (2, 1.3), (9, 1.0), (9, 1.123456789)]
+)
 def test_the_touch_rule_is_exact(digits, side):
     grid = Grid(origin=(0.1, 6.1), side=side, height=5, width=6)
     for seed in range(25):
         polygon = random_polygon(seed, digits)
-        np.testing.assert_array_equal(covered(polygon, grid), touched_in_fractions(polygon, grid), err_msg=str(polygon))
+        np.testing.assert_array_equal(
+            covered(polygon, grid), touched_in_fractions(polygon, grid), err_msg=str(polygon)
+        )
 
 
 def as_shapely(obstacle: Obstacle):
@@ -192,17 +221,25 @@ def as_shapely(obstacle: Obstacle):
 
 
 def mixed_shape(seed: int, steps: int) -> Obstacle:
-    """Boxes, triangles and stars united, or taken from each other, on a lattice of 1 / steps: holes, parts, shared corners."""
+    """Boxes, triangles and stars united, or taken from each other, on a lattice of 1 / steps:
+    holes, parts, shared corners.
+    """
     shapely = pytest.importorskip("shapely")
     rng = np.random.default_rng(seed)
     shape = shapely.box(1, 1, 2, 3)
     for _ in range(rng.integers(1, 5)):
         points = rng.integers(-steps, 7 * steps, (rng.integers(3, 8), 2)) / steps
         low, high = points.min(axis=0), points.max(axis=0) + 1 / steps
-        other = [shapely.box(*low, *high), shapely.Polygon(points[:3]), shapely.Polygon(points).buffer(0)][rng.integers(3)]
+        other = [
+            shapely.box(*low, *high),
+            shapely.Polygon(points[:3]),
+            shapely.Polygon(points).buffer(0),
+        ][rng.integers(3)]
         shape = shape.union(other) if rng.random() < 0.5 else shape.symmetric_difference(other)
     snapped = shapely.set_precision(shape, 1 / 64)
-    polygons = [p for p in shapely.get_parts(snapped) if isinstance(p, shapely.Polygon) and not p.is_empty]
+    polygons = [
+        p for p in shapely.get_parts(snapped) if isinstance(p, shapely.Polygon) and not p.is_empty
+    ]
     if not polygons:
         return Obstacle.polygon([(0, 0), (1, 0), (0, 1)])
     return Obstacle([[p.exterior.coords, *(hole.coords for hole in p.interiors)] for p in polygons])
@@ -217,9 +254,13 @@ def test_both_rules_are_shapelys_cell_by_cell(steps):
         shape = as_shapely(obstacle)
         rows, cols = np.indices((grid.height, grid.width))
         cells = shapely.box(cols * side, 6 - (rows + 1) * side, (cols + 1) * side, 6 - rows * side)
-        np.testing.assert_array_equal(covered(obstacle, grid), shapely.relate_pattern(shape, cells, "T********"))
+        np.testing.assert_array_equal(
+            covered(obstacle, grid), shapely.relate_pattern(shape, cells, "T********")
+        )
         centres = shapely.points((cols + 0.5) * side, 6 - (rows + 0.5) * side)
-        np.testing.assert_array_equal(covered(obstacle, grid, "centre"), shapely.intersects(shape, centres))
+        np.testing.assert_array_equal(
+            covered(obstacle, grid, "centre"), shapely.intersects(shape, centres)
+        )
 
 
 def test_python_integers_and_64_bits_give_the_same(monkeypatch):
@@ -248,12 +289,16 @@ def test_turning_mirroring_shifting_and_scaling_the_world_does_so_to_the_cells(s
         "turn": (lambda x, y: (6 - y, x), np.rot90(cells)),
     }
     for name, (change, expected) in changes.items():
-        np.testing.assert_array_equal(covered(moved(polygon, change), grid, rule), expected, err_msg=name)
+        np.testing.assert_array_equal(
+            covered(moved(polygon, change), grid, rule), expected, err_msg=name
+        )
     away = Grid(origin=(-400.123, 3000.7 + 6), side=1, height=6, width=6)
     shifted = moved(polygon, lambda x, y: (x - 400.123, y + 3000.7))
     np.testing.assert_array_equal(covered(shifted, away, rule), cells)
     large = Grid(origin=(0, 6e3 / 8), side=125, height=6, width=6)
-    np.testing.assert_array_equal(covered(moved(polygon, lambda x, y: (x * 125, y * 125)), large, rule), cells)
+    np.testing.assert_array_equal(
+        covered(moved(polygon, lambda x, y: (x * 125, y * 125)), large, rule), cells
+    )
 
 
 @settings(max_examples=40, deadline=None)
@@ -271,7 +316,9 @@ def test_what_the_centre_rule_covers_the_touch_rule_covers_and_a_larger_map_cove
 
 @pytest.fixture(scope="module")
 def arena(shared_data):
-    """The free cells of a map, and the free space of the same map as convex polygons (y points down in the file)."""
+    """The free cells of a map, and the free space of the same map as convex polygons (y points
+    down in the file).
+    """
     lines = (shared_data / "polygons" / "arena.map").read_text().splitlines()
     rows = lines[lines.index("map") + 1 :]
     free = np.array([[sign in ".G" for sign in row] for row in rows])
@@ -305,14 +352,18 @@ def test_obstacles_are_the_complement_of_free_space_by_both_rules(arena):
     shapely = pytest.importorskip("shapely")
     free, polygons = arena
     height, width = free.shape
-    walls = shapely.box(0, 0, width, height).difference(shapely.union_all([shapely.Polygon(p) for p in polygons]))
+    walls = shapely.box(0, 0, width, height).difference(
+        shapely.union_all([shapely.Polygon(p) for p in polygons])
+    )
     obstacles = [
-        Obstacle.polygon(wall.exterior.coords, *(hole.coords for hole in wall.interiors)) for wall in shapely.get_parts(walls)
+        Obstacle.polygon(wall.exterior.coords, *(hole.coords for hole in wall.interiors))
+        for wall in shapely.get_parts(walls)
     ]
     for rule in ("centre", "touch"):
         labels = cover(obstacles, grid_over((0, 0, width, height), 1), rule=rule)
         np.testing.assert_array_equal((labels == FREE).all(axis=0), free)
-    # Half a cell aside the lattice no longer fits, and the touch rule leaves free what misses every inside.
+    # Half a cell aside the lattice no longer fits, and the touch rule leaves free what misses every
+    # inside.
     shifted = Grid(origin=(0.5, height - 0.25), side=1, height=height - 1, width=width - 1)
     rows, cols = np.indices((height - 1, width - 1))
     cells = shapely.box(cols + 0.5, height - 1.25 - rows, cols + 1.5, height - 0.25 - rows)
@@ -324,24 +375,51 @@ def test_obstacles_are_the_complement_of_free_space_by_both_rules(arena):
 
 
 def test_the_task_of_a_world_has_its_obstacles_start_goal_and_whole_cells():
-    kiosk = Obstacle.polygon([(2.5, 0.5), (4.5, 0.5), (4.5, 2.5), (2.5, 2.5)], destroyable=False, removal_cost=3)
+    kiosk = Obstacle.polygon(
+        [(2.5, 0.5), (4.5, 0.5), (4.5, 2.5), (2.5, 2.5)], destroyable=False, removal_cost=3
+    )
     speck = Obstacle.polygon([(5.1, 3.1), (5.2, 3.1), (5.2, 3.2)])
-    world = World(bounds=(0.5, 0.25, 7.2, 4.5), obstacles=(kiosk, speck), position=(0.6, 4.4), radius=0.2, goal=((6, 1), 1))
+    world = World(
+        bounds=(0.5, 0.25, 7.2, 4.5),
+        obstacles=(kiosk, speck),
+        position=(0.6, 4.4),
+        radius=0.2,
+        goal=((6, 1), 1),
+    )
     touch, centre = rasterize(world), rasterize(world, rule="centre")
-    assert touch.size.tolist() == [4, 6] and touch.start.tolist() == [0, 0] and touch.goal.tolist() == [3, 5]
-    assert touch.labels.tolist() == [[[-1] * 6, [-1] * 4 + [1, -1], [-1, -1, 0, 0, -1, -1], [-1, -1, 0, 0, -1, -1]]]
+    assert (
+        touch.size.tolist() == [4, 6]
+        and touch.start.tolist() == [0, 0]
+        and touch.goal.tolist() == [3, 5]
+    )
+    assert touch.labels.tolist() == [
+        [[-1] * 6, [-1] * 4 + [1, -1], [-1, -1, 0, 0, -1, -1], [-1, -1, 0, 0, -1, -1]]
+    ]
     assert touch.destroyable.tolist() == centre.destroyable.tolist() == [False, True]
     assert touch.removal_cost.tolist() == [3, 1]
     assert 1 not in centre.labels
 
 
 def test_a_start_beyond_the_last_whole_cell_is_refused():
-    world = World(bounds=(0, 0, 5.5, 5), obstacles=(), position=(5.3, 1), radius=0.2, goal=((1, 1), 1))
+    world = World(
+        bounds=(0, 0, 5.5, 5), obstacles=(), position=(5.3, 1), radius=0.2, goal=((1, 1), 1)
+    )
     with pytest.raises(ValueError, match="outside the grid of 5 x 5 whole cells"):
         rasterize(world)
 
 
 def test_runs_of_cells_merge_where_they_overlap_and_never_across_rows():
-    spans = scanlines.Spans(*np.array([(0, 0, 2, 9), (0, 0, 0, 2), (0, 1, -3, 0), (1, 0, 1, 1), (0, 5, 0, 3), (0, 1, 3, 2)]).T)
+    spans = scanlines.Spans(
+        *np.array(
+            [(0, 0, 2, 9), (0, 0, 0, 2), (0, 1, -3, 0), (1, 0, 1, 1), (0, 5, 0, 3), (0, 1, 3, 2)]
+        ).T
+    )
     owner, cell = scanlines.cells_of(spans, 2, 4)
-    assert list(zip(owner.tolist(), cell.tolist())) == [(0, 0), (0, 1), (0, 2), (0, 3), (0, 4), (1, 1)]
+    assert list(zip(owner.tolist(), cell.tolist())) == [
+        (0, 0),
+        (0, 1),
+        (0, 2),
+        (0, 3),
+        (0, 4),
+        (1, 1),
+    ]

@@ -17,7 +17,11 @@ def test_a_point_on_a_line_between_cells_belongs_to_the_lower_right_one():
 
 @settings(deadline=None)
 @given(
-    row=st.integers(0, 499), col=st.integers(0, 999), side=st.floats(1e-3, 1e3), x=st.floats(-1e6, 1e6), y=st.floats(-1e6, 1e6)
+    row=st.integers(0, 499),
+    col=st.integers(0, 999),
+    side=st.floats(1e-3, 1e3),
+    x=st.floats(-1e6, 1e6),
+    y=st.floats(-1e6, 1e6),
 )
 def test_the_centre_of_a_cell_lies_in_that_cell(row, col, side, x, y):
     grid = Grid(origin=(x, y), side=side, height=500, width=1000)

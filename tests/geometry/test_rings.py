@@ -60,7 +60,10 @@ def test_points_that_make_no_ring_are_refused(error, told, points):
         ("meets another ring", [[SQUARE, ((0, 1), (0, 2), (1, 2))]]),  # a hole along the border
         ("meets another ring", [[SQUARE], [SQUARE]]),
         ("outside its outer ring", [[SQUARE, ((5, 5), (6, 5), (6, 6))]]),
-        ("inside another hole", [[SQUARE, ((1, 1), (3, 1), (3, 3), (1, 3)), ((1.5, 1.5), (2, 1.5), (2, 2))]]),
+        (
+            "inside another hole",
+            [[SQUARE, ((1, 1), (3, 1), (3, 3), (1, 3)), ((1.5, 1.5), (2, 1.5), (2, 2))]],
+        ),
         ("inside another polygon", [[SQUARE], [((1, 1), (2, 1), (2, 2))]]),
     ],
 )
@@ -73,7 +76,8 @@ def test_rings_that_bound_no_polygon_are_told_apart(told, parts):
     [
         [[SQUARE]],
         [[SQUARE[::-1], ((0, 2), (1, 1), (1, 3))]],  # the hole touches the border in a point
-        [[SQUARE, ((1, 1), (3, 1), (3, 3), (1, 3))], [((1.5, 1.5), (2, 1.5), (2, 2))]],  # an island in a courtyard
+        # an island in a courtyard
+        [[SQUARE, ((1, 1), (3, 1), (3, 3), (1, 3))], [((1.5, 1.5), (2, 1.5), (2, 2))]],
         [[SQUARE], [((4, 4), (5, 4), (5, 5))]],  # two polygons touch in a corner
     ],
 )
@@ -92,14 +96,18 @@ def test_the_verdict_is_shapelys(scale, data):
     polygon = shapely.Polygon(part[0], part[1:])
     checked = tuple(rings.as_ring("a ring", np.array(points) * scale) for points in part)
     is_valid = rings.conflict((checked,)) == ""
-    # Holes that touch in a chain cut the inside in two: no polygon to shapely, but well-defined for covering cells.
-    # Shapely names but one of several reasons, so the rest is asked one by one.
-    is_in_two = "disconnected" in shapely.is_valid_reason(polygon) and is_sound_but_for_that(shapely, part)
+    # Holes that touch in a chain cut the inside in two: no polygon to shapely, but well-defined for
+    # covering cells. Shapely names but one of several reasons, so the rest is asked one by one.
+    is_in_two = "disconnected" in shapely.is_valid_reason(polygon) and is_sound_but_for_that(
+        shapely, part
+    )
     assert is_valid == (shapely.is_valid(polygon) or is_in_two)
 
 
 def is_sound_but_for_that(shapely, part) -> bool:
-    """Each ring a polygon, the holes in the outer one, and no two of them sharing area or a stretch of border."""
+    """Each ring a polygon, the holes in the outer one, and no two of them sharing area or a
+    stretch of border.
+    """
     outer, *holes = (shapely.Polygon(ring) for ring in part)
     if not all(shapely.is_valid(polygon) for polygon in (outer, *holes)):
         return False
@@ -125,7 +133,10 @@ def test_many_edges_are_checked_in_blocks(monkeypatch):
 def test_repair_makes_two_triangles_of_a_bow_tie_and_nothing_of_a_line():
     pytest.importorskip("shapely")
     parts = rings.repaired(((ring((0, 0), (2, 2), (2, 0), (0, 2)),),))
-    assert sorted(sorted(part[0]) for part in parts) == [[(0, 0), (0, 2), (1, 1)], [(1, 1), (2, 0), (2, 2)]]
+    assert sorted(sorted(part[0]) for part in parts) == [
+        [(0, 0), (0, 2), (1, 1)],
+        [(1, 1), (2, 0), (2, 2)],
+    ]
     assert rings.repaired(((ring((0, 0), (1, 1), (2, 2)),),)) == ()
 
 
@@ -143,7 +154,9 @@ def test_many_obstacles_at_once_get_the_verdicts_they_get_alone():
     many = []
     for _ in range(300):
         away = rng.choice([0, 5, 10**6])
-        drawn = [rng.integers(0, 6, (rng.integers(4, 8), 2)) + away for _ in range(rng.integers(1, 3))]
+        drawn = [
+            rng.integers(0, 6, (rng.integers(4, 8), 2)) + away for _ in range(rng.integers(1, 3))
+        ]
         if all(len(np.unique(points, axis=0)) >= 3 for points in drawn):
             many.append((tuple(ring(*points.tolist()) for points in drawn),))
     alone = [rings.conflict(parts) for parts in many]

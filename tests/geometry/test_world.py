@@ -6,7 +6,13 @@ import pytest
 from srt_jax.geometry.world import Obstacle, World
 
 SQUARE = [(1, 1), (3, 1), (3, 3), (1, 3)]
-GOOD = {"bounds": (0, 0, 10, 8), "obstacles": (), "position": (1, 1), "radius": 0.4, "goal": ((8, 6), 1)}
+GOOD = {
+    "bounds": (0, 0, 10, 8),
+    "obstacles": (),
+    "position": (1, 1),
+    "radius": 0.4,
+    "goal": ((8, 6), 1),
+}
 
 
 def test_a_world_is_kept_as_plain_numbers_and_compares_by_value():
@@ -68,14 +74,24 @@ def test_a_bad_world_is_refused_in_one_sentence(error, told, change):
     ("error", "told", "parts", "options"),
     [
         (ValueError, "obstacle 'wall' has 2 different points", [[SQUARE[:2]]], {}),
-        (ValueError, "'wall' is no polygon: a ring meets itself", [[[(0, 0), (2, 2), (2, 0), (0, 2)]]], {}),
+        (
+            ValueError,
+            "'wall' is no polygon: a ring meets itself",
+            [[[(0, 0), (2, 2), (2, 0), (0, 2)]]],
+            {},
+        ),
         (ValueError, "has no polygon", [], {}),
         (ValueError, "without rings", [[]], {}),
         (TypeError, "sequence of polygons", 5, {}),
         (ValueError, "finite", [[[(0, 0), (np.inf, 2), (2, 0)]]], {}),
         (ValueError, r"shape \[K, 2\]", [SQUARE], {}),
         (ValueError, "removal_cost of obstacle 'wall' is 0", [[SQUARE]], {"removal_cost": 0}),
-        (ValueError, "removal_cost of obstacle 'wall' is nan", [[SQUARE]], {"removal_cost": np.nan}),
+        (
+            ValueError,
+            "removal_cost of obstacle 'wall' is nan",
+            [[SQUARE]],
+            {"removal_cost": np.nan},
+        ),
         (TypeError, "must be True or False", [[SQUARE]], {"destroyable": 1}),
         (ValueError, "enclose nothing", [[[(0, 0), (1, 1), (2, 2)]]], {"repair": True}),
     ],

@@ -1,4 +1,6 @@
-"""Least costs over cells of unequal cost, and their derivatives, against SciPy in float64 and central differences."""
+"""Least costs over cells of unequal cost, and their derivatives, against SciPy in float64 and
+central differences.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -50,7 +52,9 @@ def test_costs_equal_scipys_dijkstra():
 def test_where_all_cells_cost_the_same_the_lengths_are_multiplied():
     lengths = np.asarray(srt_jax.cost_to_come(FREE, STARTS))
     assert np.array_equal(srt_jax.cost_to_come(FREE, STARTS, np.ones_like(COSTS)), lengths)
-    assert np.array_equal(srt_jax.cost_to_come(FREE, STARTS, np.where(FREE, 4, 7).astype(np.float32)), lengths * 4)
+    assert np.array_equal(
+        srt_jax.cost_to_come(FREE, STARTS, np.where(FREE, 4, 7).astype(np.float32)), lengths * 4
+    )
 
 
 def test_a_cell_of_infinite_cost_is_blocked():
@@ -65,13 +69,18 @@ def test_the_gradient_equals_central_differences_on_200_maps():
     for free, start, costs, weights, gradient in zip(FREE, STARTS, COSTS, WEIGHTS, gradients):
         assert not gradient[~free].any()
         way = RNG.normal(size=costs.shape)
-        ahead, here, back = (_exact_score(free, start, costs + step * way, weights) for step in (eps, 0.0, -eps))
+        ahead, here, back = (
+            _exact_score(free, start, costs + step * way, weights) for step in (eps, 0.0, -eps)
+        )
         reached = np.isfinite(here[0])
         bend = np.abs(ahead[0][reached] + back[0][reached] - 2 * here[0][reached]).max(initial=0)
         if bend > 1e-9:  # another path has become the least in between
             continue
         expected, got = (ahead[1] - back[1]) / (2 * eps), (gradient * way).sum()
-        assert abs(got - expected) <= 1e-3 * max(abs(expected), 1e-2 * np.abs(gradient * way).sum()) + 1e-7
+        assert (
+            abs(got - expected)
+            <= 1e-3 * max(abs(expected), 1e-2 * np.abs(gradient * way).sum()) + 1e-7
+        )
         num_compared += 1
     assert num_compared > 190
 
@@ -80,16 +89,22 @@ def test_forward_mode_and_reverse_mode_agree_and_second_derivatives_are_zero():
     way = RNG.normal(size=COSTS.shape).astype(np.float32)
     gradient = jax.grad(lambda costs: _score(costs).sum())
     _, along = jax.jvp(_score, (COSTS,), (way,))
-    np.testing.assert_allclose(along, (np.asarray(gradient(COSTS)) * way).sum((1, 2)), rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(
+        along, (np.asarray(gradient(COSTS)) * way).sum((1, 2)), rtol=1e-4, atol=1e-3
+    )
     _, bend = jax.jvp(gradient, (COSTS,), (way,))
     assert not np.asarray(bend).any()
 
 
 @pytest.mark.parametrize("spread", [0.0, 1.0, 6.0])
 def test_along_the_costs_themselves_the_derivative_is_the_least_cost(spread):
-    """Euler: a least cost is a sum of costs. Also where costs differ so much that float32 swallows the smaller ones."""
+    """Euler: a least cost is a sum of costs. Also where costs differ so much that float32
+    swallows the smaller ones.
+    """
     costs = np.exp(spread * RNG.normal(size=FREE.shape)).astype(np.float32)
-    cost, along = jax.jvp(lambda costs: srt_jax.cost_to_come(FREE, STARTS, costs), (costs,), (costs,))
+    cost, along = jax.jvp(
+        lambda costs: srt_jax.cost_to_come(FREE, STARTS, costs), (costs,), (costs,)
+    )
     reached = np.isfinite(cost)
     np.testing.assert_allclose(np.asarray(along)[reached], np.asarray(cost)[reached], rtol=1e-5)
     assert not np.asarray(along)[~reached].any()
@@ -123,7 +138,9 @@ def test_the_hessian_of_a_function_of_a_path_cost_is_that_of_the_function():
     corners = np.zeros(2, np.int32), np.array([3, 4], np.int32)
     gradient = np.asarray(jax.grad(path_cost, argnums=3)(free, *corners, costs))
     hessian = jax.jit(jax.hessian(lambda costs: path_cost(free, *corners, costs) ** 2))(costs)
-    np.testing.assert_allclose(hessian, 2 * np.multiply.outer(gradient, gradient), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        hessian, 2 * np.multiply.outer(gradient, gradient), rtol=1e-5, atol=1e-6
+    )
 
 
 def test_the_cost_of_one_path_is_the_entry_of_the_field_and_so_is_its_gradient():
@@ -140,13 +157,24 @@ def test_the_cost_of_one_path_is_the_entry_of_the_field_and_so_is_its_gradient()
     assert np.array_equal(path_cost(FREE, STARTS, goals, COSTS), field)
     expected = jax.grad(lambda costs: _score(costs, weights=at_goal).sum())(COSTS)
     np.testing.assert_allclose(jax.grad(total)(COSTS), expected, atol=1e-6)
-    assert np.isinf(path_cost(FREE[0], STARTS[0], (-1, 0))) and np.isinf(path_cost(FREE[0], STARTS[0], (16, 0)))
+    assert np.isinf(path_cost(FREE[0], STARTS[0], (-1, 0))) and np.isinf(
+        path_cost(FREE[0], STARTS[0], (16, 0))
+    )
 
 
 def test_what_is_kept_for_the_way_back_does_not_grow_with_the_path():
     def temporaries(free):
-        run = jax.jit(jax.grad(lambda costs, free: _score(costs, free, (0, 0), jnp.ones((40, 40), jnp.float32))))
-        return run.lower(jnp.ones((40, 40), jnp.float32), free).compile().memory_analysis().temp_size_in_bytes
+        run = jax.jit(
+            jax.grad(
+                lambda costs, free: _score(costs, free, (0, 0), jnp.ones((40, 40), jnp.float32))
+            )
+        )
+        return (
+            run.lower(jnp.ones((40, 40), jnp.float32), free)
+            .compile()
+            .memory_analysis()
+            .temp_size_in_bytes
+        )
 
     assert temporaries(snake(40, 40)) == temporaries(np.ones((40, 40), bool)) < 400 * 40 * 40
 
@@ -159,7 +187,9 @@ def test_a_cost_that_is_not_positive_is_refused_and_inside_jit_blocks_the_cell(b
         srt_jax.cost_to_come(free, (0, 0), costs)
     got = jax.jit(srt_jax.cost_to_come)(free, np.zeros(2, np.int32), costs)
     free[1, 2] = False
-    assert np.array_equal(got, srt_jax.cost_to_come(free, (0, 0), np.abs(np.nan_to_num(costs)) * 0 + 1))
+    assert np.array_equal(
+        got, srt_jax.cost_to_come(free, (0, 0), np.abs(np.nan_to_num(costs)) * 0 + 1)
+    )
 
 
 def test_shapes_and_dtypes_that_do_not_fit_are_refused():

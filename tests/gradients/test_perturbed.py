@@ -1,4 +1,6 @@
-"""Perturbed costs: values and derivatives against closed forms, and the hard limit; the least removal and its gradient."""
+"""Perturbed costs: values and derivatives against closed forms, and the hard limit; the least
+removal and its gradient.
+"""
 
 import math
 
@@ -23,12 +25,17 @@ def _share_of_first(costs, t):
 def _mean_least(costs, t):
     """E min of two log-normals of means c0 and c1."""
     gap, width = math.log(costs[1] / costs[0]), t * math.sqrt(2)
-    return sum(c * 0.5 * (1 + math.erf((sign * gap - width**2 / 2) / width / math.sqrt(2))) for c, sign in zip(costs, (1, -1)))
+    return sum(
+        c * 0.5 * (1 + math.erf((sign * gap - width**2 / 2) / width / math.sqrt(2)))
+        for c, sign in zip(costs, (1, -1))
+    )
 
 
 def _differences(fun, costs, eps=1e-5):
     costs = np.asarray(costs, float)
-    return [(fun(costs + step) - fun(costs - step)) / (2 * eps) for step in np.eye(len(costs)) * eps]
+    return [
+        (fun(costs + step) - fun(costs - step)) / (2 * eps) for step in np.eye(len(costs)) * eps
+    ]
 
 
 def _first_is_less(costs):
@@ -39,8 +46,12 @@ def test_a_choice_between_two_costs_has_the_mean_and_the_gradient_of_its_closed_
     smooth = perturbed(_first_is_less, num_samples=200_000, temperature=0.3)
     value, gradient = jax.value_and_grad(smooth, argnums=1)(KEY, COSTS)
     assert abs(value - _share_of_first((2, 2.4), 0.3)) < 0.005
-    np.testing.assert_allclose(gradient, _differences(lambda c: _share_of_first(c, 0.3), COSTS), rtol=0.03)
-    _, along = jax.jvp(lambda costs: smooth(KEY, costs), (COSTS,), (jnp.array([1.0, 0.5], jnp.float32),))
+    np.testing.assert_allclose(
+        gradient, _differences(lambda c: _share_of_first(c, 0.3), COSTS), rtol=0.03
+    )
+    _, along = jax.jvp(
+        lambda costs: smooth(KEY, costs), (COSTS,), (jnp.array([1.0, 0.5], jnp.float32),)
+    )
     np.testing.assert_allclose(along, gradient[0] + 0.5 * gradient[1], rtol=1e-3)
 
 
@@ -49,7 +60,9 @@ def test_a_smooth_minimum_has_the_mean_and_the_gradient_of_its_closed_form(pathw
     smooth = perturbed(jnp.min, num_samples=200_000, temperature=0.3, pathwise=pathwise)
     value, gradient = jax.value_and_grad(smooth, argnums=1)(KEY, COSTS)
     assert abs(value - _mean_least((2, 2.4), 0.3)) < 0.005
-    np.testing.assert_allclose(gradient, _differences(lambda c: _mean_least(c, 0.3), COSTS), atol=0.02)
+    np.testing.assert_allclose(
+        gradient, _differences(lambda c: _mean_least(c, 0.3), COSTS), atol=0.02
+    )
 
 
 def test_the_smooth_cost_of_a_path_is_below_the_hard_one_and_tends_to_it_as_the_temperature_falls():
@@ -88,24 +101,33 @@ def test_the_gradient_of_smooth_least_costs_equals_differences_of_their_values_f
     free, start, goal = np.ones((6, 6), bool), np.zeros(2, np.int32), np.array([5, 5], np.int32)
     costs = jnp.asarray(np.random.default_rng(3).uniform(1, 3, (6, 6)), jnp.float32)
     smooth = perturbed(
-        lambda costs: srt_jax.path_cost(free, start, goal, costs), num_samples=4096, temperature=0.3, pathwise=True
+        lambda costs: srt_jax.path_cost(free, start, goal, costs),
+        num_samples=4096,
+        temperature=0.3,
+        pathwise=True,
     )
     gradient = jax.grad(smooth, argnums=1)(KEY, costs)
     for seed in range(3):
         way = np.random.default_rng(seed).choice([-1, 1], costs.shape).astype(np.float32) / 64
         difference = smooth(KEY, costs + way) - smooth(KEY, costs - way)
-        assert float(difference) / 2 == pytest.approx(float((gradient * way).sum()), rel=5e-3, abs=2e-5)
+        assert float(difference) / 2 == pytest.approx(
+            float((gradient * way).sum()), rel=5e-3, abs=2e-5
+        )
 
 
 def test_the_score_is_within_five_standard_errors_of_the_differences_of_the_value():
     costs = jnp.array([2.0, 2.4, 2.2], jnp.float32)
-    jump = perturbed(lambda c: (c.argmin(axis=-1) == 0).astype(jnp.float32), num_samples=20_000, temperature=0.3)
+    jump = perturbed(
+        lambda c: (c.argmin(axis=-1) == 0).astype(jnp.float32), num_samples=20_000, temperature=0.3
+    )
     seeds = jax.random.split(KEY, 32)
     gradients = jax.vmap(jax.grad(jump, argnums=1), in_axes=(0, None))(seeds, costs)
     eps = np.float32(1 / 16)  # curvature within it is far below the tolerance
     for index in range(3):
         step = np.eye(3, dtype=np.float32)[index] * eps
-        differences = jax.vmap(lambda key, step=step: (jump(key, costs + step) - jump(key, costs - step)) / (2 * eps))(seeds)
+        differences = jax.vmap(
+            lambda key, step=step: (jump(key, costs + step) - jump(key, costs - step)) / (2 * eps)
+        )(seeds)
         error = gradients[:, index] - differences  # the same noise in both
         assert abs(error.mean()) < 5 * error.std(ddof=1) / len(seeds) ** 0.5 + 1e-3
 
@@ -125,13 +147,19 @@ def test_the_gradient_of_the_least_removal_is_the_set_destroyed_and_equals_diffe
     gradient, (removal, route) = jax.grad(_total, has_aux=True)(batch.removal_cost, batch)
     assert np.array_equal(removal, solution.removal_cost) and np.array_equal(route, solution.cost)
     for destroyed, row in zip(np.asarray(solution.destroyed), np.asarray(gradient)):
-        assert np.array_equal(np.flatnonzero(row), np.sort(destroyed[destroyed >= 0])) and set(row) <= {0.0, 1.0}
+        assert np.array_equal(np.flatnonzero(row), np.sort(destroyed[destroyed >= 0])) and set(
+            row
+        ) <= {0.0, 1.0}
     assert gradient.sum() > 5
     eps = np.float32(1 / 64)  # less than half of what any two sets can differ by, save for ties
     way = np.random.default_rng(0).choice([-1, 1], batch.removal_cost.shape).astype(np.float32)
-    ahead, back = (least_removal(batch.replace(removal_cost=batch.removal_cost + step * way)) for step in (eps, -eps))
+    ahead, back = (
+        least_removal(batch.replace(removal_cost=batch.removal_cost + step * way))
+        for step in (eps, -eps)
+    )
     here = np.asarray(removal)
-    known = np.isfinite(here) & (np.asarray(ahead) + back == 2 * here)  # where there is a tie, the least bends
+    # where there is a tie, the least bends
+    known = np.isfinite(here) & (np.asarray(ahead) + back == 2 * here)
     slope = (np.asarray(ahead) - back)[known] / (2 * eps)
     assert known.sum() > 4 and np.array_equal(slope, (np.asarray(gradient) * way).sum(1)[known])
 
@@ -146,6 +174,8 @@ def test_the_least_removal_under_jit_and_vmap_has_the_same_bits_and_its_mean_ove
     expected = least_removal(batch)
     assert np.array_equal(jax.vmap(least_removal)(batch), expected)
 
-    smooth = perturbed(lambda costs: _total(costs, batch)[0], num_samples=4, temperature=0.5, pathwise=True)
+    smooth = perturbed(
+        lambda costs: _total(costs, batch)[0], num_samples=4, temperature=0.5, pathwise=True
+    )
     gradient = jax.grad(smooth, argnums=1)(KEY, jnp.asarray(batch.removal_cost))
     assert np.isfinite(gradient).all() and gradient.sum() > 5

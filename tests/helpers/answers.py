@@ -8,19 +8,26 @@ INF = np.float32(np.inf)
 ROOT = 2**0.5
 
 
-def task_of(picture: str, *, fixed: str = "@", cost: dict[str, float] | None = None, **where) -> Task:
-    """A task from a picture: S start, G goal, '#' outside, other letters obstacles in the order of the alphabet.
+def task_of(
+    picture: str, *, fixed: str = "@", cost: dict[str, float] | None = None, **where
+) -> Task:
+    """A task from a picture: S start, G goal, '#' outside, other letters obstacles in the order of
+    the alphabet.
 
     A second picture after an empty line is a second layer.
     """
-    layers = [[list(line.strip()) for line in layer.split()] for layer in picture.strip().split("\n\n")]
+    layers = [
+        [list(line.strip()) for line in layer.split()] for layer in picture.strip().split("\n\n")
+    ]
     signs = np.array(layers)
     names = sorted(set(signs.flat) - set(".SG#"))
     labels = np.full(signs.shape, -1, np.int32)
     labels[signs == "#"] = -2
     for i, name in enumerate(names):
         labels[signs == name] = i
-    cells = {sign: np.argwhere((signs == sign).any(axis=0))[0] for sign in "SG" if (signs == sign).any()} | where
+    cells = {
+        sign: np.argwhere((signs == sign).any(axis=0))[0] for sign in "SG" if (signs == sign).any()
+    } | where
     return Task(
         labels=labels,
         destroyable=np.array([name not in fixed for name in names]),
@@ -70,7 +77,9 @@ def open_path():
         .@G
         ...""")
     cells = [(0, 0), (1, 0), (2, 0), (3, 0), (3, 1), (3, 2), (2, 2)]
-    return task, solution_of(task, Status.PATH_EXISTS, cells=cells, cost=6, plan=[(Act.RELOCATE, -1, 6)])
+    return task, solution_of(
+        task, Status.PATH_EXISTS, cells=cells, cost=6, plan=[(Act.RELOCATE, -1, 6)]
+    )
 
 
 def two_walls():
@@ -100,7 +109,9 @@ def two_walls():
 
 
 def goal_inside():
-    """The goal lies in two overlapping obstacles; both are destroyed from the same cell, then one diagonal move."""
+    """The goal lies in two overlapping obstacles; both are destroyed from the same cell, then
+    one diagonal move.
+    """
     task = task_of(
         """
         S....
@@ -131,13 +142,17 @@ def goal_inside():
 
 
 def fixed_wall():
-    """The wall touches obstacle c by a corner and a gap in the map (#): all one blob, reported by the names on its contour."""
+    """The wall touches obstacle c by a corner and a gap in the map (#): all one blob, reported
+    by the names on its contour.
+    """
     task = task_of("""
         S.#.a
         ..@.b
         .c@.G""")
     contour = [(0, 1), (1, 0), (1, 1), (2, 0)]
-    return task, solution_of(task, Status.UNSOLVABLE, seed=(1, 1), contour=contour, blocking=[0, 3], separating=[0])
+    return task, solution_of(
+        task, Status.UNSOLVABLE, seed=(1, 1), contour=contour, blocking=[0, 3], separating=[0]
+    )
 
 
 def boxed_start():

@@ -1,4 +1,6 @@
-"""Maps for tests, free [H, W]: noise, mazes, snakes, cities; and batches of unequal ones, each with a start."""
+"""Maps for tests, free [H, W]: noise, mazes, snakes, cities; and batches of unequal ones, each
+with a start.
+"""
 
 import pathlib
 
@@ -17,7 +19,11 @@ def maze(rng: np.random.Generator, height: int, width: int, corridor: int = 1) -
     stack = [(1, 1)]
     while stack:
         r, c = stack[-1]
-        steps = [(a, b) for a, b in ((-2, 0), (2, 0), (0, -2), (0, 2)) if 0 < r + a < rows - 1 and 0 < c + b < cols - 1]
+        steps = [
+            (a, b)
+            for a, b in ((-2, 0), (2, 0), (0, -2), (0, 2))
+            if 0 < r + a < rows - 1 and 0 < c + b < cols - 1
+        ]
         steps = [(a, b) for a, b in steps if not free[r + a, c + b]]
         if not steps:
             stack.pop()
@@ -67,10 +73,14 @@ def any_start(rng: np.random.Generator, free: np.ndarray) -> np.ndarray:
     return (cells[rng.integers(len(cells))] if len(cells) else np.zeros(2)).astype(np.int32)
 
 
-def random_maps(seed: int, count: int, height: int, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Maps of sizes from 1x1 to height x width in one padded batch, of density 0 to 100 %, mazes and rooms among them.
+def random_maps(
+    seed: int, count: int, height: int, width: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Maps of sizes from 1x1 to height x width in one padded batch, of density 0 to 100 %, mazes
+    and rooms among them.
 
-    Returns free [count, height, width], starts int32 [count, 2], most of them free, and the sizes int32 [count, 2].
+    Returns free [count, height, width], starts int32 [count, 2], most of them free, and the sizes
+    int32 [count, 2].
     """
     rng = np.random.default_rng(seed)
     free = np.zeros((count, height, width), bool)
@@ -94,4 +104,6 @@ def read_map(path: pathlib.Path) -> np.ndarray:
     """A MovingAI `.map` as free [H, W]."""
     lines = path.read_text().split("\n")
     height, width = int(lines[1].split()[1]), int(lines[2].split()[1])
-    return np.array([[sign in ".G" for sign in line.rstrip("\r")[:width]] for line in lines[4 : 4 + height]])
+    return np.array(
+        [[sign in ".G" for sign in line.rstrip("\r")[:width]] for line in lines[4 : 4 + height]]
+    )

@@ -1,10 +1,14 @@
-"""Files damaged in every way a disk or an editor has: what a reader makes of them must be a map or one ValueError."""
+"""Files damaged in every way a disk or an editor has: what a reader makes of them must be a map
+or one ValueError.
+"""
 
 import numpy as np
 
 
 def damaged(content: bytes, *, seed: int, count: int = 40):
-    """Yields copies of a file that are cut short, have bytes changed, or stretches doubled or taken out."""
+    """Yields copies of a file that are cut short, have bytes changed, or stretches doubled or
+    taken out.
+    """
     rng = np.random.default_rng(seed)
     for _ in range(count):
         first, last = np.sort(rng.integers(0, len(content) + 1, 2)).tolist()
@@ -23,7 +27,9 @@ def damaged(content: bytes, *, seed: int, count: int = 40):
 
 
 def refusals(read, path, content: bytes, *, seed: int = 0, count: int = 40) -> int:
-    """Reads damaged copies of a file; returns how many were refused. Anything but a ValueError of one line gets through."""
+    """Reads damaged copies of a file; returns how many were refused. Anything but a ValueError
+    of one line gets through.
+    """
     refused = 0
     for broken in damaged(content, seed=seed, count=count):
         path.write_bytes(broken)

@@ -1,4 +1,6 @@
-"""Slow and obvious twins of the kernels, on one map each; they share no line with them. SciPy does the larger ones."""
+"""Slow and obvious twins of the kernels, on one map each; they share no line with them. SciPy
+does the larger ones.
+"""
 
 import collections
 import heapq
@@ -62,7 +64,9 @@ def reach_by_label(free: np.ndarray, start: tuple[int, int]) -> np.ndarray:
     return labels == labels[tuple(start)]
 
 
-def costs_by_scipy(free: np.ndarray, start: tuple[int, int], straight: int, diagonal: int) -> np.ndarray:
+def costs_by_scipy(
+    free: np.ndarray, start: tuple[int, int], straight: int, diagonal: int
+) -> np.ndarray:
     """Exact integer costs, float64; inf where not reached."""
     if not free[tuple(start)]:
         return np.full(free.shape, np.inf)
@@ -84,10 +88,15 @@ def costs_by_scipy(free: np.ndarray, start: tuple[int, int], straight: int, diag
 
 
 def seed_by_sorting(reached: np.ndarray, goal: tuple[int, int]) -> tuple[int, int]:
-    """The least (distance, row, col), distance as exact (straight, diagonal) counts compared by squares of integers."""
+    """The least (distance, row, col), distance as exact (straight, diagonal) counts compared by
+    squares of integers.
+    """
     best = None
     for r, c in np.argwhere(reached):
-        long, short = max(abs(r - goal[0]), abs(c - goal[1])), min(abs(r - goal[0]), abs(c - goal[1]))
+        long, short = (
+            max(abs(r - goal[0]), abs(c - goal[1])),
+            min(abs(r - goal[0]), abs(c - goal[1])),
+        )
         key = (int(long - short), int(short), int(r), int(c))
         if best is None or _is_less(key, best):
             best = key
@@ -107,7 +116,9 @@ def _is_less(a: tuple, b: tuple) -> bool:
 
 
 def contour_by_label(free: np.ndarray, seed: tuple[int, int], goal: tuple[int, int]) -> np.ndarray:
-    """The free cells, on the seed's side, round the 8-connected piece that owns the blocked cell ahead."""
+    """The free cells, on the seed's side, round the 8-connected piece that owns the blocked cell
+    ahead.
+    """
     nothing = np.zeros(free.shape, bool)
     height, width = free.shape
     if min(seed) < 0 or not free[tuple(seed)]:
@@ -123,13 +134,22 @@ def contour_by_label(free: np.ndarray, seed: tuple[int, int], goal: tuple[int, i
     return round_it & reach_by_label(free, seed)
 
 
-def weighted_costs_by_scipy(free: np.ndarray, start: tuple[int, int], costs: np.ndarray) -> np.ndarray:
-    """Least costs in float64, a move costing its length times the mean of its two cells; inf where not reached."""
+def weighted_costs_by_scipy(
+    free: np.ndarray, start: tuple[int, int], costs: np.ndarray
+) -> np.ndarray:
+    """Least costs in float64, a move costing its length times the mean of its two cells; inf
+    where not reached.
+    """
     inside = 0 <= start[0] < free.shape[0] and 0 <= start[1] < free.shape[1]
     if not (inside and free[tuple(start)]):
         return np.full(free.shape, np.inf)
     cell, costs = np.arange(free.size).reshape(free.shape), np.asarray(costs, np.float64)
-    up, down, left, right = slice(-1), slice(1, None), (slice(None), slice(-1)), (slice(None), slice(1, None))
+    up, down, left, right = (
+        slice(-1),
+        slice(1, None),
+        (slice(None), slice(-1)),
+        (slice(None), slice(1, None)),
+    )
     square = free[up, up] & free[up, down] & free[down, up] & free[down, down]
     pairs = [
         (left, right, free[left] & free[right], 1.0),

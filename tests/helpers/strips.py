@@ -1,4 +1,6 @@
-"""Random STRIPS tasks, and breadth-first search on sets: the slow, obvious twin of every planner here."""
+"""Random STRIPS tasks, and breadth-first search on sets: the slow, obvious twin of every planner
+here.
+"""
 
 from collections import deque
 
@@ -8,9 +10,14 @@ from sign_model.pddl.planning_task import PlanningTask, task_from_arrays
 
 
 def random_task(seed: int, max_features: int = 12, max_actions: int = 10) -> PlanningTask:
-    """A task of 1 to 12 features and 0 to 10 actions with few conditions and effects: about half of them can be solved."""
+    """A task of 1 to 12 features and 0 to 10 actions with few conditions and effects: about half
+    of them can be solved.
+    """
     rng = np.random.default_rng(seed)
-    num_features, num_actions = int(rng.integers(1, max_features + 1)), int(rng.integers(0, max_actions + 1))
+    num_features, num_actions = (
+        int(rng.integers(1, max_features + 1)),
+        int(rng.integers(0, max_actions + 1)),
+    )
 
     def few(most: int) -> np.ndarray:
         rows = np.zeros((num_actions, num_features), bool)
@@ -25,9 +32,12 @@ def random_task(seed: int, max_features: int = 12, max_actions: int = 10) -> Pla
 
 
 def shortest_length(task: PlanningTask) -> int | None:
-    """The length of a shortest plan by breadth-first search over sets of features; None where there is none."""
+    """The length of a shortest plan by breadth-first search over sets of features; None where
+    there is none.
+    """
     conditions, adds, deletes = (
-        [frozenset(np.flatnonzero(row)) for row in m] for m in (task.conditions, task.adds, task.deletes)
+        [frozenset(np.flatnonzero(row)) for row in m]
+        for m in (task.conditions, task.adds, task.deletes)
     )
     start, goal = frozenset(np.flatnonzero(task.start)), frozenset(np.flatnonzero(task.goal))
     queue, seen = deque([(start, 0)]), {start}

@@ -1,4 +1,6 @@
-"""Generated instances: the optimum told is the optimum, every kind comes, and a seed settles all."""
+"""Generated instances: the optimum told is the optimum, every kind comes, and a seed settles
+all.
+"""
 
 import collections
 import zlib
@@ -11,7 +13,18 @@ from srt_jax.reference.brute_force import least_removal
 from srt_jax.reference.dijkstra import dijkstra
 
 MIXED = {
-    *("half", "quarter", "bagel", "rooms", "fences", "rings", "open", "boxed-start", "double-wall", "unsolvable"),
+    *(
+        "half",
+        "quarter",
+        "bagel",
+        "rooms",
+        "fences",
+        "rings",
+        "open",
+        "boxed-start",
+        "double-wall",
+        "unsolvable",
+    ),
     *("covered-goal", "patched", "noise-in-parts", "covered-start"),
 }
 
@@ -31,10 +44,18 @@ def digest(instances) -> int:
 
 
 def parts(task):
-    return task.labels, task.destroyable, task.removal_cost, tuple(task.start.tolist()), tuple(task.goal.tolist())
+    return (
+        task.labels,
+        task.destroyable,
+        task.removal_cost,
+        tuple(task.start.tolist()),
+        tuple(task.goal.tolist()),
+    )
 
 
-@pytest.mark.parametrize("kind", ["half", "quarter", "bagel-5", "rooms", "fences", "rings", "mixed"])
+@pytest.mark.parametrize(
+    "kind", ["half", "quarter", "bagel-5", "rooms", "fences", "rings", "mixed"]
+)
 def test_the_optimum_told_is_that_of_brute_force(kind):
     compared = collections.Counter()
     for name, task, optimum in generate(kind, count=84, size=(MIN_SIZE, 22), seed=1):
@@ -64,7 +85,10 @@ def test_mixed_instances_are_what_their_names_say():
 
 def test_hard_cases_come_up():
     instances = generate("mixed", count=280, size=(20, 60), seed=3)
-    assert any(len(task.labels) == 2 and (task.labels >= 0).all(axis=0).any() for _, task, _ in instances)  # overlaps
+    # overlaps
+    assert any(
+        len(task.labels) == 2 and (task.labels >= 0).all(axis=0).any() for _, task, _ in instances
+    )
     for kind in ("rooms", "fences", "rings", "boxed-start", "double-wall", "covered-goal"):
         optima = [optimum for name, _, optimum in instances if kind_of(name) == kind]
         assert len(set(optima)) > 3 and (np.isinf(optima).any() or kind == "double-wall"), kind
@@ -74,7 +98,9 @@ def test_hard_cases_come_up():
 def test_sizes_lie_in_their_range(kind):
     sizes = np.array([task.size for _, task, _ in generate(kind, count=30, size=(30, 50), seed=4)])
     assert sizes.min() >= 30 and sizes.max() <= 50 and len(set(map(tuple, sizes.tolist()))) > 20
-    assert all(task.labels.shape[1:] == (32, 32) for _, task, _ in generate(kind, count=3, size=32, seed=4))
+    assert all(
+        task.labels.shape[1:] == (32, 32) for _, task, _ in generate(kind, count=3, size=32, seed=4)
+    )
 
 
 def test_an_instance_depends_on_its_place_and_seed_alone():
@@ -89,14 +115,30 @@ def test_instances_are_the_same_on_every_machine():
 
 def test_tasks_are_well_formed():
     for name, task, _ in generate("mixed", count=28, size=(16, 40), seed=8):
-        assert [array.dtype for array in task.values()] == ["int32", "bool", "float32", "int32", "int32", "int32"], name
-        assert (task.removal_cost > 0).all() and -1 <= task.labels.min() <= task.labels.max() < len(task.destroyable)
+        assert [array.dtype for array in task.values()] == [
+            "int32",
+            "bool",
+            "float32",
+            "int32",
+            "int32",
+            "int32",
+        ], name
+        assert (task.removal_cost > 0).all() and -1 <= task.labels.min() <= task.labels.max() < len(
+            task.destroyable
+        )
 
 
 @pytest.mark.parametrize(
     ("kind", "options", "message"),
     [
-        ("thirds", {}, "unknown kind 'thirds': choose one of half, quarter, bagel-K, rooms, fences, rings, mixed"),
+        (
+            "thirds",
+            {},
+            (
+                "unknown kind 'thirds': choose one of half, quarter, bagel-K, rooms, fences, rings,"
+                " mixed"
+            ),
+        ),
         ("bagel-x", {}, "unknown kind"),
         ("bagel-1", {}, "K must be at least 3"),
         ("bagel-100", {"size": 64}, "bagel-100: .* size must be 85 or more"),

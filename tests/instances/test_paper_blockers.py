@@ -1,4 +1,6 @@
-"""Blockers cut start and goal off, and nothing but the blocker has to go; base maps are what they say."""
+"""Blockers cut start and goal off, and nothing but the blocker has to go; base maps are what
+they say.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ CORNERS_TOO = np.ones((3, 3), bool)
 
 def shown(labels, start, goal):
     """The picture of a labelled map, the highest id as '@'."""
-    signs = np.where((labels == labels.max()).any(axis=0), "@", np.where((labels >= 0).any(axis=0), "o", "."))
+    signs = np.where(
+        (labels == labels.max()).any(axis=0), "@", np.where((labels >= 0).any(axis=0), "o", ".")
+    )
     signs[start], signs[goal] = "S", "G"
     return "\n".join("".join(row) for row in signs)
 
@@ -99,7 +103,9 @@ def test_the_shares_explored_are_those_of_the_paper(kind, start, goal, share):
 
 
 def test_a_blocker_across_obstacles_lies_over_them():
-    labels = np.array([[-1, 0, -1, -1], [-1, 0, 1, -1], [-1, -1, 1, -1], [-1, -1, -1, -1]], np.int32)
+    labels = np.array(
+        [[-1, 0, -1, -1], [-1, 0, 1, -1], [-1, -1, 1, -1], [-1, -1, -1, -1]], np.int32
+    )
     blocked, blocker = block(labels, (0, 0), (3, 3), "half")
     assert blocker == 2 and blocked.shape == (2, 4, 4)
     assert (blocked[0] == labels).all() and (blocked[1] == 2).sum() == 4
@@ -108,7 +114,9 @@ def test_a_blocker_across_obstacles_lies_over_them():
 
 
 def random_tasks(count):
-    """Labelled random maps of up to 8 objects with a connected start and goal, and a kind of blocker."""
+    """Labelled random maps of up to 8 objects with a connected start and goal, and a kind of
+    blocker.
+    """
     rng = np.random.default_rng(0)
     while count:
         height, width = rng.integers(8, 20, 2)
@@ -137,7 +145,8 @@ def test_the_blocker_hangs_together():
     for labels, start, goal, kind in random_tasks(60):
         blocked, blocker = block(labels, start, goal, kind)
         own = (blocked == blocker).any(axis=0)
-        assert ndimage.label(own)[1] == 1 or kind.startswith("bagel")  # a ring cut off at both sides comes in two parts
+        # a ring cut off at both sides comes in two parts
+        assert ndimage.label(own)[1] == 1 or kind.startswith("bagel")
         pieces, _ = ndimage.label((blocked >= 0).any(axis=0), structure=CORNERS_TOO)
         assert astar((blocked == -1).all(axis=0), start, goal).cost == np.inf
         assert pieces[own].all()
@@ -149,7 +158,12 @@ def test_the_blocker_hangs_together():
         ("thirds", (0, 0), (5, 7), "unknown blockage 'thirds': choose half, quarter, or bagel-K"),
         ("bagel-", (0, 0), (5, 7), "unknown blockage"),
         ("bagel-2", (0, 0), (5, 7), "K must be at least 3"),
-        ("bagel-10", (2, 2), (3, 4), r"start \(2, 2\) lies inside the blocker around goal \(3, 4\)"),
+        (
+            "bagel-10",
+            (2, 2),
+            (3, 4),
+            r"start \(2, 2\) lies inside the blocker around goal \(3, 4\)",
+        ),
         ("quarter", (5, 7), (4, 6), "lies inside the blocker"),
         ("half", (3, 3), (4, 4), r"no line fits between start \(3, 3\) and goal \(4, 4\)"),
         ("half", (3, 3), (4, 8), r"goal \(4, 8\) lies outside the map of 6 x 8 cells"),
@@ -187,7 +201,9 @@ def test_start_and_goal_of_a_small_pocket_are_not_taken():
 
 @pytest.mark.parametrize("free", [np.ones((5, 9), bool), np.zeros((5, 9), bool)])
 def test_a_region_too_narrow_is_told(free):
-    with pytest.raises(ValueError, match="no two cells lie 9 rows or columns apart: the largest free region spans"):
+    with pytest.raises(
+        ValueError, match="no two cells lie 9 rows or columns apart: the largest free region spans"
+    ):
         pick_start_goal(free, apart=9, seed=0)
 
 
@@ -199,7 +215,10 @@ def test_a_city_is_a_third_blocked_and_its_streets_hang_together(seed):
     assert 0.25 < (~free).mean() < 0.42
     assert maps.largest_region(free).sum() > 0.95 * free.sum()
     assert set(np.unique(labels)) == {-1, *range(labels.max() + 1)}
-    assert all(ndimage.label(labels == i, structure=CORNERS_TOO)[1] == 1 for i in range(0, labels.max() + 1, 5))
+    assert all(
+        ndimage.label(labels == i, structure=CORNERS_TOO)[1] == 1
+        for i in range(0, labels.max() + 1, 5)
+    )
 
 
 @pytest.mark.parametrize("corridor", [1, 2, 5])
@@ -215,7 +234,9 @@ def test_a_maze_has_one_way_between_any_two_places(corridor, size):
 
 def test_a_snake_is_one_corridor():
     free = maps.snake(9, 7)
-    assert lines("\n".join("".join(".@"[not cell] for cell in row) for row in free)).split()[:4] == [
+    assert lines("\n".join("".join(".@"[not cell] for cell in row) for row in free)).split()[
+        :4
+    ] == [
         ".......",
         "@@@@@@.",
         ".......",
@@ -246,7 +267,12 @@ def test_regions_are_those_of_scipy():
 
 
 def test_maps_are_settled_by_their_seed():
-    for make in (maps.city_buildings, maps.maze, maps.rooms, lambda *size, seed: maps.noise(*size, density=0.3, seed=seed)):
+    for make in (
+        maps.city_buildings,
+        maps.maze,
+        maps.rooms,
+        lambda *size, seed: maps.noise(*size, density=0.3, seed=seed),
+    ):
         assert (make(50, 70, seed=5) == make(50, 70, seed=5)).all()
         assert (make(50, 70, seed=5) != make(50, 70, seed=6)).any()
 

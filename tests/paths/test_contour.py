@@ -52,7 +52,9 @@ def test_it_equals_the_twin_on_random_maps():
     seeds = np.array(srt_jax.seed_cell(srt_jax.reach(free, starts), goals))
     seeds[::5] = starts[::5]
     num_found = 0
-    for one, seed, goal, got in zip(free, seeds, goals, np.asarray(srt_jax.contour(free, seeds, goals))):
+    for one, seed, goal, got in zip(
+        free, seeds, goals, np.asarray(srt_jax.contour(free, seeds, goals))
+    ):
         expected = contour_by_label(one, seed, goal)
         num_found += expected.any()
         assert np.array_equal(got, expected)
@@ -64,15 +66,26 @@ def test_the_padding_of_an_eager_call_is_no_obstacle(height, width):
     rng = np.random.default_rng(height)
     for _ in range(8):
         free = noise(rng, height, width, 0.4)
-        seed, goal = any_start(rng, free), rng.integers(-3, [height + 3, width + 3]).astype(np.int32)
+        seed, goal = (
+            any_start(rng, free),
+            rng.integers(-3, [height + 3, width + 3]).astype(np.int32),
+        )
         assert np.array_equal(srt_jax.contour(free, seed, goal), contour_by_label(free, seed, goal))
-        assert np.array_equal(jax.jit(srt_jax.contour)(free, seed, goal), contour_by_label(free, seed, goal))
+        assert np.array_equal(
+            jax.jit(srt_jax.contour)(free, seed, goal), contour_by_label(free, seed, goal)
+        )
 
 
 def test_nothing_ahead_means_no_contour():
     free = np.ones((5, 5), bool)
     free[2, 2] = False
-    for seed, goal in (((-1, -1), (3, 3)), ((1, 1), (1, 1)), ((0, 0), (4, 4)), ((2, 2), (4, 4)), ((9, 9), (0, 0))):
+    for seed, goal in (
+        ((-1, -1), (3, 3)),
+        ((1, 1), (1, 1)),
+        ((0, 0), (4, 4)),
+        ((2, 2), (4, 4)),
+        ((9, 9), (0, 0)),
+    ):
         assert not srt_jax.contour(free, seed, goal).any()
     assert srt_jax.contour(free, (1, 1), (4, 4)).sum() == 8
 
@@ -84,11 +97,15 @@ def test_the_cell_ahead_is_the_diagonal_one_or_a_blocked_side():
         ...G
     """)
     ahead = obstacle_ahead(
-        jnp.asarray(free)[None].repeat(4, 0), jnp.array([[0, 0], [1, 0], [2, 0], [2, 2]]), jnp.array([[2, 3]] * 4)
+        jnp.asarray(free)[None].repeat(4, 0),
+        jnp.array([[0, 0], [1, 0], [2, 0], [2, 2]]),
+        jnp.array([[2, 3]] * 4),
     )
     assert ahead.tolist() == [[1, 1], [1, 1], [-1, -1], [-1, -1]]
     free[1, 1] = True
-    assert obstacle_ahead(jnp.asarray(free)[None], jnp.array([[0, 0]]), jnp.array([[2, 3]])).tolist() == [[0, 1]]
+    assert obstacle_ahead(
+        jnp.asarray(free)[None], jnp.array([[0, 0]]), jnp.array([[2, 3]])
+    ).tolist() == [[0, 1]]
     assert places["G"] == (2, 3)
 
 

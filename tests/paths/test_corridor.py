@@ -1,4 +1,6 @@
-"""A path within a permitted deviation: the corridor against its definition, the path against a search of the slow twin."""
+"""A path within a permitted deviation: the corridor against its definition, the path against a
+search of the slow twin.
+"""
 
 import jax
 import numpy as np
@@ -11,7 +13,9 @@ from tests.helpers.pictures import drawn
 
 
 def strays(start, goal, size=16):
-    """How far each cell's centre lies from the straight link, float [size, size], by its definition."""
+    """How far each cell's centre lies from the straight link, float [size, size], by its
+    definition.
+    """
     a, b = (np.array(point, float) for point in (start, goal))
     cells = np.stack(np.mgrid[:size, :size], axis=-1).astype(float)
     apart = lambda along: np.linalg.norm(a + along[..., None] * (b - a) - cells, axis=-1)  # noqa: E731
@@ -41,7 +45,9 @@ def test_the_corridor_and_its_path_agree_with_brute_force():
         path = path_within(free, start, goal, deviation)
         np.testing.assert_allclose(path.cost, truth.cost, rtol=1e-5)
         cells = np.asarray(path.cells)[: int(path.num_cells)]
-        assert all(away[row, col] <= deviation + 1e-4 and free[row, col] for row, col in cells.tolist())
+        assert all(
+            away[row, col] <= deviation + 1e-4 and free[row, col] for row, col in cells.tolist()
+        )
         found += np.isfinite(truth.cost)
     assert found > 15
 
@@ -49,7 +55,10 @@ def test_the_corridor_and_its_path_agree_with_brute_force():
 def test_a_wider_corridor_never_makes_a_path_longer():
     rng = np.random.default_rng(1)
     free, start, goal, _ = random_case(rng)
-    costs = [float(path_within(free, start, goal, deviation).cost) for deviation in (0, 1, 2, 4, 8, 16, np.inf)]
+    costs = [
+        float(path_within(free, start, goal, deviation).cost)
+        for deviation in (0, 1, 2, 4, 8, 16, np.inf)
+    ]
     assert costs == sorted(costs, reverse=True)
 
 
@@ -75,7 +84,8 @@ def test_a_batch_may_be_vmapped_and_jitted():
     rng = np.random.default_rng(2)
     cases = [random_case(rng) for _ in range(8)]
     free, start, goal, deviation = (
-        np.stack([case[i] for case in cases]).astype(kind) for i, kind in enumerate((bool, np.int32, np.int32, np.float32))
+        np.stack([case[i] for case in cases]).astype(kind)
+        for i, kind in enumerate((bool, np.int32, np.int32, np.float32))
     )
     whole = path_within(free, start, goal, deviation)
     mapped = jax.jit(jax.vmap(path_within))(free, start, goal, deviation)

@@ -29,7 +29,9 @@ def test_lengths_go_round_the_wall_and_diagonals_need_both_sides():
     assert np.allclose(length, [[0, 1, np.inf], [1, np.inf, 5], [2, 3, 4]])
     free[1, 1] = True
     length = np.asarray(srt_jax.cost_to_come(free, places["S"]))
-    assert np.allclose(length, [[0, 1, np.inf], [1, 2**0.5, 1 + 2**0.5], [2, 1 + 2**0.5, 2 * 2**0.5]])
+    assert np.allclose(
+        length, [[0, 1, np.inf], [1, 2**0.5, 1 + 2**0.5], [2, 1 + 2**0.5, 2 * 2**0.5]]
+    )
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -91,7 +93,9 @@ def test_a_snake_of_a_million_cells_is_measured_to_its_end():
 def test_corridors_of_a_row_or_a_column_are_exact(shape):
     free = np.ones(shape, bool)
     start = (shape[0] - 1, shape[1] // 2)
-    np.testing.assert_allclose(srt_jax.cost_to_come(free, start), lengths_by_heap(free, start), rtol=2e-7)
+    np.testing.assert_allclose(
+        srt_jax.cost_to_come(free, start), lengths_by_heap(free, start), rtol=2e-7
+    )
 
 
 def test_straight_lengths_are_whole_numbers_and_diagonals_are_exact_to_float32():
@@ -117,7 +121,9 @@ def test_turning_mirroring_transposing_and_padding_change_no_bit():
     mark[tuple(np.argwhere(free)[700])] = True
     expected = np.asarray(srt_jax.cost_to_come(free, np.argwhere(mark)[0].astype(np.int32)))
     for change in (np.rot90, np.flipud, np.fliplr, np.transpose):
-        got = srt_jax.cost_to_come(change(free).copy(), np.argwhere(change(mark))[0].astype(np.int32))
+        got = srt_jax.cost_to_come(
+            change(free).copy(), np.argwhere(change(mark))[0].astype(np.int32)
+        )
         assert np.array_equal(got, change(expected))
     padded = jax.jit(srt_jax.cost_to_come)(
         np.pad(free, ((3, 900), (40, 700))), (np.argwhere(mark)[0] + [3, 40]).astype(np.int32)
@@ -134,13 +140,21 @@ def test_the_way_there_is_as_long_as_the_way_back():
 
 def test_jit_vmap_scan_and_batches_of_unequal_maps_give_the_same_bits():
     free, starts, _ = random_maps(3, 6, 40, 50)
-    expected = np.stack([np.asarray(srt_jax.cost_to_come(one, start)) for one, start in zip(free, starts)])
+    expected = np.stack(
+        [np.asarray(srt_jax.cost_to_come(one, start)) for one, start in zip(free, starts)]
+    )
     assert np.array_equal(srt_jax.cost_to_come(free, starts), expected)
-    turned = jax.jit(jax.vmap(srt_jax.cost_to_come, in_axes=(2, 1)))(free.transpose(1, 2, 0), starts.T)
+    turned = jax.jit(jax.vmap(srt_jax.cost_to_come, in_axes=(2, 1)))(
+        free.transpose(1, 2, 0), starts.T
+    )
     assert np.array_equal(turned, expected)
-    _, scanned = jax.lax.scan(lambda c, x: (c, srt_jax.cost_to_come(*x)), 0, (jnp.asarray(free), jnp.asarray(starts)))
+    _, scanned = jax.lax.scan(
+        lambda c, x: (c, srt_jax.cost_to_come(*x)), 0, (jnp.asarray(free), jnp.asarray(starts))
+    )
     assert np.array_equal(scanned, expected)
-    assert np.array_equal(jax.jit(lambda *args: field_length(cost_field(*args)))(free, starts), expected)
+    assert np.array_equal(
+        jax.jit(lambda *args: field_length(cost_field(*args)))(free, starts), expected
+    )
 
 
 def test_without_the_marks_the_bits_are_the_same(monkeypatch):
@@ -153,7 +167,9 @@ def test_without_the_marks_the_bits_are_the_same(monkeypatch):
 def test_every_scenario_of_a_street_map_has_its_published_length(shared_data):
     path = shared_data / "street" / "Berlin_0_256.map"
     free = read_map(path)
-    rows = [line.split() for line in (path.parent / (path.name + ".scen")).read_text().splitlines()[1:]]
+    rows = [
+        line.split() for line in (path.parent / (path.name + ".scen")).read_text().splitlines()[1:]
+    ]
     starts = np.array([[int(row[5]), int(row[4])] for row in rows], np.int32)
     goals = np.array([[int(row[7]), int(row[6])] for row in rows], np.int32)
     lengths = np.asarray(srt_jax.cost_to_come(np.broadcast_to(free, (64, 256, 256)), starts[-64:]))
@@ -168,8 +184,14 @@ def test_the_cheapest_cell_of_a_mask_is_the_first_of_the_least(share):
         cost = rng.integers(0, 12, (3, height, width)).astype(np.int32)
         cost[rng.random(cost.shape) < 0.3] = UNREACHED
         among = rng.random(cost.shape) < share
-        got = jax.jit(cheapest)(Field(cost, np.zeros(3, np.int32)), packing.pack(jnp.asarray(among)))
+        got = jax.jit(cheapest)(
+            Field(cost, np.zeros(3, np.int32)), packing.pack(jnp.asarray(among))
+        )
         for values, asked, cell in zip(cost, among, got):
             values = np.where(asked, values, UNREACHED)
-            best = np.unravel_index(values.argmin(), values.shape) if values.min() < UNREACHED else (-1, -1)
+            best = (
+                np.unravel_index(values.argmin(), values.shape)
+                if values.min() < UNREACHED
+                else (-1, -1)
+            )
             assert tuple(cell.tolist()) == tuple(int(place) for place in best)

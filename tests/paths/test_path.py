@@ -37,7 +37,9 @@ def test_the_path_runs_from_the_start_round_the_wall_to_the_goal():
 
 
 def test_ties_go_to_the_first_neighbour_in_row_order():
-    path = srt_jax.trace_path(srt_jax.cost_to_come(np.ones((3, 4), bool), (2, 0)), (0, 3), max_cells=4)
+    path = srt_jax.trace_path(
+        srt_jax.cost_to_come(np.ones((3, 4), bool), (2, 0)), (0, 3), max_cells=4
+    )
     assert path.cells.tolist() == [[2, 0], [1, 1], [0, 2], [0, 3]]
 
 
@@ -48,7 +50,9 @@ def test_paths_on_random_maps_are_legal_and_as_long_as_the_costs_say(exact):
     goals = np.stack([any_start(rng, one) for one in free])
     room = max_path_cells(40, 50)
     if exact:
-        path = jax.jit(lambda f, s, g: trace_field(cost_field(f, s), g, max_cells=room))(free, starts, goals)
+        path = jax.jit(lambda f, s, g: trace_field(cost_field(f, s), g, max_cells=room))(
+            free, starts, goals
+        )
     else:
         path = srt_jax.trace_path(srt_jax.cost_to_come(free, starts), goals, max_cells=room)
     lengths = np.asarray(srt_jax.cost_to_come(free, starts))
@@ -57,15 +61,26 @@ def test_paths_on_random_maps_are_legal_and_as_long_as_the_costs_say(exact):
         if np.isinf(path.cost[i]):
             assert path.num_cells[i] == 0 and (path.cells[i] == -1).all()
         else:
-            _assert_shortest(one, start, goal, np.asarray(path.cells[i]), int(path.num_cells[i]), float(path.cost[i]))
+            _assert_shortest(
+                one,
+                start,
+                goal,
+                np.asarray(path.cells[i]),
+                int(path.num_cells[i]),
+                float(path.cost[i]),
+            )
 
 
 def test_float_and_exact_costs_give_the_same_path():
     free, starts, _ = random_maps(51, 64, 40, 50)
     goals = np.stack([any_start(np.random.default_rng(i), one) for i, one in enumerate(free)])
-    exact = jax.jit(lambda f, s, g: trace_field(cost_field(f, s), g, max_cells=400))(free, starts, goals)
+    exact = jax.jit(lambda f, s, g: trace_field(cost_field(f, s), g, max_cells=400))(
+        free, starts, goals
+    )
     rounded = srt_jax.trace_path(srt_jax.cost_to_come(free, starts), goals, max_cells=400)
-    assert np.array_equal(exact.cells, rounded.cells) and np.array_equal(exact.num_cells, rounded.num_cells)
+    assert np.array_equal(exact.cells, rounded.cells) and np.array_equal(
+        exact.num_cells, rounded.num_cells
+    )
     assert np.array_equal(exact.cost, rounded.cost)
 
 
@@ -85,13 +100,21 @@ def test_a_path_too_long_for_the_room_tells_how_many_cells_it_has():
 def test_there_is_no_path_to_a_goal_outside_blocked_or_cut_off(goal):
     free = np.ones((3, 5), bool)
     free[:, 3] = False
-    path = srt_jax.trace_path(srt_jax.cost_to_come(free, (0, 0)), np.array(goal, np.int32), max_cells=15)
+    path = srt_jax.trace_path(
+        srt_jax.cost_to_come(free, (0, 0)), np.array(goal, np.int32), max_cells=15
+    )
     assert path.num_cells == 0 and np.isinf(path.cost) and (path.cells == -1).all()
 
 
 def test_the_path_to_the_start_itself_is_one_cell():
-    path = srt_jax.trace_path(srt_jax.cost_to_come(np.ones((3, 5), bool), (1, 2)), (1, 2), max_cells=4)
-    assert path.num_cells == 1 and path.cost == 0 and path.cells.tolist() == [[1, 2], [-1, -1], [-1, -1], [-1, -1]]
+    path = srt_jax.trace_path(
+        srt_jax.cost_to_come(np.ones((3, 5), bool), (1, 2)), (1, 2), max_cells=4
+    )
+    assert (
+        path.num_cells == 1
+        and path.cost == 0
+        and path.cells.tolist() == [[1, 2], [-1, -1], [-1, -1], [-1, -1]]
+    )
 
 
 def test_vmap_and_jit_give_the_same_path():

@@ -46,7 +46,9 @@ def test_it_equals_scipy_on_every_outside_map(shared_data):
         cells = np.argwhere(free)
         starts = cells[rng.integers(len(cells), size=2)].astype(np.int32)
         for start in starts:
-            assert np.array_equal(srt_jax.reach(free, start), reach_by_label(free, start)), path.name
+            assert np.array_equal(srt_jax.reach(free, start), reach_by_label(free, start)), (
+                path.name
+            )
 
 
 @pytest.mark.parametrize(
@@ -67,7 +69,9 @@ def test_maps_that_need_many_turns_are_flooded_to_the_end(free):
     assert np.array_equal(srt_jax.reach(free, start.astype(np.int32)), reach_by_label(free, start))
 
 
-@pytest.mark.parametrize("start", [(-1, 0), (0, -1), (5, 0), (0, 7), (-5, -7), (2**31 - 1, 0), (-(2**31), 3)])
+@pytest.mark.parametrize(
+    "start", [(-1, 0), (0, -1), (5, 0), (0, 7), (-5, -7), (2**31 - 1, 0), (-(2**31), 3)]
+)
 def test_a_start_outside_the_map_reaches_nothing(start):
     assert not srt_jax.reach(np.ones((5, 7), bool), np.array(start, np.int32)).any()
 
@@ -91,7 +95,13 @@ def test_turning_mirroring_transposing_and_padding_carry_over():
     mark = np.zeros(free.shape, bool)
     mark[tuple(np.argwhere(free)[700])] = True
     expected = reach_by_label(free, np.argwhere(mark)[0])
-    for change in (np.rot90, np.flipud, np.fliplr, np.transpose, lambda x: np.pad(x, ((3, 9), (40, 1)))):
+    for change in (
+        np.rot90,
+        np.flipud,
+        np.fliplr,
+        np.transpose,
+        lambda x: np.pad(x, ((3, 9), (40, 1))),
+    ):
         start = np.argwhere(change(mark))[0].astype(np.int32)
         assert np.array_equal(srt_jax.reach(change(free).copy(), start), change(expected))
 
@@ -103,13 +113,19 @@ def test_jit_vmap_scan_and_batches_of_unequal_maps_give_the_same_bits():
     assert np.array_equal(jax.jit(srt_jax.reach)(free, starts), expected)
     assert np.array_equal(jax.jit(jax.vmap(srt_jax.reach))(free, starts), expected)
     assert np.array_equal(
-        jax.vmap(srt_jax.reach, in_axes=(2, 1), out_axes=1)(free.transpose(1, 2, 0), starts.T), expected.swapaxes(0, 1)
+        jax.vmap(srt_jax.reach, in_axes=(2, 1), out_axes=1)(free.transpose(1, 2, 0), starts.T),
+        expected.swapaxes(0, 1),
     )
     nested = jax.vmap(jax.vmap(srt_jax.reach))(free.reshape(3, 4, 40, 50), starts.reshape(3, 4, 2))
     assert np.array_equal(nested, expected.reshape(3, 4, 40, 50))
-    _, scanned = jax.lax.scan(lambda c, x: (c, srt_jax.reach(*x)), 0, (jnp.asarray(free), jnp.asarray(starts)))
+    _, scanned = jax.lax.scan(
+        lambda c, x: (c, srt_jax.reach(*x)), 0, (jnp.asarray(free), jnp.asarray(starts))
+    )
     assert np.array_equal(scanned, expected)
-    assert np.array_equal(srt_jax.reach(free.reshape(2, 6, 40, 50), starts.reshape(2, 6, 2)), expected.reshape(2, 6, 40, 50))
+    assert np.array_equal(
+        srt_jax.reach(free.reshape(2, 6, 40, 50), starts.reshape(2, 6, 2)),
+        expected.reshape(2, 6, 40, 50),
+    )
 
 
 def test_one_map_for_many_starts_may_stay_unbatched_under_vmap():

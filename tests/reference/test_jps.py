@@ -1,4 +1,6 @@
-"""Jump point search: as long paths as A*'s, far fewer expansions, and a CLOSED set that may miss the seed."""
+"""Jump point search: as long paths as A*'s, far fewer expansions, and a CLOSED set that may miss
+the seed.
+"""
 
 import numpy as np
 import pytest
@@ -45,7 +47,9 @@ def test_paths_are_as_long_on_maps_of_rooms_and_mazes():
         free[::4], free[:, ::6] = False, False
         free[1::4, ::6] |= rng.random((10, 7)) < 0.7
         free[::4, 3::6] |= rng.random((11, 6)) < 0.7
-        start, goal = ((int(rng.integers(10)) * 4 + 2, int(rng.integers(6)) * 6 + 2) for _ in range(2))
+        start, goal = (
+            (int(rng.integers(10)) * 4 + 2, int(rng.integers(6)) * 6 + 2) for _ in range(2)
+        )
         assert jps(free, start, goal).cost == astar(free, start, goal).cost
 
 
@@ -58,7 +62,9 @@ def test_a_blocked_or_outside_start_reaches_nothing(start):
     assert found.cost == np.inf and found.path == [] and not found.closed.any()
 
 
-@pytest.mark.parametrize(("map_of", "expected"), [(lambda: ring(10), 5), (lambda: ring(100), 5), (quarter, 1), (half, 1)])
+@pytest.mark.parametrize(
+    ("map_of", "expected"), [(lambda: ring(10), 5), (lambda: ring(100), 5), (quarter, 1), (half, 1)]
+)
 def test_expansions_on_cut_off_empty_maps_are_those_of_other_planners(map_of, expected):
     found = jps(*map_of())
     assert found.num_expansions == expected and found.cost == np.inf

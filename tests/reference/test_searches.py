@@ -1,4 +1,6 @@
-"""A* and Dijkstra, the slow twins: right on pictures, equal to each other and to SciPy, and at the figures of the paper."""
+"""A* and Dijkstra, the slow twins: right on pictures, equal to each other and to SciPy, and at
+the figures of the paper.
+"""
 
 from itertools import pairwise
 
@@ -15,7 +17,9 @@ ROOT = 2**0.5
 
 
 def random_maps(count: int, seed: int, *, largest: int = 24):
-    """Yields (free, start, goal) of any size and density; the start is free, the goal need not be."""
+    """Yields (free, start, goal) of any size and density; the start is free, the goal need not
+    be.
+    """
     rng = np.random.default_rng(seed)
     while count:
         height, width = rng.integers(1, largest + 1, 2)
@@ -39,12 +43,22 @@ def scipy_lengths(free, start):
     edges = {}
     for row, col in np.argwhere(free).tolist():
         for other in ((row, col + 1), (row + 1, col), (row + 1, col + 1), (row + 1, col - 1)):
-            if 0 <= other[0] < height and 0 <= other[1] < width and free[other] and free[row, other[1]] and free[other[0], col]:
+            if (
+                0 <= other[0] < height
+                and 0 <= other[1] < width
+                and free[other]
+                and free[row, other[1]]
+                and free[other[0], col]
+            ):
                 length = np.hypot(other[0] - row, other[1] - col)
                 edges[row * width + col, other[0] * width + other[1]] = length
     rows, cols = np.array(list(edges), int).reshape(-1, 2).T
-    graph = coo_matrix((np.array(list(edges.values()), float), (rows, cols)), shape=(free.size, free.size)).tocsr()
-    return scipy_dijkstra(graph, directed=False, indices=start[0] * width + start[1]).reshape(free.shape)
+    graph = coo_matrix(
+        (np.array(list(edges.values()), float), (rows, cols)), shape=(free.size, free.size)
+    ).tocsr()
+    return scipy_dijkstra(graph, directed=False, indices=start[0] * width + start[1]).reshape(
+        free.shape
+    )
 
 
 def test_a_diagonal_past_a_corner_is_not_taken():
@@ -104,7 +118,9 @@ def test_eight_moves_reach_what_hangs_together_by_sides():
         reached[start] = True
         for _ in range(free.size):
             wide = np.pad(reached, 1)
-            reached = (wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:] | reached) & free
+            reached = (
+                wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:] | reached
+            ) & free
         assert (reached == np.isfinite(dijkstra(free, start))).all()
 
 
@@ -134,7 +150,12 @@ def quarter():
 
 @pytest.mark.parametrize(
     ("map_of", "expected"),
-    [(lambda: ring(10), 249_900), (lambda: ring(100), 240_000), (quarter, 187_500), (half, 125_000)],
+    [
+        (lambda: ring(10), 249_900),
+        (lambda: ring(100), 240_000),
+        (quarter, 187_500),
+        (half, 125_000),
+    ],
 )
 def test_expansions_on_cut_off_empty_maps_are_those_of_other_planners(map_of, expected):
     found = astar(*map_of())

@@ -16,7 +16,9 @@ CORNERS_TOO = np.ones((3, 3), bool)
 
 
 def contour_by_definition(free, reached, seed, goal):
-    """Reached cells that touch, by side or corner, the piece of blocked cells on the greedy step."""
+    """Reached cells that touch, by side or corner, the piece of blocked cells on the greedy
+    step.
+    """
     labels, _ = ndimage.label(~free, structure=CORNERS_TOO)
     row, col = np.sign(np.subtract(goal, seed))
     label = labels[seed[0] + row, seed[1] + col] or labels[seed[0] + row, seed[1]]
@@ -37,7 +39,18 @@ def test_the_trace_goes_once_round():
         .@@@.
         .....""")
     trace = follow_wall(free, (2, 0), at["G"])
-    round_it = [(3, 0), (4, 0), (4, 1), (4, 2), (4, 3), (4, 4), (3, 4), (2, 4), (1, 4), *[(0, c) for c in (4, 3, 2, 1, 0)]]
+    round_it = [
+        (3, 0),
+        (4, 0),
+        (4, 1),
+        (4, 2),
+        (4, 3),
+        (4, 4),
+        (3, 4),
+        (2, 4),
+        (1, 4),
+        *[(0, c) for c in (4, 3, 2, 1, 0)],
+    ]
     assert trace[0] == trace[-1] == (2, 0)
     assert set(trace) == {*round_it, (1, 0), (2, 0)} and len(trace) == 17
     assert trace[1] == (3, 0)  # facing up, the wall would be on the right
@@ -50,7 +63,10 @@ def test_at_the_edge_of_the_map_the_walker_turns_back():
         ...@..
         ..@...""")
     trace = follow_wall(free, (1, 1), at["G"])
-    assert trace in ([(0, 1), (1, 1), (2, 1), (2, 2), (2, 1), (3, 1)], [(3, 1), (2, 1), (2, 2), (2, 1), (1, 1), (0, 1)])
+    assert trace in (
+        [(0, 1), (1, 1), (2, 1), (2, 2), (2, 1), (3, 1)],
+        [(3, 1), (2, 1), (2, 2), (2, 1), (1, 1), (0, 1)],
+    )
 
 
 def test_nothing_ahead_gives_an_empty_trace():
@@ -67,14 +83,22 @@ def test_the_trace_is_a_walk_whose_cells_are_the_contour():
         seed = seed_of(found.closed, goal)
         trace = follow_wall(free, seed, goal)
         assert seed in trace
-        assert (as_mask(trace, free.shape) == contour_by_definition(free, found.closed, seed, goal)).all()
+        assert (
+            as_mask(trace, free.shape) == contour_by_definition(free, found.closed, seed, goal)
+        ).all()
         assert all(abs(a - c) + abs(b - d) == 1 for (a, b), (c, d) in pairwise(trace))
     assert num_cut_off > 1000
 
 
 @pytest.mark.parametrize(
     ("map_of", "expected"),
-    [(lambda: ring(10), 44), (lambda: ring(50), 204), (lambda: ring(100), 404), (half, 500), (quarter, 501)],
+    [
+        (lambda: ring(10), 44),
+        (lambda: ring(50), 204),
+        (lambda: ring(100), 404),
+        (half, 500),
+        (quarter, 501),
+    ],
 )
 def test_contours_on_the_empty_map_have_the_known_sizes(map_of, expected):
     free, _, goal = map_of()

@@ -1,4 +1,6 @@
-"""The least removal and its bound: equal to two exact solvers, brute force and integer programming; and the prices beneath."""
+"""The least removal and its bound: equal to two exact solvers, brute force and integer
+programming; and the prices beneath.
+"""
 
 import functools
 
@@ -56,14 +58,21 @@ def test_cost_and_bound_are_the_optimum(answers):
         best = brute_force(index)
         assert Status(int(answer.status)).is_solved == best.is_solvable
         assert answer.removal_bound == np.float32(best.cost), index
-        assert answer.removal_cost == np.float32(best.cost), index  # eight obstacles: the branches allowed look into all
+        # eight obstacles: the branches allowed look into all
+        assert answer.removal_cost == np.float32(best.cost), index
         num_blocked += 0 < best.cost < np.inf
     assert num_blocked > 100
 
 
 def test_of_several_least_sets_nearly_always_the_one_with_the_shortest_route(answers):
-    longer = [answer.cost > best.length * (1 + 1e-6) for answer, best in zip(answers, map(brute_force, range(len(TASKS))))]
-    shorter = [answer.cost < best.length * (1 - 1e-6) for answer, best in zip(answers, map(brute_force, range(len(TASKS))))]
+    longer = [
+        answer.cost > best.length * (1 + 1e-6)
+        for answer, best in zip(answers, map(brute_force, range(len(TASKS))))
+    ]
+    shorter = [
+        answer.cost < best.length * (1 - 1e-6)
+        for answer, best in zip(answers, map(brute_force, range(len(TASKS))))
+    ]
     assert not any(shorter) and sum(longer) < 0.05 * len(TASKS)
 
 
@@ -77,12 +86,16 @@ def test_with_few_branches_the_optimum_lies_between_bound_and_cost(answers_of_fe
     assert num_open
 
 
-def test_one_branch_more_than_is_destroyed_is_enough_where_obstacles_are_whole(answers_of_few_branches):
+def test_one_branch_more_than_is_destroyed_is_enough_where_obstacles_are_whole(
+    answers_of_few_branches,
+):
     for index, answer in enumerate(answers_of_few_branches[: len(WHOLE)]):
         assert answer.removal_bound == answer.removal_cost == np.float32(brute_force(index).cost)
 
 
-def test_integer_programming_finds_the_same_with_more_obstacles_than_brute_force_takes(answers, answers_of_few_branches):
+def test_integer_programming_finds_the_same_with_more_obstacles_than_brute_force_takes(
+    answers, answers_of_few_branches
+):
     for index, task in enumerate(MANY, len(TASKS)):
         optimum, few = exact_removal(task), answers_of_few_branches[index]
         assert answers[index].removal_bound == optimum == answers[index].removal_cost
@@ -90,7 +103,11 @@ def test_integer_programming_finds_the_same_with_more_obstacles_than_brute_force
 
 
 def test_both_exact_solvers_agree():
-    for index in (*range(60), *range(len(WHOLE), len(WHOLE) + 60), *range(len(TASKS) - 10, len(TASKS))):
+    for index in (
+        *range(60),
+        *range(len(WHOLE), len(WHOLE) + 60),
+        *range(len(TASKS) - 10, len(TASKS)),
+    ):
         assert exact_removal(TASKS[index]) == brute_force(index).cost
 
 
@@ -120,10 +137,15 @@ def test_tight_are_the_members_of_least_sets_and_what_is_gone_costs_nothing_more
             may_go = jnp.isfinite(cost)
             costs = sums.costs_of(cost, may_go)
             paid = sums.zero()  # what is gone is given
-            found = prices_of(Labels(labels, which), Terms(start, goal, costs, may_go), gone, paid, sums.never())
+            found = prices_of(
+                Labels(labels, which), Terms(start, goal, costs, may_go), gone, paid, sums.never()
+            )
             return found._replace(goal=sums.to_float32(found.goal[:, None], costs)[0])
 
-        return jax.lax.map(lambda entry: one(*entry), (jnp.arange(len(labels), dtype=jnp.int32), cost, start, goal, gone))
+        return jax.lax.map(
+            lambda entry: one(*entry),
+            (jnp.arange(len(labels), dtype=jnp.int32), cost, start, goal, gone),
+        )
 
     nothing = jnp.zeros_like(batch.destroyable)
     found = all_prices(batch.labels, cost, batch.start, batch.goal, nothing)
@@ -133,6 +155,8 @@ def test_tight_are_the_members_of_least_sets_and_what_is_gone_costs_nothing_more
         assert found.goal[index] == np.float32(best.cost)
         if 0 < best.cost < np.inf:
             assert set(np.flatnonzero(found.tight[index]).tolist()) == set().union(*best.sets)
-            assert not (found.tight[index] & ~found.affordable[index]).any() and after.goal[index] == 0
+            assert (
+                not (found.tight[index] & ~found.affordable[index]).any() and after.goal[index] == 0
+            )
         else:
             assert not found.tight[index].any()

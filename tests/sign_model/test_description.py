@@ -11,7 +11,8 @@ from tests.helpers.sign_worlds import face_signs
 def test_a_sign_is_told_with_its_matrices_and_links():
     told = describe(from_signs(face_signs()))
     assert told.startswith(
-        "World model of 6 signs with 3 prediction matrices; links: 5 in W_p, 0 in W_m, 0 in W_a.\n\nface\n  image\n"
+        "World model of 6 signs with 3 prediction matrices; links: 5 in W_p, 0 in W_m, 0 in"
+        " W_a.\n\nface\n  image\n"
     )
     assert "    1. nose -> mouth -> right eye -> left eye\n" in told
     assert "    3. left eye -> nose -> mouth -> {padded, right eye}\n" in told
@@ -20,9 +21,14 @@ def test_a_sign_is_told_with_its_matrices_and_links():
 
 
 def test_a_process_is_marked_and_its_effects_follow_an_arrow():
-    model = from_signs(with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))]))
+    model = from_signs(
+        with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))])
+    )
     told = describe(model, names=["destroy"])
-    assert "  personal meaning [strict order]\n    1. {near, wall} => +open -wall\n    W_a: near, open, wall\n" in told
+    assert (
+        "  personal meaning [strict order]\n    1. {near, wall} => +open -wall\n    W_a: near,"
+        " open, wall\n" in told
+    )
     assert "\nnear\n" not in told
 
 
@@ -34,12 +40,16 @@ def test_matrices_without_some_columns_are_told():
 
 def test_a_model_of_no_sign_is_told_by_its_heading():
     assert (
-        describe(from_signs(())) == "World model of 0 signs with 0 prediction matrices; links: 0 in W_p, 0 in W_m, 0 in W_a.\n"
+        describe(from_signs(()))
+        == "World model of 0 signs with 0 prediction matrices; links: 0 in W_p, 0 in W_m, 0 in"
+        " W_a.\n"
     )
 
 
 def test_the_drawing_has_a_node_for_each_sign_and_an_edge_for_each_link():
-    model = from_signs(with_elementary([Sign('a "b"', image=(sequence("c", "c"),), meaning=(sequence("c"),))]))
+    model = from_signs(
+        with_elementary([Sign('a "b"', image=(sequence("c", "c"),), meaning=(sequence("c"),))])
+    )
     drawn = to_dot(model)
     assert drawn.splitlines() == [
         'digraph "world_model" {',
@@ -55,8 +65,14 @@ def test_the_drawing_has_a_node_for_each_sign_and_an_edge_for_each_link():
 
 def test_a_specified_plan_is_told_as_a_tree():
     leaves = (Step("(approach one)", REALISE), Step("(pass one)", REALISE))
-    steps = (Step("(change-room hall lab)", SPECIFY, leaves), Step("(rest)", REALISE), Step("(fly)", SPECIFY))
+    steps = (
+        Step("(change-room hall lab)", SPECIFY, leaves),
+        Step("(rest)", REALISE),
+        Step("(fly)", SPECIFY),
+    )
     assert (
-        describe_steps(steps) == "(change-room hall lab)\n  (approach one)\n  (pass one)\n(rest)\n(fly) (no sub-plan found)\n"
+        describe_steps(steps)
+        == "(change-room hall lab)\n  (approach one)\n  (pass one)\n(rest)\n(fly) (no sub-plan"
+        " found)\n"
     )
     assert describe_steps(()) == ""

@@ -20,5 +20,8 @@ def test_an_unknown_name_is_told():
 
 
 def test_planning_one_task_does_not_load_jax():
-    code = "import sys, sign_model; sign_model.load, sign_model.plan, sign_model.validate; sys.exit('jax' in sys.modules)"
+    code = (
+        "import sys, sign_model; sign_model.load, sign_model.plan, sign_model.validate;"
+        " sys.exit('jax' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

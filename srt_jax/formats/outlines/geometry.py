@@ -1,4 +1,6 @@
-"""Rings, lines and shapely geometries of the outside world made obstacles; what is odd is mended, counted and told."""
+"""Rings, lines and shapely geometries of the outside world made obstacles; what is odd is
+mended, counted and told.
+"""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -21,7 +23,8 @@ POINTLESS = "geometries passed over: points are no obstacles"
 class Shape(NamedTuple):
     """One thing to be made an obstacle.
 
-    parts: polygons, each a sequence of rings [K, 2], metres, the outer one first. called: its name in the notes, such as
+    parts: polygons, each a sequence of rings [K, 2], metres, the outer one first. called: its name
+      in the notes, such as
     "way 17". options: as in `Obstacle`.
     """
 
@@ -33,28 +36,38 @@ class Shape(NamedTuple):
 def obstacles_of_shapes(shapes: Sequence[Shape], notes: Notes) -> list[Obstacle | None]:
     """Returns the obstacle of each shape; None where nothing is left of it.
 
-    Rings with fewer than three different points are left out, with their holes where they are outer ones; rings that cross are
-    made valid (`rings.repaired`). Both are counted.
+    Rings with fewer than three different points are left out, with their holes where they are outer
+    ones; rings that cross are made valid (`rings.repaired`). Both are counted.
 
     Raises:
-      ValueError: a coordinate is NaN or too large, or an option is wrong; the message begins with what the shape is called.
+      ValueError: a coordinate is NaN or too large, or an option is wrong; the message begins with
+        what the shape is called.
     """
     rings = [_rings(shape, notes) for shape in shapes]
     return [_obstacle(*each, notes) for each in zip(shapes, rings, conflicts(rings))]
 
 
 def wall_parts(line: Any, width: float, *, called: str, notes: Notes) -> list[list[np.ndarray]]:
-    """Returns the polygons a line makes, `width` metres wide, half of that beyond its ends; [] where it has no length."""
+    """Returns the polygons a line makes, `width` metres wide, half of that beyond its ends; []
+    where it has no length.
+    """
     shapely = needed("shapely", extra="world", what="making a line, such as a fence, an obstacle")
     points = as_metres(f"a point of {called}", line, (-1, 2))
     if len(np.unique(points, axis=0)) < 2:
         notes.add("lines left out: fewer than two different points", example=called)
         return []
-    return list(_polygons(shapely.LineString(points).buffer(width / 2, cap_style="square", join_style="mitre")))
+    return list(
+        _polygons(
+            shapely.LineString(points).buffer(width / 2, cap_style="square", join_style="mitre")
+        )
+    )
 
 
-def obstacles_of(shape: Any, *, called: str, notes: Notes, width: float = 0.2, **options: Any) -> list[Obstacle]:
-    """Returns the obstacles in a shapely geometry: one of all its polygons, and one of each line, `width` metres wide.
+def obstacles_of(
+    shape: Any, *, called: str, notes: Notes, width: float = 0.2, **options: Any
+) -> list[Obstacle]:
+    """Returns the obstacles in a shapely geometry: one of all its polygons, and one of each line,
+    `width` metres wide.
 
     Points are passed over and counted.
     """
@@ -74,7 +87,11 @@ def obstacles_of(shape: Any, *, called: str, notes: Notes, width: float = 0.2, *
 
 
 def place_of(
-    shapes: Iterable[Any], *, bounds: Sequence[float] | None = None, notes: Notes | None = None, **options: Any
+    shapes: Iterable[Any],
+    *,
+    bounds: Sequence[float] | None = None,
+    notes: Notes | None = None,
+    **options: Any,
 ) -> Place:
     """Returns the place whose obstacles are shapely geometries in metres.
 
@@ -97,19 +114,28 @@ def place_of(
 def box_around(obstacles: Sequence[Obstacle]) -> tuple[float, float, float, float]:
     """Returns (x_min, y_min, x_max, y_max) of all; ValueError where there is none."""
     if not obstacles:
-        raise ValueError("there is no obstacle in it, and nothing says how far it reaches: give bounds")
-    points = np.array([point for obstacle in obstacles for part in obstacle.parts for point in part[0]])
+        raise ValueError(
+            "there is no obstacle in it, and nothing says how far it reaches: give bounds"
+        )
+    points = np.array(
+        [point for obstacle in obstacles for part in obstacle.parts for point in part[0]]
+    )
     (x_min, y_min), (x_max, y_max) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     return x_min, y_min, x_max, y_max
 
 
 def count_outside(place: Place, notes: Notes) -> None:
-    """Notes how many obstacles lie wholly beyond the bounds; they keep their ids and cover no cell."""
+    """Notes how many obstacles lie wholly beyond the bounds; they keep their ids and cover no
+    cell.
+    """
     x_min, y_min, x_max, y_max = place.bounds
     for obstacle in place.obstacles:
         low, high = np.reshape(box_around([obstacle]), (2, 2))
         if (high <= (x_min, y_min)).any() or (low >= (x_max, y_max)).any():
-            notes.add("obstacles wholly outside the bounds, kept; they cover no cell", example=obstacle.name)
+            notes.add(
+                "obstacles wholly outside the bounds, kept; they cover no cell",
+                example=obstacle.name,
+            )
 
 
 def _rings(shape: Shape, notes: Notes) -> Parts:

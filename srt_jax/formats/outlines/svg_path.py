@@ -1,7 +1,8 @@
-"""The outlines in the `d` of an SVG path, and what `transform` does to them; curves become short lines.
+"""The outlines in the `d` of an SVG path, and what `transform` does to them; curves become short
+lines.
 
-Points are (x, y) as in the file, y downwards. Read are all commands of SVG 1.1 (M L H V C S Q T A Z, absolute and relative)
-and all transforms.
+Points are (x, y) as in the file, y downwards. Read are all commands of SVG 1.1 (M L H V C S Q T A
+Z, absolute and relative) and all transforms.
 """
 
 import math
@@ -20,7 +21,8 @@ _TRANSFORM = re.compile(r"\s*,?\s*(matrix|translate|scale|rotate|skewX|skewY)\s*
 
 
 def outlines(text: str) -> list[np.ndarray]:
-    """Returns the outlines of a path in order, float64 [K, 2] each, not closed by a repeated point; [] for an empty path.
+    """Returns the outlines of a path in order, float64 [K, 2] each, not closed by a repeated point;
+    [] for an empty path.
 
     Raises:
       ValueError: a command that is not known, or a number that is missing or none.
@@ -66,17 +68,24 @@ def transform_of(text: str) -> np.ndarray:
 
 
 def filled(rings: list[np.ndarray], *, is_even_odd: bool) -> list[list[np.ndarray]]:
-    """Returns the polygons that outlines fill, which do not cross: each an outer ring and its holes.
+    """Returns the polygons that outlines fill, which do not cross: each an outer ring and its
+    holes.
 
-    By SVG's rules of filling: inside is what outlines wind round an odd number of times, or else any number but 0.
+    By SVG's rules of filling: inside is what outlines wind round an odd number of times, or else
+    any number but 0.
     """
-    areas = [float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1))) for ring in rings]
+    areas = [
+        float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)))
+        for ring in rings
+    ]
     parts: list[list[np.ndarray]] = []
     placed: list[tuple[np.ndarray, int]] = []
     for index in sorted(range(len(rings)), key=lambda index: -abs(areas[index])):
         ring, turn = rings[index], 1 if areas[index] > 0 else -1
         outside = sum(around_turn for around, around_turn in placed if _is_in(ring[0], around))
-        was_full, is_full = (turns % 2 == 1 if is_even_odd else turns != 0 for turns in (outside, outside + turn))
+        was_full, is_full = (
+            turns % 2 == 1 if is_even_odd else turns != 0 for turns in (outside, outside + turn)
+        )
         placed.append((ring, turn))
         if is_full and not was_full:
             parts.append([ring])
@@ -98,7 +107,9 @@ _CURVES = {"S": ("C", "S"), "T": ("Q", "T")}
 
 
 def _commands(text: str) -> Iterator[tuple[str, list[float]]]:
-    """Yields each command with its numbers; numbers beyond a command's own repeat it (after M as L)."""
+    """Yields each command with its numbers; numbers beyond a command's own repeat it (after M as
+    L).
+    """
     place, command = _skipped(text, 0), ""
     while place < len(text):
         if text[place].upper() in _ARGUMENTS:
@@ -111,7 +122,9 @@ def _commands(text: str) -> Iterator[tuple[str, list[float]]]:
             is_flag = command in "Aa" and index in (3, 4)
             match = (_FLAG if is_flag else _NUMBER).match(text, place)
             if match is None:
-                raise ValueError(f"the path command {command!r} lacks a number at {text[place : place + 12]!r}")
+                raise ValueError(
+                    f"the path command {command!r} lacks a number at {text[place : place + 12]!r}"
+                )
             numbers.append(float(match[0]))
             place = match.end()
         yield command, numbers
@@ -126,7 +139,14 @@ def _skipped(text: str, place: int) -> int:
     return place
 
 
-def _drawn(kind: str, here: complex, base: complex, numbers: list[float], points: list[complex], mirrored: complex):
+def _drawn(
+    kind: str,
+    here: complex,
+    base: complex,
+    numbers: list[float],
+    points: list[complex],
+    mirrored: complex,
+):
     """Returns the points a command adds, and its last control point."""
     if kind == "H":
         return [complex(base.real + numbers[0], here.imag)], here
@@ -144,13 +164,24 @@ def _curve(controls: list[complex]) -> list[complex]:
     """Returns points on the Bezier curve of any degree, without its first."""
     share = np.arange(1, _PIECES + 1) / _PIECES
     degree = len(controls) - 1
-    points = sum(math.comb(degree, k) * share**k * (1 - share) ** (degree - k) * control for k, control in enumerate(controls))
+    points = sum(
+        math.comb(degree, k) * share**k * (1 - share) ** (degree - k) * control
+        for k, control in enumerate(controls)
+    )
     return [*np.asarray(points)[:-1].tolist(), controls[-1]]
 
 
 def _arc(here: complex, numbers: list[float], end: complex) -> list[complex]:
-    """Returns points on an elliptic arc, without its first (SVG 1.1, F.6: from endpoints to the centre)."""
-    rx, ry, turn, is_large, is_sweep = abs(numbers[0]), abs(numbers[1]), math.radians(numbers[2]), numbers[3], numbers[4]
+    """Returns points on an elliptic arc, without its first (SVG 1.1, F.6: from endpoints to the
+    centre).
+    """
+    rx, ry, turn, is_large, is_sweep = (
+        abs(numbers[0]),
+        abs(numbers[1]),
+        math.radians(numbers[2]),
+        numbers[3],
+        numbers[4],
+    )
     if here == end or rx == 0 or ry == 0:
         return [end]
     axis = complex(math.cos(turn), math.sin(turn))
@@ -169,7 +200,10 @@ def _arc(here: complex, numbers: list[float], end: complex) -> list[complex]:
     sweep = (math.atan2((b - centre).imag, (b - centre).real) - first) % (2 * math.pi)
     sweep = sweep if is_sweep else sweep - 2 * math.pi
     steps = max(1, math.ceil(abs(sweep) / (math.pi / 2) * _PIECES - 1e-6))
-    points = [centre + grown * complex(math.cos(t), math.sin(t)) for t in first + sweep * np.arange(1, steps) / steps]
+    points = [
+        centre + grown * complex(math.cos(t), math.sin(t))
+        for t in first + sweep * np.arange(1, steps) / steps
+    ]
     return [*(complex(p.real * rx, p.imag * ry) * axis for p in points), end]
 
 
@@ -187,7 +221,11 @@ def _matrix(name: str, numbers: list[float]) -> np.ndarray:
     if name == "rotate" and count in (1, 3):
         cosine, sine = math.cos(math.radians(numbers[0])), math.sin(math.radians(numbers[0]))
         about = numbers[1:] or [0.0, 0.0]
-        return of(1, 0, 0, 1, *about) @ of(cosine, sine, -sine, cosine) @ of(1, 0, 0, 1, -about[0], -about[1])
+        return (
+            of(1, 0, 0, 1, *about)
+            @ of(cosine, sine, -sine, cosine)
+            @ of(1, 0, 0, 1, -about[0], -about[1])
+        )
     if name in ("skewX", "skewY") and count == 1:
         slope = math.tan(math.radians(numbers[0]))
         return of(1, 0, slope, 1) if name == "skewX" else of(1, slope, 0, 1)

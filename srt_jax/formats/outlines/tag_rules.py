@@ -1,4 +1,6 @@
-"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data, not code."""
+"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data,
+not code.
+"""
 
 import importlib.resources
 import math
@@ -20,7 +22,8 @@ class Tags(Protocol):
 class TagRule(NamedTuple):
     """Things with a tag `key` are obstacles.
 
-    values: of the tag that count; empty: all but `excepted`. destroyable, removal_cost: as in `Obstacle`.
+    values: of the tag that count; empty: all but `excepted`. destroyable, removal_cost: as in
+      `Obstacle`.
     width: metres; the thing is a line, such as a fence, made that wide. None: it is an area.
     """
 
@@ -34,7 +37,11 @@ class TagRule(NamedTuple):
     def fits(self, tags: Tags) -> bool:
         """Whether a thing with these tags is meant."""
         value = tags.get(self.key)
-        return value is not None and value not in self.excepted and (not self.values or value in self.values)
+        return (
+            value is not None
+            and value not in self.excepted
+            and (not self.values or value in self.values)
+        )
 
 
 def matching(rules: Sequence[TagRule], tags: Tags) -> TagRule | None:
@@ -43,8 +50,12 @@ def matching(rules: Sequence[TagRule], tags: Tags) -> TagRule | None:
 
 
 def default_rules() -> tuple[TagRule, ...]:
-    """Returns the rules that come with the package: buildings stand firm, fences, hedges and walls can be destroyed."""
-    with importlib.resources.as_file(importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")) as path:
+    """Returns the rules that come with the package: buildings stand firm, fences, hedges and
+    walls can be destroyed.
+    """
+    with importlib.resources.as_file(
+        importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")
+    ) as path:
         return read_rules(path)
 
 
@@ -57,26 +68,43 @@ def read_rules(path: PathLike) -> tuple[TagRule, ...]:
     document = read_json(path, "table of tag rules")
     try:
         fields = fields_of("the file", document, "format", "version", "rules")
-        if (fields["format"], fields["version"]) != (FORMAT, VERSION) or not isinstance(fields["rules"], list):
-            raise ValueError(f"a table of tag rules has the format {FORMAT!r}, version {VERSION}, and a list of rules")
+        if (fields["format"], fields["version"]) != (FORMAT, VERSION) or not isinstance(
+            fields["rules"], list
+        ):
+            raise ValueError(
+                f"a table of tag rules has the format {FORMAT!r}, version {VERSION}, and a list of"
+                " rules"
+            )
         rules = tuple(_rule(f"rules[{index}]", item) for index, item in enumerate(fields["rules"]))
         if not rules:
-            raise ValueError("there is no rule in it, so that nothing would be an obstacle: give at least one")
+            raise ValueError(
+                "there is no rule in it, so that nothing would be an obstacle: give at least one"
+            )
         return rules
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
 
 def _rule(where: str, item: object) -> TagRule:
-    defaults: dict[str, Any] = {"values": [], "except": [], "destroyable": True, "removal_cost": 1.0, "width": None}
+    defaults: dict[str, Any] = {
+        "values": [],
+        "except": [],
+        "destroyable": True,
+        "removal_cost": 1.0,
+        "width": None,
+    }
     fields = fields_of(where, item, "key", **defaults)
     if not isinstance(fields["key"], str):
         raise ValueError(f"{where}: key must be a text, got {fields['key']!r}")
     for name in ("values", "except"):
-        if not (isinstance(fields[name], list) and all(isinstance(value, str) for value in fields[name])):
+        if not (
+            isinstance(fields[name], list) and all(isinstance(value, str) for value in fields[name])
+        ):
             raise ValueError(f"{where}: {name} must be a list of texts, got {fields[name]!r}")
     if not isinstance(fields["destroyable"], bool):
-        raise ValueError(f"{where}: destroyable must be true or false, got {fields['destroyable']!r}")
+        raise ValueError(
+            f"{where}: destroyable must be true or false, got {fields['destroyable']!r}"
+        )
     for name in ("removal_cost", "width"):
         if fields[name] is not None and not _is_positive(fields[name]):
             raise ValueError(f"{where}: {name} must be a positive number, got {fields[name]!r}")
@@ -91,4 +119,9 @@ def _rule(where: str, item: object) -> TagRule:
 
 
 def _is_positive(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and value > 0 and math.isfinite(value)
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and value > 0
+        and math.isfinite(value)
+    )

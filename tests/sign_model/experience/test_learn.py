@@ -1,4 +1,6 @@
-"""Weights learned from small tasks: better than the unlearned ones on others, deterministic, and safe to keep."""
+"""Weights learned from small tasks: better than the unlearned ones on others, deterministic, and
+safe to keep.
+"""
 
 import dataclasses
 
@@ -18,15 +20,26 @@ from sign_model.plan_task import plan
 @pytest.fixture(scope="module")
 def learned():
     told = []
-    sign = learn(random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2, log=told.append)
+    sign = learn(
+        random_blocks_tasks(4, 64, seed=1),
+        generations=6,
+        population=12,
+        lanes=32,
+        beam=2,
+        log=told.append,
+    )
     assert told and "mean length" in told[-1]
     return sign
 
 
 def test_learned_weights_serve_larger_tasks(learned):
     tasks = random_blocks_tasks(6, 30, seed=2)
-    lengths = np.array([len(result.actions) for result in (plan(task, heuristic=learned) for task in tasks)])
-    optima = np.array([optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks])
+    lengths = np.array(
+        [len(result.actions) for result in (plan(task, heuristic=learned) for task in tasks)]
+    )
+    optima = np.array(
+        [optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks]
+    )
     assert (lengths >= optima).all() and lengths.sum() <= 1.05 * optima.sum()
 
 
@@ -34,17 +47,24 @@ def test_learned_weights_are_kept_and_used_in_a_batch(learned, tmp_path):
     save_signs(tmp_path / "signs.json", [learned])
     (again,) = load_signs(tmp_path / "signs.json")
     tasks = random_blocks_tasks(4, 8, seed=3)
-    assert all(not validate(t, r.actions) for t, r in zip(tasks, plan_batch(tasks, heuristic=again)))
+    assert all(
+        not validate(t, r.actions) for t, r in zip(tasks, plan_batch(tasks, heuristic=again))
+    )
 
 
 def test_the_same_seed_learns_the_same(learned):
-    again = learn(random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2)
+    again = learn(
+        random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2
+    )
     assert again == learned
 
 
 def test_any_number_of_lanes_will_do():
     tasks = random_blocks_tasks(3, 10, seed=1)
-    signs = [learn(tasks, generations=1, population=2, lanes=lanes, beam=2, name="n") for lanes in (10, 16)]
+    signs = [
+        learn(tasks, generations=1, population=2, lanes=lanes, beam=2, name="n")
+        for lanes in (10, 16)
+    ]
     assert signs[0] == signs[1]  # padding counts nothing
 
 
@@ -68,7 +88,9 @@ def test_random_states_are_towers_and_each_is_drawn():
 def test_the_optimum_of_blocks_is_that_of_astar():
     for task in random_blocks_tasks(4, 40, seed=4):
         found = plan(task, planner="astar").actions
-        assert len(found) == optimal_length(state_of(task.problem.start, 4), state_of(task.problem.goal, 4))
+        assert len(found) == optimal_length(
+            state_of(task.problem.start, 4), state_of(task.problem.goal, 4)
+        )
 
 
 def test_too_few_blocks_are_refused():

@@ -34,16 +34,28 @@ def blocks(towers, goal):
     names = "".join(towers)
     facts = ["(handempty)"]
     for tower in towers:
-        facts += [f"(clear {tower[0]})", f"(ontable {tower[-1]})", *(f"(on {x} {y})" for x, y in itertools.pairwise(tower))]
+        facts += [
+            f"(clear {tower[0]})",
+            f"(ontable {tower[-1]})",
+            *(f"(on {x} {y})" for x, y in itertools.pairwise(tower)),
+        ]
     wanted = " ".join(f"(on {x} {y})" for x, y in goal)
     return load(
         BLOCKS,
-        f"(define (problem p) (:domain blocks) (:objects {' '.join(names)}) (:init {' '.join(facts)}) (:goal (and {wanted})))",
+        f"(define (problem p) (:domain blocks) (:objects {' '.join(names)}) (:init"
+        f" {' '.join(facts)}) (:goal (and {wanted})))",
     )
 
 
 SWAP = blocks(["ab", "c"], ["ba", "cb"])
-SWAP_PLAN = ("(unstack a b)", "(put-down a)", "(pick-up b)", "(stack b a)", "(pick-up c)", "(stack c b)")
+SWAP_PLAN = (
+    "(unstack a b)",
+    "(put-down a)",
+    "(pick-up b)",
+    "(stack b a)",
+    "(pick-up c)",
+    "(stack c b)",
+)
 
 
 def test_an_empty_memory_has_no_answer():
@@ -61,13 +73,19 @@ def test_the_same_task_is_recalled_as_it_was_solved():
 def test_the_same_task_under_other_names_is_recalled_with_its_roles_filled_anew():
     other = blocks(["yx", "w"], ["xy", "wx"])
     recalled = Memory().learned(SWAP, SWAP_PLAN).recall(other)
-    assert recalled is not None and recalled[0] == "(unstack y x)" and validate(other, recalled) == []
+    assert (
+        recalled is not None and recalled[0] == "(unstack y x)" and validate(other, recalled) == []
+    )
 
 
 def test_a_larger_situation_that_includes_the_precedent_gets_a_suggestion_but_is_not_the_same():
     larger, memory = blocks(["zq", "dc", "v"], ["cd"]), Memory().learned(SWAP, SWAP_PLAN)
     suggested = memory.suggest(larger)
-    assert memory.recall(larger) is None and suggested is not None and validate(larger, suggested) == []
+    assert (
+        memory.recall(larger) is None
+        and suggested is not None
+        and validate(larger, suggested) == []
+    )
 
 
 def test_a_precedent_that_does_not_unfold_is_left_alone():
@@ -94,7 +112,11 @@ def test_constants_play_only_themselves():
       (:action leave :parameters () :precondition (at home) :effect (and (not (at home)) (at away))))"""
 
     def task(start, goal):
-        return load(domain, f"(define (problem p) (:domain d) (:objects x y) (:init (at {start})) (:goal (at {goal})))")
+        return load(
+            domain,
+            f"(define (problem p) (:domain d) (:objects x y) (:init (at {start})) (:goal (at"
+            f" {goal})))",
+        )
 
     memory = Memory().learned(task("x", "home"), ["(go-home x)"])
     assert memory.recall(task("y", "home")) == ("(go-home y)",)
@@ -166,13 +188,21 @@ def test_tasks_that_differ_in_their_costs_are_not_the_same():
         )
 
     memory = Memory().learned(task(3), ["(go x y)"])
-    assert memory.recall(task(3)) == memory.suggest(task(4)) == ("(go x y)",) and memory.recall(task(4)) is None
+    assert (
+        memory.recall(task(3)) == memory.suggest(task(4)) == ("(go x y)",)
+        and memory.recall(task(4)) is None
+    )
 
 
 def test_an_exhausted_match_gives_up():
     atoms = {("on", a, b) for a in "abcdef" for b in "abcdef" if a != b}
-    assert find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=3) is None
-    assert find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=100) is not None
+    assert (
+        find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=3) is None
+    )
+    assert (
+        find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=100)
+        is not None
+    )
 
 
 def test_the_match_goes_back_on_a_choice_that_fails():
@@ -181,7 +211,10 @@ def test_the_match_goes_back_on_a_choice_that_fails():
         return find_renaming(needs, start, (), (), may_play=lambda role, name: True, max_nodes=50)
 
     assert match(("on", "x", "y"), ("on", "y", "z")) == {"x": "c", "y": "d", "z": "e"}
-    assert match(("on", "x", "x")) is None and match(("on", "x", "y"), ("on", "y", "z"), ("on", "z", "x")) is None
+    assert (
+        match(("on", "x", "x")) is None
+        and match(("on", "x", "y"), ("on", "y", "z"), ("on", "z", "x")) is None
+    )
 
 
 def test_a_role_is_played_by_an_object_of_its_type():
@@ -189,7 +222,11 @@ def test_a_role_is_played_by_an_object_of_its_type():
       (:action drive :parameters (?v - small) :precondition (parked ?v) :effect (done)))"""
 
     def task(objects, parked):
-        return load(domain, f"(define (problem p) (:domain d) (:objects {objects}) (:init {parked}) (:goal (done)))")
+        return load(
+            domain,
+            f"(define (problem p) (:domain d) (:objects {objects}) (:init {parked}) (:goal"
+            " (done)))",
+        )
 
     memory = Memory().learned(task("s - small", "(parked s)"), ["(drive s)"])
     assert memory.suggest(task("a - big b - small", "(parked a) (parked b)")) == ("(drive b)",)
@@ -202,7 +239,9 @@ def test_a_task_with_one_thing_more_is_not_the_same():
 
 
 def test_colours_tell_objects_apart_by_what_stands_beside_them():
-    told = colours(dict.fromkeys("abcd", ("block",)), {"start": [("on", "a", "b"), ("on", "b", "c")]})
+    told = colours(
+        dict.fromkeys("abcd", ("block",)), {"start": [("on", "a", "b"), ("on", "b", "c")]}
+    )
     assert len(set(told.values())) == 4
     alike = colours({"a": (), "b": ()}, {"start": [("clear", "a"), ("clear", "b")]})
     assert alike["a"] == alike["b"] and colours({}, {}) == {}
@@ -211,10 +250,13 @@ def test_colours_tell_objects_apart_by_what_stands_beside_them():
 def test_a_precedent_is_a_sign_whose_image_is_the_sequence_of_its_acts():
     (precedent,) = Memory().learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4]).precedents
     sign = precedent_sign(precedent, "precedent 1")
-    assert sign.image == (sequence("act (unstack a b)", "act (put-down a)", "act (pick-up b)", "act (stack b a)"),)
+    assert sign.image == (
+        sequence("act (unstack a b)", "act (put-down a)", "act (pick-up b)", "act (stack b a)"),
+    )
     assert sign.meaning == (
         causal(
-            {"(on a b)", "(clear a)", "(handempty)", "(ontable b)"}, {"(on b a)", "(clear b)", "(handempty)", "(ontable a)"}
+            {"(on a b)", "(clear a)", "(handempty)", "(ontable b)"},
+            {"(on b a)", "(clear b)", "(handempty)", "(ontable a)"},
         ),
     )
 
@@ -235,7 +277,10 @@ def test_a_world_model_grown_by_a_precedent_recognises_its_plan_and_expects_the_
 def test_a_precedent_may_need_static_facts_that_have_no_sign_yet():
     domain = """(define (domain d) (:predicates (at ?p) (road ?p ?q))
       (:action go :parameters (?p ?q) :precondition (and (at ?p) (road ?p ?q)) :effect (and (not (at ?p)) (at ?q))))"""
-    task = load(domain, "(define (problem p) (:domain d) (:objects x y) (:init (at x) (road x y)) (:goal (at y)))")
+    task = load(
+        domain,
+        "(define (problem p) (:domain d) (:objects x y) (:init (at x) (road x y)) (:goal (at y)))",
+    )
     (precedent,) = Memory().learned(task, ["(go x y)"]).precedents
     model = with_precedent(world_model_of(task), precedent, "precedent 1")
     assert model.sign("precedent 1").meaning == (causal({"(at x)", "(road x y)"}, "(at y)"),)
@@ -254,8 +299,14 @@ def test_a_memory_is_saved_and_loaded_without_loss(tmp_path):
         (lambda entry: entry.pop("needs"), "precedent 1: must have exactly the parts"),
         (lambda entry: entry.update(domain=3), "precedent 1: domain must be text"),
         (lambda entry: entry.update(objects=[["a"]]), "precedent 1: objects must be pairs"),
-        (lambda entry: entry.update(plan=[["stack", 1]]), "precedent 1: plan must be a list of lists of names"),
-        (lambda entry: entry.update(goal=[[]]), "precedent 1: goal must be a list of lists of names"),
+        (
+            lambda entry: entry.update(plan=[["stack", 1]]),
+            "precedent 1: plan must be a list of lists of names",
+        ),
+        (
+            lambda entry: entry.update(goal=[[]]),
+            "precedent 1: goal must be a list of lists of names",
+        ),
     ],
 )
 def test_a_damaged_memory_is_told_by_file_and_precedent(tmp_path, change, told):
@@ -269,7 +320,8 @@ def test_a_damaged_memory_is_told_by_file_and_precedent(tmp_path, change, told):
 
 
 @pytest.mark.parametrize(
-    "text, told", [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")]
+    "text, told",
+    [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")],
 )
 def test_a_file_that_is_no_memory_is_told(tmp_path, text, told):
     path = tmp_path / "memory.json"

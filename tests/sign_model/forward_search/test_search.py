@@ -21,7 +21,8 @@ def test_astar_plans_are_shortest(heuristic):
 
 
 @pytest.mark.parametrize(
-    "planner,heuristic", [("wastar", "hadd"), ("wastar", "ff"), ("gbfs", "ff"), ("gbfs", "hadd"), ("gbfs", "goals")]
+    "planner,heuristic",
+    [("wastar", "hadd"), ("wastar", "ff"), ("gbfs", "ff"), ("gbfs", "hadd"), ("gbfs", "goals")],
 )
 def test_the_other_orderings_solve_what_can_be_solved(planner, heuristic):
     for seed in range(200):
@@ -34,7 +35,9 @@ def test_the_other_orderings_solve_what_can_be_solved(planner, heuristic):
 def test_weighted_astar_with_an_admissible_heuristic_keeps_its_bound():
     for task in random_blocks_tasks(4, 10, seed=6):
         optimal = len(plan(task, planner="astar").actions)
-        assert len(plan(task, planner="wastar", heuristic="hmax", weight=2.0).actions) <= 2 * optimal
+        assert (
+            len(plan(task, planner="wastar", heuristic="hmax", weight=2.0).actions) <= 2 * optimal
+        )
 
 
 def test_astar_counts_the_costs_of_actions():
@@ -42,11 +45,15 @@ def test_astar_counts_the_costs_of_actions():
     for seed in range(100):
         task = random_task(seed)
         rng = np.random.default_rng(seed)
-        dear = task.__class__(**{**task.__dict__, "costs": rng.integers(1, 5, task.num_actions).astype(np.int32)})
+        dear = task.__class__(
+            **{**task.__dict__, "costs": rng.integers(1, 5, task.num_actions).astype(np.int32)}
+        )
         costs = []
         for heuristic in ("blind", "hmax"):
             result = plan(dear, planner="astar", heuristic=heuristic)
-            costs.append(sum(int(dear.costs[dear.action_names.index(name)]) for name in result.actions))
+            costs.append(
+                sum(int(dear.costs[dear.action_names.index(name)]) for name in result.actions)
+            )
         assert costs[0] == costs[1], seed
 
 

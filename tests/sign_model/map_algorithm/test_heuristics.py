@@ -1,4 +1,6 @@
-"""The tables behind the A-step, against slow twins on sets; mutexes against what can be reached; signs kept in files."""
+"""The tables behind the A-step, against slow twins on sets; mutexes against what can be reached;
+signs kept in files.
+"""
 
 import itertools
 
@@ -7,7 +9,14 @@ import pytest
 
 from sign_model.bits import pack, popcount, unpack
 from sign_model.blocks import random_blocks_tasks
-from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, HeuristicSign, load_signs, save_signs, weight_of
+from sign_model.map_algorithm.heuristics import (
+    DEFAULTS,
+    LANDMARKS,
+    HeuristicSign,
+    load_signs,
+    save_signs,
+    weight_of,
+)
 from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
 from sign_model.map_algorithm.mutex import mutex_groups, mutexes
 from sign_model.map_algorithm.rating import kind_of, make_rating
@@ -25,13 +34,17 @@ def spaces(count: int):
         yield space, space.situations(task.start), space.situations(task.goal)
 
 
-def relaxed_reachable(space: RegressionSpace, start: np.ndarray, without: int | None = None) -> set[int]:
+def relaxed_reachable(
+    space: RegressionSpace, start: np.ndarray, without: int | None = None
+) -> set[int]:
     """The features reached when nothing is deleted and no action that adds `without` may go."""
     reached = set(np.flatnonzero(start))
     while True:
         new = set(reached)
         for needs, gives in zip(space.conditions, space.adds):
-            if set(np.flatnonzero(needs)) <= reached and not (without is not None and gives[without]):
+            if set(np.flatnonzero(needs)) <= reached and not (
+                without is not None and gives[without]
+            ):
                 new |= set(np.flatnonzero(gives))
         if new == reached:
             return reached
@@ -46,7 +59,9 @@ def test_every_landmark_is_needed_on_every_way():
         reached = relaxed_reachable(space, start)
         for feature, landmark in itertools.product(sorted(reached), range(size)):
             if table[feature, landmark] and landmark != feature:
-                assert feature not in relaxed_reachable(space, start, landmark) or _comes_along(space, feature, landmark)
+                assert feature not in relaxed_reachable(space, start, landmark) or _comes_along(
+                    space, feature, landmark
+                )
 
 
 def _comes_along(space: RegressionSpace, feature: int, landmark: int) -> bool:
@@ -59,7 +74,10 @@ def test_the_landmark_table_is_the_greatest_fixpoint_of_its_equation():
         table = [set() if start[f] else set(range(size)) for f in range(size)]
         along = [set(np.flatnonzero(gives & ~start)) for gives in space.adds]
         while True:
-            needs = [a.union(*(table[p] for p in np.flatnonzero(c))) for a, c in zip(along, space.conditions)]
+            needs = [
+                a.union(*(table[p] for p in np.flatnonzero(c)))
+                for a, c in zip(along, space.conditions)
+            ]
             new = []
             for f in range(size):
                 achievers = [needs[a] for a in np.flatnonzero(space.adds[:, f])]
@@ -91,24 +109,42 @@ def test_mutexes_never_exclude_what_can_be_reached():
         task = random_task(seed)
         states = reachable_states(task)
         together = (states[:, :, None] & states[:, None, :]).any(axis=0)
-        mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, task.start[None])
+        mutex, usable = mutexes(
+            task.features, task.conditions, task.adds, task.deletes, task.start[None]
+        )
         assert not (mutex & together).any()
-        goes = np.array([bool((~(needs & ~states)).all(axis=1).any()) for needs in task.conditions], bool)
+        goes = np.array(
+            [bool((~(needs & ~states)).all(axis=1).any()) for needs in task.conditions], bool
+        )
         assert not (goes & ~usable).any()
-        for group in mutex_groups(task.features, task.conditions, task.adds, task.deletes, task.start[None]):
+        for group in mutex_groups(
+            task.features, task.conditions, task.adds, task.deletes, task.start[None]
+        ):
             assert (states & group).sum(axis=1).max() <= 1
 
 
 def test_the_groups_of_blocks_are_found():
     task = random_blocks_tasks(5, 1)[0]
     groups = mutex_groups(task.features, task.conditions, task.adds, task.deletes, task.start[None])
-    kinds = sorted({tuple(sorted({task.features[f][0] for f in np.flatnonzero(group)})) for group in groups})
-    assert kinds == [("clear", "holding", "on"), ("handempty", "holding"), ("holding", "on", "ontable")]
+    kinds = sorted(
+        {tuple(sorted({task.features[f][0] for f in np.flatnonzero(group)})) for group in groups}
+    )
+    assert kinds == [
+        ("clear", "holding", "on"),
+        ("handempty", "holding"),
+        ("holding", "on", "ontable"),
+    ]
     assert len(groups) == 11
 
 
 def test_a_rating_is_the_weighted_count_that_its_sign_says():
-    sign = HeuristicSign("mixed", landmarks={"on": 3, "*": 1}, plan={"stack": 2}, held={"clear": 5}, unmet={"@goal": 7, "*": 1})
+    sign = HeuristicSign(
+        "mixed",
+        landmarks={"on": 3, "*": 1},
+        plan={"stack": 2},
+        held={"clear": 5},
+        unmet={"@goal": 7, "*": 1},
+    )
     rng = np.random.default_rng(0)
     for space, start, goal in spaces(10):
         schemas = [["stack", "other"][a % 2] for a in space.kept_actions]
@@ -119,10 +155,20 @@ def test_a_rating_is_the_weighted_count_that_its_sign_says():
         plans = unpack(relaxed_plan_table(space, start), len(schemas))
         situations = rng.random((20, len(kinds))) < 0.3
         for situation, rating in zip(situations, rate(situations)):
-            expected = sum(weight_of(sign.landmarks, kinds[c], goals) for c in np.flatnonzero(landmarks[situation].any(axis=0)))
-            expected += sum(weight_of(sign.plan, schemas[a]) for a in np.flatnonzero(plans[situation].any(axis=0)))
-            expected += sum(weight_of(sign.held, kinds[f], goals) for f in np.flatnonzero(situation & start))
-            expected += sum(weight_of(sign.unmet, kinds[f], goals) for f in np.flatnonzero(situation & ~start))
+            expected = sum(
+                weight_of(sign.landmarks, kinds[c], goals)
+                for c in np.flatnonzero(landmarks[situation].any(axis=0))
+            )
+            expected += sum(
+                weight_of(sign.plan, schemas[a])
+                for a in np.flatnonzero(plans[situation].any(axis=0))
+            )
+            expected += sum(
+                weight_of(sign.held, kinds[f], goals) for f in np.flatnonzero(situation & start)
+            )
+            expected += sum(
+                weight_of(sign.unmet, kinds[f], goals) for f in np.flatnonzero(situation & ~start)
+            )
             assert rating == expected
 
 

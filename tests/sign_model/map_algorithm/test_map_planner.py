@@ -1,4 +1,6 @@
-"""MAP on one task: the small cases earlier planners get wrong, random tasks against breadth-first search, known optima."""
+"""MAP on one task: the small cases earlier planners get wrong, random tasks against
+breadth-first search, known optima.
+"""
 
 import csv
 import dataclasses
@@ -26,7 +28,9 @@ def small(conditions: str, adds: str, deletes: str, start: str, goal: str):
     def bits(names: str) -> np.ndarray:
         return np.array([name in names for name in "pqr"])
 
-    return task_from_arrays(bits(conditions)[None], bits(adds)[None], bits(deletes)[None], bits(start), bits(goal))
+    return task_from_arrays(
+        bits(conditions)[None], bits(adds)[None], bits(deletes)[None], bits(start), bits(goal)
+    )
 
 
 def test_an_action_that_destroys_what_the_goal_keeps_solves_nothing():
@@ -62,7 +66,9 @@ def test_random_tasks_are_solved_or_proven_unsolvable_as_breadth_first_search_sa
     for seed in range(2000):
         task = random_task(seed)
         length, result = shortest_length(task), plan(task)
-        assert result.status == (PlanStatus.UNSOLVABLE if length is None else PlanStatus.SOLVED), seed
+        assert result.status == (PlanStatus.UNSOLVABLE if length is None else PlanStatus.SOLVED), (
+            seed
+        )
         if length is not None:
             solvable += 1
             assert validate(task, result.actions) == [] and len(result.actions) >= length, seed
@@ -106,7 +112,9 @@ def test_renaming_objects_does_not_change_solvability_or_much_length():
     order = np.random.default_rng(0).permutation(task.num_features)
     turned = dataclasses.replace(
         task_from_arrays(
-            *(m[:, order] for m in (task.conditions, task.adds, task.deletes)), task.start[order], task.goal[order]
+            *(m[:, order] for m in (task.conditions, task.adds, task.deletes)),
+            task.start[order],
+            task.goal[order],
         ),
         features=tuple(task.features[i] for i in order),
     )
@@ -116,14 +124,18 @@ def test_renaming_objects_does_not_change_solvability_or_much_length():
 def test_unlearned_plans_of_blocks_are_nearly_optimal():
     tasks = random_blocks_tasks(7, 60, seed=2)
     lengths = np.array([len(plan(task).actions) for task in tasks])
-    optima = np.array([optimal_length(state_of(t.problem.start, 7), state_of(t.problem.goal, 7)) for t in tasks])
+    optima = np.array(
+        [optimal_length(state_of(t.problem.start, 7), state_of(t.problem.goal, 7)) for t in tasks]
+    )
     assert (lengths >= optima).all() and lengths.sum() <= 1.05 * optima.sum()
 
 
 @pytest.mark.parametrize("folder", ["blocks", "hanoi", "ferry", "goldminer"])
 def test_known_optima_are_met_within_a_few_steps(shared_data, folder):
     with open(shared_data / "pddl" / "fd_optimal.csv") as file:
-        optima = {row["file"]: int(row["optimal_steps_if_unit_cost"]) for row in csv.DictReader(file)}
+        optima = {
+            row["file"]: int(row["optimal_steps_if_unit_cost"]) for row in csv.DictReader(file)
+        }
     for name, optimum in optima.items():
         if name.startswith(folder) and optimum <= 63:
             task = load(shared_data / "pddl" / folder / "domain.pddl", shared_data / "pddl" / name)

@@ -1,4 +1,6 @@
-"""Domains of our own, none of them blocks: every task that A* decides is decided alike, and no plan is much longer."""
+"""Domains of our own, none of them blocks: every task that A* decides is decided alike, and no
+plan is much longer.
+"""
 
 import pytest
 

@@ -72,11 +72,22 @@ class Planner:
 def test_a_sub_task_leads_from_the_conditions_of_an_act_to_its_effects():
     fine = fine_task("(key one) (key two)")
     first, second = sub_tasks(COARSE, PLAN, fine)
-    assert {fine.features[f] for f in np.flatnonzero(first.start)} == {("in", "hall"), ("key", "one"), ("key", "two")}
+    assert {fine.features[f] for f in np.flatnonzero(first.start)} == {
+        ("in", "hall"),
+        ("key", "one"),
+        ("key", "two"),
+    }
     assert {fine.features[f] for f in np.flatnonzero(first.goal)} == {("in", "office")}
-    assert {fine.features[f] for f in np.flatnonzero(second.start)} == {("in", "office"), ("key", "one"), ("key", "two")}
+    assert {fine.features[f] for f in np.flatnonzero(second.start)} == {
+        ("in", "office"),
+        ("key", "one"),
+        ("key", "two"),
+    }
     assert ("in", "hall") not in second.problem.start and ("in", "office") in second.problem.start
-    assert second.problem.goal == (("in", "lab"),) and ("door", "one", "hall", "office") in second.problem.start
+    assert (
+        second.problem.goal == (("in", "lab"),)
+        and ("door", "one", "hall", "office") in second.problem.start
+    )
 
 
 def test_a_sub_task_brings_about_every_effect_of_its_act_and_keeps_what_later_acts_need():
@@ -94,7 +105,9 @@ def test_all_acts_of_a_plan_are_specified_in_one_batched_call_and_the_leaves_sol
     fine, planner = fine_task("(open one) (key two)"), Planner()
     steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2]
-    assert [step.action for step in steps] == list(PLAN) and {step.decision for step in steps} == {SPECIFY}
+    assert [step.action for step in steps] == list(PLAN) and {step.decision for step in steps} == {
+        SPECIFY
+    }
     leaves = [leaf.action for step in steps for leaf in step.leaves()]
     assert [len(step.steps) for step in steps] == [2, 3] and validate(fine, leaves) == []
     assert {leaf.decision for step in steps for leaf in step.leaves()} == {REALISE}
@@ -102,7 +115,9 @@ def test_all_acts_of_a_plan_are_specified_in_one_batched_call_and_the_leaves_sol
 
 def test_an_operation_is_realised_and_not_specified():
     planner = Planner()
-    steps = specified(COARSE, PLAN, [fine_task("(open one)")], plan_batch=planner, operations={"change-room"})
+    steps = specified(
+        COARSE, PLAN, [fine_task("(open one)")], plan_batch=planner, operations={"change-room"}
+    )
     assert (
         planner.sizes == []
         and [step.decision for step in steps] == [REALISE, REALISE]
@@ -111,7 +126,10 @@ def test_an_operation_is_realised_and_not_specified():
 
 
 def test_without_a_finer_level_acts_are_realised():
-    assert [step.decision for step in specified(COARSE, PLAN, [], plan_batch=Planner())] == [REALISE, REALISE]
+    assert [step.decision for step in specified(COARSE, PLAN, [], plan_batch=Planner())] == [
+        REALISE,
+        REALISE,
+    ]
 
 
 def test_a_plan_of_no_act_has_no_step():
@@ -137,9 +155,12 @@ def test_an_operation_among_abstract_acts_stands_for_itself_on_the_finer_level()
       (:action step :effect (r)) (:action b-fine :precondition (and (r) (p)) :effect (q)))"""
     coarse = load(domain, "(define (problem p) (:domain d) (:init) (:goal (q)))")
     finer = load(
-        domain.replace("(:action b :precondition (p) :effect (q))", ""), "(define (problem p) (:domain d) (:init) (:goal (q)))"
+        domain.replace("(:action b :precondition (p) :effect (q))", ""),
+        "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
-    steps = specified(coarse, ("(a)", "(b)"), [finer], plan_batch=Planner(), operations={"a", "step", "b-fine"})
+    steps = specified(
+        coarse, ("(a)", "(b)"), [finer], plan_batch=Planner(), operations={"a", "step", "b-fine"}
+    )
     assert steps[0].steps is None and steps[0].decision == REALISE
     assert [leaf.action for leaf in steps[1].leaves()] == ["(step)", "(b-fine)"]
 
@@ -165,12 +186,17 @@ def test_sub_plans_that_spoil_each_others_details_are_planned_in_turn():
     steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2, 1, 1]
     leaves = [leaf.action for step in steps for leaf in step.leaves()]
-    assert leaves == ["(ride hall office)", "(earn office)", "(ride office lab)"] and validate(fine, leaves) == []
+    assert (
+        leaves == ["(ride hall office)", "(earn office)", "(ride office lab)"]
+        and validate(fine, leaves) == []
+    )
 
 
 def test_specification_goes_on_through_several_levels():
     planner = Planner()
-    steps = specified(COARSE, PLAN, [COARSE, fine_task("(open one) (open two)")], plan_batch=planner)
+    steps = specified(
+        COARSE, PLAN, [COARSE, fine_task("(open one) (open two)")], plan_batch=planner
+    )
     assert planner.sizes == [2, 2]
     assert [step.steps[0].action for step in steps] == list(PLAN)
     assert [len(list(step.leaves())) for step in steps] == [2, 2]

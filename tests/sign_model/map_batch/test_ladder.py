@@ -1,4 +1,6 @@
-"""Many tasks in one jitted search: the same answers as one by one, and the kernel's tables against those of the host."""
+"""Many tasks in one jitted search: the same answers as one by one, and the kernel's tables
+against those of the host.
+"""
 
 import dataclasses
 
@@ -31,23 +33,38 @@ LADDER = (Rung(beam=4, branch=8, steps=32, lanes=16), Rung(beam=32, branch=8, st
 def test_every_plan_of_a_batch_is_valid_and_near_the_optimum():
     tasks = random_blocks_tasks(6, 50, seed=3)
     results = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER)
-    assert all(r.status == PlanStatus.SOLVED and validate(t, r.actions) == [] for t, r in zip(tasks, results))
+    assert all(
+        r.status == PlanStatus.SOLVED and validate(t, r.actions) == []
+        for t, r in zip(tasks, results)
+    )
     lengths = np.array([len(r.actions) for r in results])
-    optima = np.array([optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks])
+    optima = np.array(
+        [optimal_length(state_of(t.problem.start, 6), state_of(t.problem.goal, 6)) for t in tasks]
+    )
     assert (lengths >= optima).all() and lengths.sum() <= 1.1 * optima.sum()
 
 
 def test_a_plan_does_not_depend_on_the_tasks_beside_it():
-    tasks = random_blocks_tasks(5, 40, seed=7)  # more than there are lanes: they are emptied and filled again
-    on_table = dataclasses.replace(tasks[0], goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]), problem=None)
+    # more than there are lanes: they are emptied and filled again
+    tasks = random_blocks_tasks(5, 40, seed=7)
+    on_table = dataclasses.replace(
+        tasks[0], goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]), problem=None
+    )
     together = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER[:1])
-    backwards = plan_batch([on_table, *tasks[::-1]], heuristic=LANDMARKS, ladder=LADDER[:1], num_threads=1)[:0:-1]
+    backwards = plan_batch(
+        [on_table, *tasks[::-1]], heuristic=LANDMARKS, ladder=LADDER[:1], num_threads=1
+    )[:0:-1]
     assert [r.actions for r in together] == [r.actions for r in backwards]
     for number in (0, 1, 17, 39):
-        assert plan_batch([tasks[number]], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions == together[number].actions
+        assert (
+            plan_batch([tasks[number]], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions
+            == together[number].actions
+        )
     few = plan_batch([*tasks[5:8], on_table], heuristic=LANDMARKS, ladder=LADDER[:1])
     assert [r.actions for r in few[:3]] == [r.actions for r in together[5:8]]
-    assert plan_batch([on_table], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions == few[3].actions
+    assert (
+        plan_batch([on_table], heuristic=LANDMARKS, ladder=LADDER[:1])[0].actions == few[3].actions
+    )
 
 
 def test_new_tasks_and_new_weights_compile_nothing():
@@ -55,7 +72,10 @@ def test_new_tasks_and_new_weights_compile_nothing():
     jax.monitoring.register_event_duration_secs_listener(
         lambda event, seconds, **_: compiled.append(event) if "backend_compile" in event else None
     )
-    signs = [HeuristicSign("one", landmarks={"clear": weight, "holding": 8}, unmet={"on": 4}) for weight in (5, 9)]
+    signs = [
+        HeuristicSign("one", landmarks={"clear": weight, "holding": 8}, unmet={"on": 4})
+        for weight in (5, 9)
+    ]
     plan_batch(random_blocks_tasks(4, 10, seed=1), heuristic=signs[0], ladder=LADDER[:1])
     compiled.clear()
     plan_batch(random_blocks_tasks(4, 13, seed=2), heuristic=signs[1], ladder=LADDER[:1])
@@ -77,14 +97,22 @@ def test_the_marks_change_nothing_but_the_speed(monkeypatch):
 def test_a_detour_is_seen_and_left_out():
     task = random_blocks_tasks(4, 1, seed=6)[0]
     good = [task.action_names.index(name) for name in plan(task).actions]
-    first = next(i for i, name in enumerate(task.action_names) if name.startswith("(pick-up") and not _lacks(task, i))
+    first = next(
+        i
+        for i, name in enumerate(task.action_names)
+        if name.startswith("(pick-up") and not _lacks(task, i)
+    )
     back = task.action_names.index(task.action_names[first].replace("pick-up", "put-down"))
     batch = pack_batch([task, task], (LANDMARKS,))
     of_space = {action: i for i, action in enumerate(batch.space.kept_actions.tolist())}
     plans = [[of_space[a] for a in steps] for steps in (good, [first, back, *good])]
-    padded = np.array([np.pad(steps, (0, 24 - len(steps)), constant_values=-1) for steps in plans], np.int32)
+    padded = np.array(
+        [np.pad(steps, (0, 24 - len(steps)), constant_values=-1) for steps in plans], np.int32
+    )
     t, (start, goal, _) = batch.tables, batch.queue(np.arange(2), 2)
-    seen = jax.jit(lambda *args: have_detours(*args, lanes=2))(t.keeps, t.needs, t.deletes, start, goal, padded)
+    seen = jax.jit(lambda *args: have_detours(*args, lanes=2))(
+        t.keeps, t.needs, t.deletes, start, goal, padded
+    )
     assert seen.tolist() == [False, True]
     batch.note(np.arange(2), np.array([len(steps) for steps in plans]), padded, np.asarray(seen))
     assert batch.lengths.tolist() == [len(good), len(good)]
@@ -99,7 +127,11 @@ def test_tasks_ride_together_where_the_search_is_the_same_for_it():
     tasks = random_blocks_tasks(4, 3, seed=1)
     other_goal = dataclasses.replace(tasks[0], goal=tasks[0].situation([("ontable", "b1")]))
     other_effects = dataclasses.replace(tasks[0], adds=tasks[0].adds & ~tasks[0].adds[0])
-    assert groups_of([tasks[0], other_goal, tasks[1], other_effects, tasks[2]]) == [[0, 2, 4], [1], [3]]
+    assert groups_of([tasks[0], other_goal, tasks[1], other_effects, tasks[2]]) == [
+        [0, 2, 4],
+        [1],
+        [3],
+    ]
     assert groups_of([]) == []
 
 
@@ -120,7 +152,9 @@ def test_what_the_ladder_leaves_is_solved_or_proven_by_the_exact_search():
     assert all(r.is_solved for r in plan_batch(tasks, heuristic=OVERLAP, ladder=rung))
     base = tasks[0]
     impossible = base.situation([("on", "b0", "b1"), ("on", "b1", "b2"), ("on", "b2", "b0")])
-    results = plan_batch([base, dataclasses.replace(base, goal=impossible, problem=None, domain=None)], ladder=LADDER)
+    results = plan_batch(
+        [base, dataclasses.replace(base, goal=impossible, problem=None, domain=None)], ladder=LADDER
+    )
     assert [r.status for r in results] == [PlanStatus.SOLVED, PlanStatus.UNSOLVABLE]
 
 
@@ -139,7 +173,9 @@ def test_the_kernel_and_the_host_make_the_same_tables():
     tables = make_tables(space, np.arange(size))
     start = np.zeros((32 * tables.needs.shape[0], len(tasks)), bool)
     start[:size] = space.situations(starts).T
-    landmarks, plans = (jax.jit(table)(tables, jnp.asarray(start)) for table in (landmark_table, relaxed_plan_table))
+    landmarks, plans = (
+        jax.jit(table)(tables, jnp.asarray(start)) for table in (landmark_table, relaxed_plan_table)
+    )
     for lane, task in enumerate(tasks):
         held = space.situations(task.start)
         ours = host_landmarks(space, held).view("<u4")[:, : landmarks.shape[1]]
@@ -166,7 +202,10 @@ def test_a_goal_that_holds_takes_no_action():
     assert plan_batch([done], ladder=LADDER)[0].actions == ()
 
 
-@pytest.mark.parametrize("wrong", [{"beam": 0}, {"beam": 257}, {"branch": 300}, {"steps": 0}, {"lanes": 0}, {"lanes": 24}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"beam": 0}, {"beam": 257}, {"branch": 300}, {"steps": 0}, {"lanes": 0}, {"lanes": 24}],
+)
 def test_a_rung_that_cannot_be_climbed_is_told(wrong):
     with pytest.raises(ValueError, match=f"a rung's {next(iter(wrong))} must"):
         Rung(**{"beam": 4, "branch": 4, "steps": 4, "lanes": 8, **wrong})

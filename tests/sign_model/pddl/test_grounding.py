@@ -13,7 +13,10 @@ SWITCHES = """(define (domain switches) (:predicates (on ?l) (wired ?s ?l) (same
 
 
 def switches(goal: str) -> str:
-    return f"(define (problem p) (:domain switches) (:objects s t a b) (:init (wired s a) (wired t b) (on b)) (:goal {goal}))"
+    return (
+        "(define (problem p) (:domain switches) (:objects s t a b) (:init (wired s a) (wired t b)"
+        f" (on b)) (:goal {goal}))"
+    )
 
 
 def test_static_conditions_bind_roles_before_any_combination_is_tried():
@@ -25,8 +28,13 @@ def test_negative_conditions_become_complements_kept_in_step():
     task = load(SWITCHES, switches("(and (on a) (not (on b)))"))
     assert ("not", "on", "a") in task.features and ("not", "on", "b") in task.features
     on, off = task.features.index(("on", "a")), task.features.index(("not", "on", "a"))
-    assert (task.adds[:, on] == task.deletes[:, off]).all() and (task.deletes[:, on] == task.adds[:, off]).all()
-    assert plan(task).actions in (("(press s a)", "(release t b)"), ("(release t b)", "(press s a)"))
+    assert (task.adds[:, on] == task.deletes[:, off]).all() and (
+        task.deletes[:, on] == task.adds[:, off]
+    ).all()
+    assert plan(task).actions in (
+        ("(press s a)", "(release t b)"),
+        ("(release t b)", "(press s a)"),
+    )
 
 
 def test_an_unreachable_goal_makes_the_task_unsolvable_not_wrong():
@@ -40,7 +48,11 @@ def test_a_static_goal_that_holds_costs_nothing():
 
 
 def test_parameters_named_differently_than_in_the_declaration_give_the_same_actions():
-    renamed = SWITCHES.replace("?s ?l", "?x ?y").replace("?l", "?y").replace("(on ?y) (wired ?x ?y)", "(on ?p) (wired ?q ?r)")
+    renamed = (
+        SWITCHES.replace("?s ?l", "?x ?y")
+        .replace("?l", "?y")
+        .replace("(on ?y) (wired ?x ?y)", "(on ?p) (wired ?q ?r)")
+    )
     assert renamed != SWITCHES
     one, other = load(SWITCHES, switches("(on a)")), load(renamed, switches("(on a)"))
     assert one.action_names == other.action_names
@@ -63,11 +75,17 @@ def test_predicates_of_arity_0_1_and_3_and_repeated_objects_are_grounded():
 def test_a_domain_of_unary_predicates_only_is_solved():
     domain = """(define (domain unary) (:predicates (p ?x) (q ?x))
       (:action a :parameters (?x) :precondition (p ?x) :effect (and (q ?x) (not (p ?x)))))"""
-    problem = "(define (problem t) (:domain unary) (:objects x y) (:init (p x) (p y)) (:goal (and (q x) (q y))))"
+    problem = (
+        "(define (problem t) (:domain unary) (:objects x y) (:init (p x) (p y)) (:goal (and (q x)"
+        " (q y))))"
+    )
     assert plan(load(domain, problem)).actions in (("(a x)", "(a y)"), ("(a y)", "(a x)"))
 
 
-@pytest.mark.parametrize("test,kept", [("(= ?x ?y)", ["(a x x)", "(a y y)"]), ("(not (= ?x ?y))", ["(a x y)", "(a y x)"])])
+@pytest.mark.parametrize(
+    "test,kept",
+    [("(= ?x ?y)", ["(a x x)", "(a y y)"]), ("(not (= ?x ?y))", ["(a x y)", "(a y x)"])],
+)
 def test_equality_filters_bindings(test, kept):
     domain = f"""(define (domain e) (:predicates (r ?x ?y))
       (:action a :parameters (?x ?y) :precondition {test} :effect (r ?x ?y)))"""
@@ -80,7 +98,9 @@ def test_costs_count_only_where_the_problem_asks_for_them():
       (:action dear :effect (and (p) (increase (total-cost) 7))))"""
     problem = "(define (problem t) (:domain c) (:init) (:goal (p)) (:metric minimize (total-cost)))"
     assert load(domain, problem).costs.tolist() == [7]
-    assert load(domain, problem.replace("(:metric minimize (total-cost))", "")).costs.tolist() == [1]
+    assert load(domain, problem.replace("(:metric minimize (total-cost))", "")).costs.tolist() == [
+        1
+    ]
 
 
 def test_an_action_that_deletes_and_adds_a_fact_adds_it():

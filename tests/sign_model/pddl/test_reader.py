@@ -28,7 +28,11 @@ PROBLEM = """(define (problem one)
 
 def test_every_file_of_the_outside_data_is_read(shared_data):
     for folder in ("blocks", "hanoi", "ferry", "goldminer"):
-        files = [path for path in sorted((shared_data / "pddl" / folder).glob("*.pddl")) if path.name != "domain.pddl"]
+        files = [
+            path
+            for path in sorted((shared_data / "pddl" / folder).glob("*.pddl"))
+            if path.name != "domain.pddl"
+        ]
         assert files
         for path in files:
             parse(shared_data / "pddl" / folder / "domain.pddl", path)
@@ -65,55 +69,145 @@ MALFORMED = {
     "an open parenthesis": (DOMAIN[:-3], PROBLEM, "<domain>", "never closed"),
     "a parenthesis too many": (DOMAIN + ")", PROBLEM, "<domain>:11", "one ')' too many"),
     "an empty text": (DOMAIN, "()", "<problem>", "begin with (define"),
-    "words before the first parenthesis": ("lamps " + DOMAIN, PROBLEM, "<domain>:1", "before the first"),
-    "no domain name": (DOMAIN.replace("(domain lamps)", "(domain)"), PROBLEM, "<domain>:1", "(domain NAME)"),
+    "words before the first parenthesis": (
+        "lamps " + DOMAIN,
+        PROBLEM,
+        "<domain>:1",
+        "before the first",
+    ),
+    "no domain name": (
+        DOMAIN.replace("(domain lamps)", "(domain)"),
+        PROBLEM,
+        "<domain>:1",
+        "(domain NAME)",
+    ),
     "a problem where the domain belongs": (PROBLEM, PROBLEM, "<domain>:1", "(domain NAME)"),
-    "another domain": (DOMAIN, PROBLEM.replace("lamps", "doors"), "<problem>:2", "another domain than 'lamps'"),
-    "an unknown section": (DOMAIN.replace(":constants", ":things"), PROBLEM, "<domain>:4", "':things' is not known"),
+    "another domain": (
+        DOMAIN,
+        PROBLEM.replace("lamps", "doors"),
+        "<problem>:2",
+        "another domain than 'lamps'",
+    ),
+    "an unknown section": (
+        DOMAIN.replace(":constants", ":things"),
+        PROBLEM,
+        "<domain>:4",
+        "':things' is not known",
+    ),
     "an undeclared predicate": (
         DOMAIN.replace("(not (dark))", "(not (bright))"),
         PROBLEM,
         "<domain>:10",
         "'bright' is not declared",
     ),
-    "a wrong arity": (DOMAIN, PROBLEM.replace("(wired s a)", "(wired s)"), "<problem>:4", "1 argument(s), declared with 2"),
+    "a wrong arity": (
+        DOMAIN,
+        PROBLEM.replace("(wired s a)", "(wired s)"),
+        "<problem>:4",
+        "1 argument(s), declared with 2",
+    ),
     "an unknown variable": (
         DOMAIN.replace("(on ?l) (not (dark))", "(on ?k) (not (dark))"),
         PROBLEM,
         "<domain>:10",
         "'?k' is not known",
     ),
-    "an unknown object": (DOMAIN, PROBLEM.replace("(on a)", "(on z)"), "<problem>:5", "'z' is not known"),
-    "an unknown type": (DOMAIN.replace("hall - room", "hall - floor"), PROBLEM, "<domain>:4", "type 'floor' is not declared"),
+    "an unknown object": (
+        DOMAIN,
+        PROBLEM.replace("(on a)", "(on z)"),
+        "<problem>:5",
+        "'z' is not known",
+    ),
+    "an unknown type": (
+        DOMAIN.replace("hall - room", "hall - floor"),
+        PROBLEM,
+        "<domain>:4",
+        "type 'floor' is not declared",
+    ),
     "a wrong type": (
         DOMAIN,
         PROBLEM.replace("(wired s a)", "(wired a s)"),
         "<problem>:4",
         "'a' is a lamp, 'wired' needs a switch",
     ),
-    "types in a circle": (DOMAIN.replace("room)", "room lamp - lamp)", 1), PROBLEM, "<domain>:3", "its own ancestor"),
-    "a dangling dash": (DOMAIN, PROBLEM.replace("s - switch", "s -"), "<problem>:3", "'-' must stand between"),
+    "types in a circle": (
+        DOMAIN.replace("room)", "room lamp - lamp)", 1),
+        PROBLEM,
+        "<domain>:3",
+        "its own ancestor",
+    ),
+    "a dangling dash": (
+        DOMAIN,
+        PROBLEM.replace("s - switch", "s -"),
+        "<problem>:3",
+        "'-' must stand between",
+    ),
     "a parameter twice": (
         DOMAIN.replace("?l - lamp ?r - room)\n", "?s - lamp ?r - room)\n"),
         PROBLEM,
         "<domain>:8",
         "stands twice",
     ),
-    "a parameter without '?'": (DOMAIN.replace("(?s - switch", "(s - switch"), PROBLEM, "<domain>:8", "begin with '?'"),
-    "an action twice": (DOMAIN[:-2] + "(:action press :effect (dark)))", PROBLEM, "<domain>:10", "defined twice"),
-    "an action without effect": (DOMAIN.replace(":effect", ":affect"), PROBLEM, "<domain>:10", "':affect' is not known"),
-    "a disjunction": (DOMAIN.replace("(and (in", "(or (in"), PROBLEM, "<domain>:9", "'or' goes beyond STRIPS"),
+    "a parameter without '?'": (
+        DOMAIN.replace("(?s - switch", "(s - switch"),
+        PROBLEM,
+        "<domain>:8",
+        "begin with '?'",
+    ),
+    "an action twice": (
+        DOMAIN[:-2] + "(:action press :effect (dark)))",
+        PROBLEM,
+        "<domain>:10",
+        "defined twice",
+    ),
+    "an action without effect": (
+        DOMAIN.replace(":effect", ":affect"),
+        PROBLEM,
+        "<domain>:10",
+        "':affect' is not known",
+    ),
+    "a disjunction": (
+        DOMAIN.replace("(and (in", "(or (in"),
+        PROBLEM,
+        "<domain>:9",
+        "'or' goes beyond STRIPS",
+    ),
     "a conditional effect": (
         DOMAIN.replace("(and (on ?l)", "(and (when (dark) (on ?l))"),
         PROBLEM,
         "<domain>:10",
         "'when' goes",
     ),
-    "a derived predicate": (DOMAIN[:-2] + "(:derived (p) (dark)))", PROBLEM, "<domain>:10", "':derived' is not known"),
-    "no goal": (DOMAIN, PROBLEM.replace("(:goal (and (on a) (not (dark))))", ""), "<problem>:1", "exactly one (:goal ...)"),
-    "a negative cost": (DOMAIN, PROBLEM.replace("kitchen) 3", "kitchen) -3"), "<problem>:4", "costs are whole numbers"),
-    "an object of two types": (DOMAIN, PROBLEM.replace("s - switch", "s - switch a - room"), "<problem>:3", "declared twice"),
-    "a predicate twice": (DOMAIN.replace("(dark))\n", "(dark) (dark))\n"), PROBLEM, "<domain>:5", "'dark' is declared twice"),
+    "a derived predicate": (
+        DOMAIN[:-2] + "(:derived (p) (dark)))",
+        PROBLEM,
+        "<domain>:10",
+        "':derived' is not known",
+    ),
+    "no goal": (
+        DOMAIN,
+        PROBLEM.replace("(:goal (and (on a) (not (dark))))", ""),
+        "<problem>:1",
+        "exactly one (:goal ...)",
+    ),
+    "a negative cost": (
+        DOMAIN,
+        PROBLEM.replace("kitchen) 3", "kitchen) -3"),
+        "<problem>:4",
+        "costs are whole numbers",
+    ),
+    "an object of two types": (
+        DOMAIN,
+        PROBLEM.replace("s - switch", "s - switch a - room"),
+        "<problem>:3",
+        "declared twice",
+    ),
+    "a predicate twice": (
+        DOMAIN.replace("(dark))\n", "(dark) (dark))\n"),
+        PROBLEM,
+        "<domain>:5",
+        "'dark' is declared twice",
+    ),
 }
 
 

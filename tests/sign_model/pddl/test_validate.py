@@ -33,7 +33,10 @@ def test_a_wrong_plan_is_told_in_a_sentence(actions, told):
 def test_types_equalities_and_negative_conditions_are_checked():
     domain = """(define (domain d) (:types s t) (:predicates (p ?x - s) (q ?x - s ?y - s))
       (:action a :parameters (?x ?y - s) :precondition (and (not (= ?x ?y)) (not (p ?x))) :effect (q ?x ?y)))"""
-    problem = "(define (problem r) (:domain d) (:objects u v w - s z - t) (:init (p v)) (:goal (and (q u v) (not (q u w)))))"
+    problem = (
+        "(define (problem r) (:domain d) (:objects u v w - s z - t) (:init (p v)) (:goal (and (q u"
+        " v) (not (q u w)))))"
+    )
     task = load(domain, problem)
     assert validate(task, ["(a u v)"]) == []
     assert validate(task, ["(a u u)"]) == ["step 1 (a u u): ?x and ?y must not be equal"]
@@ -46,11 +49,16 @@ def test_many_plans_are_replayed_side_by_side():
     tasks = random_blocks_tasks(4, 6, seed=5)
     number_of = {name: i for i, name in enumerate(tasks[0].action_names)}
     plans = [np.array([number_of[name] for name in plan(task).actions], int) for task in tasks]
-    starts, goals = np.array([task.start for task in tasks]), np.array([task.goal for task in tasks])
+    starts, goals = (
+        np.array([task.start for task in tasks]),
+        np.array([task.goal for task in tasks]),
+    )
     longest = max(map(len, plans))
 
     def padded(*plans):
-        return np.array([np.pad(plan, (0, longest - len(plan)), constant_values=-1) for plan in plans])
+        return np.array(
+            [np.pad(plan, (0, longest - len(plan)), constant_values=-1) for plan in plans]
+        )
 
     replay_batch(tasks[0], starts, goals, padded(*plans))
     with pytest.raises(AssertionError, match="plan 2"):

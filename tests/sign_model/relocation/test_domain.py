@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from sign_model.plan_task import plan
-from sign_model.relocation.domain import DOMAIN, Scene, abilities_of, problem_text, scene_signs, scene_task
+from sign_model.relocation.domain import (
+    DOMAIN,
+    Scene,
+    abilities_of,
+    problem_text,
+    scene_signs,
+    scene_task,
+)
 from sign_model.result import PlanStatus
 from sign_model.signs.from_tasks import task_matrices
 from sign_model.signs.matrix import Component
@@ -19,7 +26,11 @@ RINGS = Scene(
     start="yard",
     goal="vault",
     ways=(("yard", "street"),),
-    blocked=(("street", "garden", "hedge"), ("street", "garden", "wall"), ("garden", "vault", "door")),
+    blocked=(
+        ("street", "garden", "hedge"),
+        ("street", "garden", "wall"),
+        ("garden", "vault", "door"),
+    ),
     kinds={"hedge": "plant", "wall": "stone", "door": "wood"},
     abilities=("plant", "wood"),
     seen_as={"vault": ("afar", "ahead-left"), "wall": ("close", "ahead")},
@@ -56,11 +67,15 @@ def test_the_number_destroyed_is_the_least_on_random_scenes():
         blocked = tuple((areas[i], areas[j], f"thing{i}{j}") for i, j in pairs)
         solid = {name for *_, name in blocked if rng.random() < 0.3}
         kinds = {name: "iron" if name in solid else "wood" for *_, name in blocked}
-        scene = Scene(start=areas[0], goal=areas[4], blocked=blocked, kinds=kinds, abilities=("wood",))
+        scene = Scene(
+            start=areas[0], goal=areas[4], blocked=blocked, kinds=kinds, abilities=("wood",)
+        )
         level, reached = 0, {areas[0]}
         while areas[4] not in reached and level < 6:
             level += 1
-            reached |= {x for p, q, name in blocked if name not in solid for x in (p, q) if {p, q} & reached}
+            reached |= {
+                x for p, q, name in blocked if name not in solid for x in (p, q) if {p, q} & reached
+            }
         found = plan(scene_task(scene), planner="astar")
         assert found.is_solved == (areas[4] in reached)
         if found.is_solved:
@@ -69,7 +84,10 @@ def test_the_number_destroyed_is_the_least_on_random_scenes():
 
 def test_i_carry_what_i_can_do_as_personal_meaning():
     model = scene_signs(RINGS)
-    assert model.sign("i").meaning == (sequence({"action destroy", "plant"}), sequence({"action destroy", "wood"}))
+    assert model.sign("i").meaning == (
+        sequence({"action destroy", "plant"}),
+        sequence({"action destroy", "wood"}),
+    )
     assert abilities_of(model) == {"plant", "wood"}
     stronger = model.grown("i", Component.MEANING, sequence({"action destroy", "stone"}))
     assert abilities_of(stronger) == {"plant", "wood", "stone"}
@@ -81,10 +99,14 @@ def test_where_things_are_seen_is_their_image_and_leads_down_to_degrees_and_metr
     known = {sign.name: sign for sign in spatial_signs(DEFAULT_TABLE)}
     for name in ("afar", "ahead-left"):
         for below in known[name].image[0].features:
-            grounded = grounded.with_signs([known[below]]).grown(name, Component.IMAGE, known[name].image[0])
+            grounded = grounded.with_signs([known[below]]).grown(
+                name, Component.IMAGE, known[name].image[0]
+            )
     links = np.asarray(network(grounded.matrices, Component.IMAGE))
     two_steps = links.astype(int) @ links.astype(int) > 0
-    assert {"phi 22.5..67.5 deg", "r 200..1000 m"} <= set(grounded.named(two_steps[grounded.index("vault")]))
+    assert {"phi 22.5..67.5 deg", "r 200..1000 m"} <= set(
+        grounded.named(two_steps[grounded.index("vault")])
+    )
 
 
 def test_the_signs_give_the_tasks_matrices_back():
@@ -94,7 +116,10 @@ def test_the_signs_give_the_tasks_matrices_back():
 
 
 def test_the_problem_reads_like_pddl_written_by_hand():
-    text = problem_text(Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"}), name="tiny")
+    text = problem_text(
+        Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"}),
+        name="tiny",
+    )
     assert text.splitlines() == [
         "(define (problem tiny)",
         "  (:domain smart-relocation)",
@@ -123,10 +148,16 @@ def test_another_reader_of_pddl_understands_domain_and_problem(tmp_path):
     "scene, told",
     [
         (Scene(start="a", goal="b", blocked=(("a", "b", "rock"),)), "obstacle 'rock' has no kind"),
-        (Scene(start="a", goal="b", blocked=(("a", "b", "a"),), kinds={"a": "k"}), "'a' names two things"),
+        (
+            Scene(start="a", goal="b", blocked=(("a", "b", "a"),), kinds={"a": "k"}),
+            "'a' names two things",
+        ),
         (Scene(start="a b", goal="c"), "'a b' is no PDDL name"),
         (Scene(start="a", goal="B"), "'B' is no PDDL name"),
-        (Scene(start="a", goal="b", seen_as={"c": ("afar",)}), "'c' is seen but is no area or obstacle"),
+        (
+            Scene(start="a", goal="b", seen_as={"c": ("afar",)}),
+            "'c' is seen but is no area or obstacle",
+        ),
     ],
 )
 def test_a_scene_that_does_not_fit_is_told_in_one_sentence(scene, told):

@@ -11,7 +11,14 @@ from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.pddl.validate import validate
 from sign_model.relocation.domain import AGENT
 from sign_model.relocation.map_in_jit import plan_situations
-from sign_model.relocation.working_memory import BREAKABLE, FIRM, area, chain_attention, contour_attention, slot
+from sign_model.relocation.working_memory import (
+    BREAKABLE,
+    FIRM,
+    area,
+    chain_attention,
+    contour_attention,
+    slot,
+)
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 
@@ -20,7 +27,10 @@ def facts(between, kind_of):
     """What is known of obstacles: {slot: (area, area)} and {slot: kind}."""
     told = [("at", AGENT, area(0))]
     for number, (one, other) in between.items():
-        told += [("blocked-by", area(one), area(other), slot(number)), ("blocked-by", area(other), area(one), slot(number))]
+        told += [
+            ("blocked-by", area(one), area(other), slot(number)),
+            ("blocked-by", area(other), area(one), slot(number)),
+        ]
         told += [("borders", slot(number), area(one)), ("borders", slot(number), area(other))]
         told.append(("of-kind", slot(number), kind_of[number]))
     return told
@@ -29,7 +39,10 @@ def facts(between, kind_of):
 def random_scenes(form, count, rng):
     """Starts and goals over the working memory: some slots empty, some obstacles firm, any goal."""
     num_areas = len({atom[-1] for atom in form.space.features if atom[0] == "at"})
-    pairs = {number: (0, 1) if num_areas == 2 else (number, number + 1) for number in range(form.num_slots)}
+    pairs = {
+        number: (0, 1) if num_areas == 2 else (number, number + 1)
+        for number in range(form.num_slots)
+    }
     for _ in range(count):
         present = {number: pair for number, pair in pairs.items() if rng.random() < 0.8}
         kinds = {number: FIRM if rng.random() < 0.5 else BREAKABLE for number in present}
@@ -42,11 +55,15 @@ def planner(form, max_steps):
 
 
 def planned(form, scenes, *, max_steps=13):
-    start, goal = (np.stack([form.situation(*side) for side in sides], axis=1) for sides in zip(*scenes))
+    start, goal = (
+        np.stack([form.situation(*side) for side in sides], axis=1) for sides in zip(*scenes)
+    )
     return jax.tree.map(np.asarray, planner(form, max_steps)(start | form.abilities[:, None], goal))
 
 
-@pytest.mark.parametrize("form", [contour_attention(3), chain_attention(4)], ids=["contour", "chain"])
+@pytest.mark.parametrize(
+    "form", [contour_attention(3), chain_attention(4)], ids=["contour", "chain"]
+)
 def test_plans_and_proofs_are_those_of_map_on_the_host(form):
     scenes = list(random_scenes(form, 96, np.random.default_rng(0)))
     found = planned(form, scenes)
@@ -54,11 +71,17 @@ def test_plans_and_proofs_are_those_of_map_on_the_host(form):
     for number, (start, goal) in enumerate(scenes):
         task = form.task_of(start, goal)
         truth = plan_map(task, [OVERLAP], max_expansions=10_000)
-        assert found.is_solved[number] == (truth.plan is not None) and found.is_proof[number] == truth.is_proof
+        assert (
+            found.is_solved[number] == (truth.plan is not None)
+            and found.is_proof[number] == truth.is_proof
+        )
         if truth.plan is not None:
             actions = found.actions[:, number]
             names = [f"({' '.join(form.actions[action])})" for action in actions if action >= 0]
-            assert len(names) == found.num_actions[number] == len(truth.plan) and validate(task, names) == []
+            assert (
+                len(names) == found.num_actions[number] == len(truth.plan)
+                and validate(task, names) == []
+            )
             assert (actions[len(names) :] == -1).all()
 
 
@@ -72,14 +95,24 @@ def test_a_plan_does_not_depend_on_the_batch_around_it():
 
 def test_of_equal_obstacles_the_first_slot_is_taken():
     form = contour_attention(3)
-    found = planned(form, [(facts({1: (0, 1), 2: (0, 1)}, {1: BREAKABLE, 2: BREAKABLE}), [("at", AGENT, area(1))])] * 96)
+    found = planned(
+        form,
+        [(facts({1: (0, 1), 2: (0, 1)}, {1: BREAKABLE, 2: BREAKABLE}), [("at", AGENT, area(1))])]
+        * 96,
+    )
     told = [form.actions[action][:3] for action in found.actions[:, 0] if action >= 0]
-    assert told == [("approach", AGENT, slot(1)), ("destroy", AGENT, slot(1)), ("pass", AGENT, area(0))]
+    assert told == [
+        ("approach", AGENT, slot(1)),
+        ("destroy", AGENT, slot(1)),
+        ("pass", AGENT, area(0)),
+    ]
 
 
 def test_a_search_cut_short_is_neither_plan_nor_proof():
     form = contour_attention(3)
-    found = planned(form, [(facts({0: (0, 1)}, {0: BREAKABLE}), [("at", AGENT, area(1))])], max_steps=2)
+    found = planned(
+        form, [(facts({0: (0, 1)}, {0: BREAKABLE}), [("at", AGENT, area(1))])], max_steps=2
+    )
     assert not found.is_solved[0] and not found.is_proof[0] and (found.actions == -1).all()
 
 
@@ -97,5 +130,9 @@ def test_the_matrices_are_the_personal_meanings_of_the_acts():
     (meaning,) = form.model.sign(f"act (pass i {area(0)} {area(1)} {slot(1)})").meaning
     number = form.actions.index(("pass", AGENT, area(0), area(1), slot(1)))
     needed = {form.space.features[i] for i in np.flatnonzero(form.space.conditions[number])}
-    assert needed == {("at", AGENT, area(0)), ("blocked-by", area(0), area(1), slot(1)), ("destroyed", slot(1))}
+    assert needed == {
+        ("at", AGENT, area(0)),
+        ("blocked-by", area(0), area(1), slot(1)),
+        ("destroyed", slot(1)),
+    }
     assert {f"({' '.join(atom)})" for atom in needed} < meaning.features

@@ -37,12 +37,23 @@ def test_activation_equals_its_plain_twin_bit_for_bit(signs, start):
 
 def test_activation_halves_with_each_link_and_stops_after_the_steps_given():
     signs = with_elementary(
-        [Sign("a", image=(sequence("b"),)), Sign("b", image=(sequence("c"),)), Sign("c", image=(sequence("d"),))]
+        [
+            Sign("a", image=(sequence("b"),)),
+            Sign("b", image=(sequence("c"),)),
+            Sign("c", image=(sequence("d"),)),
+        ]
     )
     model = model_of(signs)
     active = model.features(["a"]).astype(np.float32)
-    assert spread_activation(model.matrices, active, decay=DECAY, steps=2)[:4].tolist() == [1.0, 0.5, 0.25, 0.0]
-    assert spread_activation(model.matrices, active, decay=DECAY, steps=0).tolist() == active.tolist()
+    assert spread_activation(model.matrices, active, decay=DECAY, steps=2)[:4].tolist() == [
+        1.0,
+        0.5,
+        0.25,
+        0.0,
+    ]
+    assert (
+        spread_activation(model.matrices, active, decay=DECAY, steps=0).tolist() == active.tolist()
+    )
 
 
 def test_a_closed_network_passes_nothing_on():
@@ -50,12 +61,19 @@ def test_a_closed_network_passes_nothing_on():
     active = model.features(["face"]).astype(np.float32)
     decay = DECAY.copy()
     decay[Component.IMAGE] = 0
-    assert spread_activation(model.matrices, active, decay=decay, steps=4).tolist() == active.tolist()
+    assert (
+        spread_activation(model.matrices, active, decay=decay, steps=4).tolist() == active.tolist()
+    )
 
 
 def test_a_batch_of_situations_gives_the_same_bits():
     model = model_of(face_signs())
     active = np.random.default_rng(0).random((2, 3, 8), np.float32)
     batch = spread_activation(model.matrices, active, decay=DECAY, steps=2)
-    single = [[spread_activation(model.matrices, one, decay=DECAY, steps=2) for one in row] for row in active]
-    assert np.array_equal(batch, np.stack([np.stack(row) for row in jax.tree.map(np.asarray, single)]))
+    single = [
+        [spread_activation(model.matrices, one, decay=DECAY, steps=2) for one in row]
+        for row in active
+    ]
+    assert np.array_equal(
+        batch, np.stack([np.stack(row) for row in jax.tree.map(np.asarray, single)])
+    )

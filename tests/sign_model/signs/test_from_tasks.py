@@ -37,7 +37,10 @@ def assert_same_matrices(task):
     return model
 
 
-@pytest.mark.parametrize("name", ["blocks/probBLOCKS-4-0", "blocks/probBLOCKS-8-1", "ferry/p-10locs-5cars", "hanoi/pfile1"])
+@pytest.mark.parametrize(
+    "name",
+    ["blocks/probBLOCKS-4-0", "blocks/probBLOCKS-8-1", "ferry/p-10locs-5cars", "hanoi/pfile1"],
+)
 def test_the_matrices_of_an_outside_task_come_back_bit_for_bit(shared_data, name):
     path = shared_data / "pddl" / f"{name}.pddl"
     if not path.exists():
@@ -51,7 +54,9 @@ def test_the_matrices_of_any_task_come_back_bit_for_bit(data, num_features, num_
     seed = data.draw(st.integers(0, 2**31))
     rng = np.random.default_rng(seed)
     parts = [rng.random((num_actions, num_features)) < 0.3 for _ in range(3)]
-    assert_same_matrices(task_from_arrays(*parts, rng.random(num_features) < 0.5, rng.random(num_features) < 0.5))
+    assert_same_matrices(
+        task_from_arrays(*parts, rng.random(num_features) < 0.5, rng.random(num_features) < 0.5)
+    )
 
 
 def test_types_constants_negation_and_repeated_objects_survive():
@@ -85,5 +90,9 @@ def test_a_schema_is_a_script_with_roles_and_its_ground_actions_are_personal_mea
 def test_start_and_goal_are_situations_on_the_network_of_personal_meanings():
     model = world_model_of(load(DOMAIN, PROBLEM))
     links = np.asarray(network(model.matrices, Component.MEANING))
-    assert set(model.named(links[model.index(START)])) == {"(at home)", "(lies big far)", "(not done)"}
+    assert set(model.named(links[model.index(START)])) == {
+        "(at home)",
+        "(lies big far)",
+        "(not done)",
+    }
     assert set(model.named(links[model.index(GOAL)])) == {"(done)", "(twin far far)"}

@@ -11,7 +11,9 @@ from sign_model.signs.world_model import from_signs
 from tests.helpers.sign_worlds import face_signs, sign_worlds
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(sign_worlds())
 def test_a_model_is_saved_and_loaded_without_loss(tmp_path, signs):
     model, path = from_signs(signs), tmp_path / "model.json"
@@ -27,16 +29,34 @@ def test_a_model_is_saved_and_loaded_without_loss(tmp_path, signs):
     [
         (lambda sign: sign.pop("name"), r"model.json: sign 1: must have a name"),
         (lambda sign: sign.update(colour="red"), r"sign 1: must have a name, and nothing but"),
-        (lambda sign: sign.update(image=3), r"sign 1 \(face\): each component must be a list of matrices"),
-        (lambda sign: sign.update(image=[3]), r"sign 1 \(face\): each component must be a list of matrices"),
-        (lambda sign: sign.update(image=[[["condition"]]]), r"sign 1 \(face\): a column must be a kind"),
-        (lambda sign: sign.update(image=[[["wish", ["nose"]]]]), r"a column must be a kind \(condition, adds, deletes\)"),
+        (
+            lambda sign: sign.update(image=3),
+            r"sign 1 \(face\): each component must be a list of matrices",
+        ),
+        (
+            lambda sign: sign.update(image=[3]),
+            r"sign 1 \(face\): each component must be a list of matrices",
+        ),
+        (
+            lambda sign: sign.update(image=[[["condition"]]]),
+            r"sign 1 \(face\): a column must be a kind",
+        ),
+        (
+            lambda sign: sign.update(image=[[["wish", ["nose"]]]]),
+            r"a column must be a kind \(condition, adds, deletes\)",
+        ),
         (
             lambda sign: sign.update(image=[[["condition", []]]]),
             r"sign 1 \(face\): a column of kind CONDITION names no feature",
         ),
-        (lambda sign: sign.update(image=[[["adds", ["nose"]], ["adds", ["nose"]]]]), r"at most one ADDS"),
-        (lambda sign: sign.update(image=[[["condition", ["ear"]]]]), r"model.json: sign 'face' has the feature 'ear'"),
+        (
+            lambda sign: sign.update(image=[[["adds", ["nose"]], ["adds", ["nose"]]]]),
+            r"at most one ADDS",
+        ),
+        (
+            lambda sign: sign.update(image=[[["condition", ["ear"]]]]),
+            r"model.json: sign 'face' has the feature 'ear'",
+        ),
         (lambda sign: sign.update(name="nose"), r"model.json: two signs are called 'nose'"),
     ],
 )
@@ -51,7 +71,8 @@ def test_a_damaged_model_is_told_by_file_and_sign(tmp_path, change, told):
 
 
 @pytest.mark.parametrize(
-    "text, told", [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")]
+    "text, told",
+    [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")],
 )
 def test_a_file_that_is_no_model_is_told(tmp_path, text, told):
     (tmp_path / "model.json").write_text(text)

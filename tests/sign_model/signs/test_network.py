@@ -84,11 +84,15 @@ def test_the_precedence_relation_equals_its_definition_over_the_symbols(signs):
                     key = ("not " if column.kind == ColumnKind.DELETES else "") + name
                     places[-1].setdefault(key, []).append(moment)
         features, precedes, _ = precedence(model.matrices, number, Component.IMAGE)
-        names = [("not " + NAMES[-1 - feature]) if feature < 0 else NAMES[feature] for feature in features]
+        names = [
+            ("not " + NAMES[-1 - feature]) if feature < 0 else NAMES[feature]
+            for feature in features
+        ]
         assert sorted(names) == sorted(set().union(*places))
         for i, earlier in enumerate(names):
             for j, later in enumerate(names):
                 always = all(
-                    earlier in place and later in place and max(place[earlier]) < min(place[later]) for place in places
+                    earlier in place and later in place and max(place[earlier]) < min(place[later])
+                    for place in places
                 )
                 assert precedes[i, j] == always

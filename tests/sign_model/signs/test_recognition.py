@@ -19,7 +19,9 @@ def flow_of(model, *steps, length=5):
 
 
 def ends(matrix, flow, contiguous):
-    """Returns the steps at which the matrix can end in the flow: every way to place its columns is tried."""
+    """Returns the steps at which the matrix can end in the flow: every way to place its columns
+    is tried.
+    """
 
     def matches(column, step):
         if column.kind == ColumnKind.DELETES:
@@ -35,7 +37,10 @@ def ends(matrix, flow, contiguous):
                 nearest = step if contiguous else len(flow) - 1
                 found |= places(columns[1:], step + 1, min(nearest + 1, len(flow) - 1))
                 merged = columns[:2]
-                if [column.kind for column in merged] == [ColumnKind.ADDS, ColumnKind.DELETES] and matches(merged[1], step):
+                if [column.kind for column in merged] == [
+                    ColumnKind.ADDS,
+                    ColumnKind.DELETES,
+                ] and matches(merged[1], step):
                     found.add(step)
         return found
 
@@ -48,12 +53,18 @@ def twin(signs, flow, *, contiguous, levels=1):
     for step in range(len(flow)):
         for _ in range(levels - 1):
             past = offered[: step + 1]
-            found = {sign.name for sign in signs if any(step in ends(matrix, past, contiguous) for matrix in sign.image)}
+            found = {
+                sign.name
+                for sign in signs
+                if any(step in ends(matrix, past, contiguous) for matrix in sign.image)
+            }
             offered[step] |= found
     recognised = {}
     for sign in signs:
         done = [
-            (min(steps), number) for number, matrix in enumerate(sign.image) if (steps := ends(matrix, offered, contiguous))
+            (min(steps), number)
+            for number, matrix in enumerate(sign.image)
+            if (steps := ends(matrix, offered, contiguous))
         ]
         if done:
             recognised[sign.name] = min(done)
@@ -62,7 +73,9 @@ def twin(signs, flow, *, contiguous, levels=1):
 
 def random_matrix(rng):
     def some():
-        return frozenset(name for name in NAMES if rng.random() < 0.25) or frozenset(rng.choice(NAMES, 1).tolist())
+        return frozenset(name for name in NAMES if rng.random() < 0.25) or frozenset(
+            rng.choice(NAMES, 1).tolist()
+        )
 
     kinds = [ColumnKind.CONDITION] * int(rng.integers(0, 4))
     kinds += [kind for kind in (ColumnKind.ADDS, ColumnKind.DELETES) if rng.random() < 0.5]
@@ -74,10 +87,15 @@ def random_matrix(rng):
 def test_recognition_equals_its_plain_twin_on_random_worlds(contiguous, levels):
     rng = np.random.default_rng(11)
     for _ in range(40):
-        signs = tuple(Sign(name, image=tuple(random_matrix(rng) for _ in range(rng.integers(1, 3)))) for name in NAMES)
+        signs = tuple(
+            Sign(name, image=tuple(random_matrix(rng) for _ in range(rng.integers(1, 3))))
+            for name in NAMES
+        )
         steps = [frozenset(name for name in NAMES if rng.random() < 0.5) for _ in range(5)]
         model = model_of(signs)
-        found = recognise(model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels)
+        found = recognise(
+            model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels
+        )
         told = {
             name: (int(found.step[index]), int(found.precedent[index]))
             for index, name in enumerate(NAMES)
@@ -92,7 +110,11 @@ def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
     flow = flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"], ["left eye"])
     found = recognise(model.matrices, flow)
     face = model.index("face")
-    assert bool(found.recognised[face]) and int(found.step[face]) == 3 and int(found.precedent[face]) == 1
+    assert (
+        bool(found.recognised[face])
+        and int(found.step[face]) == 3
+        and int(found.precedent[face]) == 1
+    )
     assert int(found.recognised.sum()) == 1 and int(found.step[model.index("nose")]) == -1
 
 
@@ -109,13 +131,20 @@ def test_attention_says_what_is_expected_next_and_how_eagerly():
     eager = np.asarray(attention(model.matrices, found))[model.index("face")]
     told = {name: float(eager[model.index(name)]) for name in model.named(eager > 0)}
     assert told == {"right eye": 1.0, "padded": 1.0}
-    first = np.asarray(attention(model.matrices, recognise(model.matrices, flow_of(model, ["nose"]))))[0]
-    assert {name: float(first[model.index(name)]) for name in model.named(first > 0)} == {"left eye": 0.25, "mouth": 0.5}
+    first = np.asarray(
+        attention(model.matrices, recognise(model.matrices, flow_of(model, ["nose"])))
+    )[0]
+    assert {name: float(first[model.index(name)]) for name in model.named(first > 0)} == {
+        "left eye": 0.25,
+        "mouth": 0.5,
+    }
 
 
 def test_a_recognised_sign_expects_nothing_more():
     model = model_of(face_signs())
-    found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"]))
+    found = recognise(
+        model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"])
+    )
     assert not found.expected.any()
 
 
@@ -129,8 +158,14 @@ def test_a_sign_recognised_within_a_step_is_a_feature_for_the_signs_above_it():
     )
     model = model_of(signs)
     flow = flow_of(model, ["dot"], ["eye"], ["hand"])
-    assert model.named(recognise(model.matrices, flow, levels=3).recognised[: len(signs)]) == ("scene", "face", "nose")
-    assert model.named(recognise(model.matrices, flow, levels=1).recognised[: len(signs)]) == ("nose",)
+    assert model.named(recognise(model.matrices, flow, levels=3).recognised[: len(signs)]) == (
+        "scene",
+        "face",
+        "nose",
+    )
+    assert model.named(recognise(model.matrices, flow, levels=1).recognised[: len(signs)]) == (
+        "nose",
+    )
 
 
 def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_moment():
@@ -179,7 +214,9 @@ def test_flows_in_a_batch_of_any_shape_and_models_in_a_batch_give_the_same_bits(
     for i in range(2):
         for j in range(3):
             single = recognise(model.matrices, flows[i, j])
-            chex.assert_trees_all_equal(jax.tree.map(lambda leaf, i=i, j=j: leaf[i, j], batch), single)
+            chex.assert_trees_all_equal(
+                jax.tree.map(lambda leaf, i=i, j=j: leaf[i, j], batch), single
+            )
     models = jax.tree.map(lambda leaf: np.stack([leaf] * 2), model.matrices)
     chex.assert_trees_all_equal(jax.vmap(recognise)(models, flows), batch)
 

@@ -27,18 +27,28 @@ def test_symbols_to_arrays_and_back_lose_nothing(signs):
 @given(sign_worlds(), st.integers(0, 3))
 def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, room):
     model = from_signs(signs)
-    larger = tables.with_capacity(model.matrices, *(side + room for side in tables.capacity(model.matrices)))
+    larger = tables.with_capacity(
+        model.matrices, *(side + room for side in tables.capacity(model.matrices))
+    )
     again = from_signs(model.signs(), capacity=tables.capacity(larger))
     chex.assert_trees_all_equal(again.matrices, larger)
 
 
 @settings(max_examples=20, deadline=None)
 @given(
-    sign_worlds(), st.lists(st.tuples(st.sampled_from(NAMES), st.sampled_from(Component), prediction_matrices()), max_size=4)
+    sign_worlds(),
+    st.lists(
+        st.tuples(st.sampled_from(NAMES), st.sampled_from(Component), prediction_matrices()),
+        max_size=4,
+    ),
 )
-def test_growth_adds_each_experience_as_the_youngest_matrix_and_leaves_the_old_model_alone(signs, experiences):
+def test_growth_adds_each_experience_as_the_youngest_matrix_and_leaves_the_old_model_alone(
+    signs, experiences
+):
     model = grown = model_of(signs)
-    expected = {sign.name: [list(sign.matrices(component)) for component in Component] for sign in signs}
+    expected = {
+        sign.name: [list(sign.matrices(component)) for component in Component] for sign in signs
+    }
     for name, component, matrix in experiences:
         grown = grown.grown(name, component, matrix)
         expected[name][component].append(matrix)
@@ -57,7 +67,9 @@ def test_growth_jitted_and_in_a_batch_gives_the_same_bits():
     eager = tables.insert(model.matrices, *new)
     chex.assert_trees_all_equal(jax.jit(tables.insert)(model.matrices, *new), eager)
     batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), (model.matrices, *new))
-    chex.assert_trees_all_equal(jax.vmap(tables.insert)(*batch), jax.tree.map(lambda leaf: np.stack([leaf, leaf]), eager))
+    chex.assert_trees_all_equal(
+        jax.vmap(tables.insert)(*batch), jax.tree.map(lambda leaf: np.stack([leaf, leaf]), eager)
+    )
 
 
 def test_growth_compiles_once_while_there_is_room():
@@ -76,9 +88,13 @@ def test_the_features_of_a_kind_are_those_that_the_symbols_name(signs):
     stored = [matrix for sign in signs for _, matrix in sign]
     for kind in (ColumnKind.CONDITION, ColumnKind.ADDS, ColumnKind.DELETES):
         rows = np.asarray(tables.features_of(model.matrices, kind))
-        assert [frozenset(model.named(row)) for row in rows[: len(stored)]] == [matrix.named(kind) for matrix in stored]
+        assert [frozenset(model.named(row)) for row in rows[: len(stored)]] == [
+            matrix.named(kind) for matrix in stored
+        ]
         assert not rows[len(stored) :].any()
-    assert list(tables.is_causal(model.matrices)[: len(stored)]) == [matrix.is_causal for matrix in stored]
+    assert list(tables.is_causal(model.matrices)[: len(stored)]) == [
+        matrix.is_causal for matrix in stored
+    ]
 
 
 def test_a_model_of_no_sign_is_empty_and_round_trips():
@@ -92,7 +108,14 @@ def test_a_matrix_without_columns_is_kept():
 
 
 def test_elementary_features_become_bare_signs_in_order_of_name():
-    assert [sign.name for sign in face_signs()] == ["face", "left eye", "mouth", "nose", "padded", "right eye"]
+    assert [sign.name for sign in face_signs()] == [
+        "face",
+        "left eye",
+        "mouth",
+        "nose",
+        "padded",
+        "right eye",
+    ]
     assert with_elementary(face_signs()) == face_signs()
 
 
@@ -112,7 +135,9 @@ def test_situations_go_from_names_to_bits_and_back():
         (lambda: Column(frozenset()), "names no feature"),
         (lambda: Column(frozenset("a"), ColumnKind.ABSENT), "cannot be ABSENT"),
         (
-            lambda: PredictionMatrix((Column(frozenset("a"), ColumnKind.ADDS), Column(frozenset("b")))),
+            lambda: PredictionMatrix(
+                (Column(frozenset("a"), ColumnKind.ADDS), Column(frozenset("b")))
+            ),
             "must be conditions, then at most one ADDS",
         ),
     ],
@@ -123,7 +148,12 @@ def test_a_slip_is_told_in_one_sentence(broken, told):
 
 
 def test_a_table_out_of_order_is_told():
-    table = from_signs((Sign("a", image=(sequence("b"), sequence("a", "b"))), Sign("b", meaning=(causal("a", "b"),)))).matrices
+    table = from_signs(
+        (
+            Sign("a", image=(sequence("b"), sequence("a", "b"))),
+            Sign("b", meaning=(causal("a", "b"),)),
+        )
+    ).matrices
     assert tables.faults(table) == []
     for part in ("owner", "component", "feature", "bits", "kind"):
         turned = getattr(table, part)[::-1]

@@ -1,4 +1,6 @@
-"""Fuzzy directions, distances and relocations: the table, the regions and back, and the signs recognised by their images."""
+"""Fuzzy directions, distances and relocations: the table, the regions and back, and the signs
+recognised by their images.
+"""
 
 import dataclasses
 import json
@@ -22,14 +24,34 @@ from sign_model.space.fuzzy import (
     relocation_of,
     sector_of,
 )
-from sign_model.space.fuzzy_table import DEFAULT_TABLE, Direction, Distance, FuzzyTable, Relocation, load_table, save_table
-from sign_model.space.polar import Sector, from_polar, in_sector, in_square, square_of_sector, to_polar, wrapped
+from sign_model.space.fuzzy_table import (
+    DEFAULT_TABLE,
+    Direction,
+    Distance,
+    FuzzyTable,
+    Relocation,
+    load_table,
+    save_table,
+)
+from sign_model.space.polar import (
+    Sector,
+    from_polar,
+    in_sector,
+    in_square,
+    square_of_sector,
+    to_polar,
+    wrapped,
+)
 from sign_model.space.spatial_signs import path_features, point_features, spatial_signs
 
 COARSE = FuzzyTable(
     directions=(Direction("front", -100.0, 80.0), Direction("back", 80.0, 260.0)),
     distances=(Distance("here", 0.0, 3.0), Distance("there", 3.0, 8.0)),
-    relocations=(Relocation("dash", "there", 1.0), Relocation("stroll", "there", 5.0), Relocation("step", "here", math.inf)),
+    relocations=(
+        Relocation("dash", "there", 1.0),
+        Relocation("stroll", "there", 5.0),
+        Relocation("step", "here", math.inf),
+    ),
 )
 TABLES = pytest.mark.parametrize("table", [DEFAULT_TABLE, COARSE])
 
@@ -40,7 +62,11 @@ def points_of_regions(table, count):
     sector = sector_of(np.arange(table.num_regions), table)
     share = rng.uniform(1e-6, 1 - 1e-6, (2, count, table.num_regions))
     return np.stack(
-        [sector.near + share[0] * (sector.far - sector.near), wrapped(sector.start + share[1] * sector.width)], axis=-1
+        [
+            sector.near + share[0] * (sector.far - sector.near),
+            wrapped(sector.start + share[1] * sector.width),
+        ],
+        axis=-1,
     )
 
 
@@ -56,15 +82,21 @@ def test_every_point_of_a_sector_gets_that_sectors_sign_back(table):
 def test_sectors_share_the_plane_between_them(table):
     rng = np.random.default_rng(4)
     farthest = table.distances[-1].end
-    polar = np.stack([rng.uniform(0, farthest, 4000), rng.uniform(-math.pi, math.pi, 4000)], axis=-1)
+    polar = np.stack(
+        [rng.uniform(0, farthest, 4000), rng.uniform(-math.pi, math.pi, 4000)], axis=-1
+    )
     holds = in_sector(polar[:, None], sector_of(np.arange(table.num_regions), table))
-    assert (holds.sum(axis=1) == 1).all() and (holds.argmax(axis=1) == region_of(polar, table)).all()
+    assert (holds.sum(axis=1) == 1).all() and (
+        holds.argmax(axis=1) == region_of(polar, table)
+    ).all()
 
 
 @TABLES
 def test_the_square_of_a_regions_sector_holds_all_its_points(table):
     polar, origin, heading = points_of_regions(table, 200), np.array([5.0, 6.0]), np.array(0.3)
-    centre, side = square_of_sector(sector_of(np.arange(table.num_regions), table), origin, heading[None])
+    centre, side = square_of_sector(
+        sector_of(np.arange(table.num_regions), table), origin, heading[None]
+    )
     assert in_square(from_polar(polar, origin, heading), centre, side).all()
 
 
@@ -75,7 +107,9 @@ def test_the_term_of_greatest_degree_names_the_point_and_borders_are_half_and_ha
     directions, distances = direction_membership(phi, table), distance_membership(r, table)
     assert (directions.argmax(axis=-1) == direction_of(phi, table)).all()
     assert (distances.argmax(axis=-1) == distance_of(r, table)).all()
-    assert ((directions >= 0) & (directions <= 1)).all() and distance_membership(np.array(0.0), table)[0] == 1
+    assert ((directions >= 0) & (directions <= 1)).all() and distance_membership(
+        np.array(0.0), table
+    )[0] == 1
     border = np.radians(table.directions[0].end)
     assert np.allclose(direction_membership(np.array(border), table)[:2], 0.5)
     assert np.allclose(distance_membership(np.array(table.distances[0].end), table)[:2], 0.5)
@@ -109,8 +143,16 @@ def test_an_area_touches_the_regions_of_its_points_and_no_others(table):
         start=rng.uniform(-math.pi, math.pi, 60),
         width=rng.uniform(0, 2 * math.pi, 60),
     )
-    share = np.stack(np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 400), indexing="ij")).reshape(2, -1, 1)
-    polar = np.stack([areas.near + share[0] * (areas.far - areas.near), wrapped(areas.start + share[1] * areas.width)], axis=-1)
+    share = np.stack(
+        np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 400), indexing="ij")
+    ).reshape(2, -1, 1)
+    polar = np.stack(
+        [
+            areas.near + share[0] * (areas.far - areas.near),
+            wrapped(areas.start + share[1] * areas.width),
+        ],
+        axis=-1,
+    )
     region = region_of(polar, table)
     seen = (region[..., None] == np.arange(table.num_regions)).any(axis=0)
     touched = regions_touched(areas, table)
@@ -120,8 +162,12 @@ def test_an_area_touches_the_regions_of_its_points_and_no_others(table):
 
 
 def test_an_area_beyond_the_table_is_as_far_as_the_last_row():
-    area = Sector(near=np.array(5000.0), far=np.array(6000.0), start=np.array(-0.1), width=np.array(0.2))
-    assert np.flatnonzero(regions_touched(area, DEFAULT_TABLE)).tolist() == [region_names(DEFAULT_TABLE).index("afar, ahead")]
+    area = Sector(
+        near=np.array(5000.0), far=np.array(6000.0), start=np.array(-0.1), width=np.array(0.2)
+    )
+    assert np.flatnonzero(regions_touched(area, DEFAULT_TABLE)).tolist() == [
+        region_names(DEFAULT_TABLE).index("afar, ahead")
+    ]
 
 
 STRAIGHT = [[0, 0], [3, 0], [6, 0]]
@@ -130,7 +176,9 @@ LOOP = [[0, 0], [3, 7], [6, 0]]
 HOP = [[0, 0], [1, 9], [2, 0]]
 
 
-@pytest.mark.parametrize("path, name", [(STRAIGHT, "dash"), (BOW, "stroll"), (LOOP, None), (HOP, "step")])
+@pytest.mark.parametrize(
+    "path, name", [(STRAIGHT, "dash"), (BOW, "stroll"), (LOOP, None), (HOP, "step")]
+)
 def test_a_path_is_matched_to_the_narrowest_relocation_that_permits_it(path, name):
     found = int(relocation_of(np.array(path, float), np.array(3), COARSE))
     assert (COARSE.relocations[found].name if found >= 0 else None) == name
@@ -140,11 +188,16 @@ def test_a_path_of_no_point_is_no_relocation_and_the_table_decides_what_is_far()
     path = np.array([STRAIGHT, BOW], float)
     assert relocation_of(path, np.array([0, 3]), COARSE).tolist() == [-1, 1]
     far = np.array([[0, 0], [300, 50], [600, 0]], float)
-    assert DEFAULT_TABLE.relocations[int(relocation_of(far, np.array(3), DEFAULT_TABLE))].name == "moving afar on a curve"
+    assert (
+        DEFAULT_TABLE.relocations[int(relocation_of(far, np.array(3), DEFAULT_TABLE))].name
+        == "moving afar on a curve"
+    )
 
 
 def test_of_two_relocations_as_narrow_the_earlier_row_names_the_path():
-    twins = dataclasses.replace(COARSE, relocations=(*COARSE.relocations, Relocation("glide", "there", 1.0)))
+    twins = dataclasses.replace(
+        COARSE, relocations=(*COARSE.relocations, Relocation("glide", "there", 1.0))
+    )
     assert int(relocation_of(np.array(STRAIGHT, float), np.array(3), twins)) == 0
 
 
@@ -178,10 +231,14 @@ def test_jax_arrays_give_the_same_answers_jitted():
     assert np.allclose(sector.start, sector_of(np.asarray(region), DEFAULT_TABLE).start)
     assert jax.jit(lambda area: regions_touched(area, DEFAULT_TABLE))(sector).shape == (24, 24)
     paths = np.array([STRAIGHT, BOW, LOOP, HOP], np.float32)
-    told = jax.jit(lambda path, count: relocation_of(path, count, COARSE))(jnp.asarray(paths), jnp.full(4, 3, jnp.int32))
+    told = jax.jit(lambda path, count: relocation_of(path, count, COARSE))(
+        jnp.asarray(paths), jnp.full(4, 3, jnp.int32)
+    )
     assert told.tolist() == relocation_of(paths, np.full(4, 3, np.int32), COARSE).tolist()
     model = from_signs(spatial_signs(COARSE))
-    flow = jax.jit(lambda path, count: path_features(model, COARSE, path, count))(jnp.asarray(paths), jnp.full(4, 3, jnp.int32))
+    flow = jax.jit(lambda path, count: path_features(model, COARSE, path, count))(
+        jnp.asarray(paths), jnp.full(4, 3, jnp.int32)
+    )
     assert np.array_equal(flow, path_features(model, COARSE, paths, np.full(4, 3)))
     assert jnp.asarray(direction_membership(jnp.float32(0.1), DEFAULT_TABLE)).dtype == jnp.float32
 
@@ -196,7 +253,11 @@ def test_a_table_is_saved_and_loaded_without_loss(tmp_path, table):
 @pytest.mark.parametrize(
     "part, value, told",
     [
-        ("directions", [["a", 0, 90], ["b", 100, 360]], "direction 'b' must start at 90.0, where 'a' ends"),
+        (
+            "directions",
+            [["a", 0, 90], ["b", 100, 360]],
+            "direction 'b' must start at 90.0, where 'a' ends",
+        ),
         ("directions", [["a", 0, 90]], "must close the circle"),
         ("directions", [["a", 0, 0], ["b", 0, 360]], "direction 'a' must end after it starts"),
         ("directions", [], "at least one direction"),

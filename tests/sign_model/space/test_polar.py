@@ -32,7 +32,9 @@ def rng():
 
 
 def scenes(rng, count):
-    """Returns origins, headings and sectors of all kinds: from the origin or not, narrow to a full turn."""
+    """Returns origins, headings and sectors of all kinds: from the origin or not, narrow to a
+    full turn.
+    """
     origin = rng.uniform(-50, 50, (count, 2))
     heading = rng.uniform(-7, 7, count)
     near = rng.uniform(0, 30, count) * (rng.random(count) < 0.8)
@@ -46,11 +48,19 @@ def scenes(rng, count):
 
 
 def drawn_from(rng, sector, count):
-    """Returns `count` points (r, phi) of each sector, its corners and the middles of its sides among them."""
+    """Returns `count` points (r, phi) of each sector, its corners and the middles of its sides
+    among them.
+    """
     share = rng.random((2, count, len(sector.near)))
-    share[:, :9] = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0], [0.5, 1], [0, 0.5], [1, 0.5], [0.5, 0.5]]).T[:, :, None]
+    share[:, :9] = np.array(
+        [[0, 0], [0, 1], [1, 0], [1, 1], [0.5, 0], [0.5, 1], [0, 0.5], [1, 0.5], [0.5, 0.5]]
+    ).T[:, :, None]
     return np.stack(
-        [sector.near + share[0] * (sector.far - sector.near), wrapped(sector.start + share[1] * sector.width)], axis=-1
+        [
+            sector.near + share[0] * (sector.far - sector.near),
+            wrapped(sector.start + share[1] * sector.width),
+        ],
+        axis=-1,
     )
 
 
@@ -63,7 +73,13 @@ def test_directions_are_wrapped_into_the_half_open_turn():
 
 @pytest.mark.parametrize(
     "point, polar",
-    [((2, 1), (1, 0)), ((1, 3), (2, math.pi / 2)), ((0, 1), (1, math.pi)), ((1, 0), (1, -math.pi / 2)), ((1, 1), (0, 0))],
+    [
+        ((2, 1), (1, 0)),
+        ((1, 3), (2, math.pi / 2)),
+        ((0, 1), (1, math.pi)),
+        ((1, 0), (1, -math.pi / 2)),
+        ((1, 1), (0, 0)),
+    ],
 )
 def test_ahead_is_zero_and_leftward_is_positive(point, polar):
     assert np.allclose(to_polar(np.array(point, float), np.array([1.0, 1.0]), np.array(0.0)), polar)
@@ -76,20 +92,31 @@ def test_turning_the_agent_turns_what_it_sees_the_other_way():
 
 
 def test_points_come_back_from_the_polar_frame(rng):
-    points, origin, heading = rng.uniform(-100, 100, (200, 2)), rng.uniform(-100, 100, (200, 2)), rng.uniform(-9, 9, 200)
+    points, origin, heading = (
+        rng.uniform(-100, 100, (200, 2)),
+        rng.uniform(-100, 100, (200, 2)),
+        rng.uniform(-9, 9, 200),
+    )
     assert np.allclose(from_polar(to_polar(points, origin, heading), origin, heading), points)
 
 
 def test_the_four_pairs_of_a_sector_lie_in_it(rng):
     _, _, sector = scenes(rng, 50)
-    slack = Sector(near=sector.near - 1e-9, far=sector.far + 1e-9, start=sector.start - 1e-9, width=sector.width + 2e-9)
+    slack = Sector(
+        near=sector.near - 1e-9,
+        far=sector.far + 1e-9,
+        start=sector.start - 1e-9,
+        width=sector.width + 2e-9,
+    )
     assert sector_corners(sector).shape == (50, 4, 2)
     assert in_sector(np.swapaxes(sector_corners(sector), 0, 1), slack).all()
 
 
 def test_a_point_is_in_a_sector_when_distance_and_direction_are():
     sector = Sector(near=np.array(1.0), far=np.array(2.0), start=np.array(3.0), width=np.array(0.5))
-    points = np.array([[1.5, 3.1], [1.5, -3.1], [1.5, 2.9], [1.5, -2.7], [0.9, 3.1], [2.1, 3.1], [1.0, 3.0]])
+    points = np.array(
+        [[1.5, 3.1], [1.5, -3.1], [1.5, 2.9], [1.5, -2.7], [0.9, 3.1], [2.1, 3.1], [1.0, 3.0]]
+    )
     assert in_sector(points, sector).tolist() == [True, True, False, False, False, False, True]
 
 
@@ -102,7 +129,10 @@ def test_the_square_holds_every_point_of_its_sector_and_none_smaller_does(rng):
     arcs = np.linspace(0, 1, 4001)[:, None]
     dense = np.concatenate(
         [
-            np.stack([np.broadcast_to(r, (len(arcs), 300)), wrapped(sector.start + arcs * sector.width)], axis=-1)
+            np.stack(
+                [np.broadcast_to(r, (len(arcs), 300)), wrapped(sector.start + arcs * sector.width)],
+                axis=-1,
+            )
             for r in (sector.near, sector.far)
         ]
     )
@@ -117,13 +147,24 @@ def test_the_sector_of_a_square_holds_it_and_touches_it_on_every_side(rng):
     sector = sector_of_square(centre, side, origin, heading)
     border = np.linspace(-0.5, 0.5, 401)
     edges = np.concatenate(
-        [np.stack(pair, -1) for end in (-0.5, 0.5) for pair in ((border, 0 * border + end), (0 * border + end, border))]
+        [
+            np.stack(pair, -1)
+            for end in (-0.5, 0.5)
+            for pair in ((border, 0 * border + end), (0 * border + end, border))
+        ]
     )
     polar = to_polar(centre + side[:, None] * edges[:, None], origin, heading)
-    slack = Sector(near=sector.near - 1e-9, far=sector.far + 1e-9, start=sector.start - 1e-9, width=sector.width + 2e-9)
+    slack = Sector(
+        near=sector.near - 1e-9,
+        far=sector.far + 1e-9,
+        start=sector.start - 1e-9,
+        width=sector.width + 2e-9,
+    )
     assert in_sector(polar, slack).all()
     is_outside = sector.near > 0
-    assert is_outside.any() and (~is_outside).any() and (sector.width[~is_outside] == FULL_TURN).all()
+    assert (
+        is_outside.any() and (~is_outside).any() and (sector.width[~is_outside] == FULL_TURN).all()
+    )
     assert np.allclose(polar[..., 0].min(axis=0)[is_outside], sector.near[is_outside], atol=0.05)
     assert np.allclose(polar[..., 0].max(axis=0), sector.far)
     swept = (polar[..., 1] - (sector.start - 1e-9)) % FULL_TURN
@@ -137,8 +178,18 @@ def test_the_sector_of_points_holds_them_and_no_narrower_arc_does(rng):
     is_point[:3] = False
     sector = sector_of_points(points, is_point, origin, heading)
     polar = to_polar(points, origin[:, None], heading[:, None])
-    slack = [part[:, None] for part in (sector.near - 1e-9, sector.far + 1e-9, sector.start - 1e-9, sector.width + 2e-9)]
-    assert (in_sector(polar, Sector(**dict(zip(("near", "far", "start", "width"), slack)))) | ~is_point).all()
+    slack = [
+        part[:, None]
+        for part in (
+            sector.near - 1e-9,
+            sector.far + 1e-9,
+            sector.start - 1e-9,
+            sector.width + 2e-9,
+        )
+    ]
+    assert (
+        in_sector(polar, Sector(**dict(zip(("near", "far", "start", "width"), slack)))) | ~is_point
+    ).all()
     for i in np.flatnonzero(is_point.any(axis=1)):
         r, phi = polar[i, is_point[i]].T
         arcs = [((phi - start) % FULL_TURN).max() for start in phi]
@@ -148,20 +199,28 @@ def test_the_sector_of_points_holds_them_and_no_narrower_arc_does(rng):
             and np.isclose(sector.far[i], r.max())
         )
     empty = ~is_point.any(axis=1)
-    assert not any(part[empty].any() for part in (sector.near, sector.far, sector.start, sector.width))
+    assert not any(
+        part[empty].any() for part in (sector.near, sector.far, sector.start, sector.width)
+    )
 
 
 def test_a_point_at_the_agents_own_place_brings_the_sector_near_and_turns_nothing():
     points = np.array([[0.0, 0.0], [0.0, 2.0], [-2.0, 0.0]])
     sector = sector_of_points(points, np.array([True, True, True]), np.zeros(2), np.array(0.0))
-    assert sector.near == 0 and sector.far == 2 and np.allclose([sector.start, sector.width], [math.pi / 2, math.pi / 2])
+    assert (
+        sector.near == 0
+        and sector.far == 2
+        and np.allclose([sector.start, sector.width], [math.pi / 2, math.pi / 2])
+    )
 
 
 def test_square_to_sector_to_square_only_grows(rng):
     centre, side = rng.uniform(-30, 30, (100, 2)), rng.uniform(0.1, 20, 100)
     origin, heading = rng.uniform(-30, 30, (100, 2)), rng.uniform(-7, 7, 100)
     corners = centre + side[:, None] / 2 * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])[:, None]
-    wider, its_side = square_of_sector(sector_of_square(centre, side, origin, heading), origin, heading)
+    wider, its_side = square_of_sector(
+        sector_of_square(centre, side, origin, heading), origin, heading
+    )
     assert in_square(corners, wider, its_side * (1 + 1e-9)).all()
 
 
@@ -173,7 +232,9 @@ def test_the_corridor_agrees_with_brute_force(rng):
     nearest = np.linalg.norm(points - (start + share * (goal - start)), axis=-1).min(axis=0)
     assert np.allclose(distance_to_link(points, start, goal), nearest, atol=1e-2)
     is_clear = abs(nearest - deviation) > 1e-2
-    assert (in_corridor(points, start, goal, deviation) == (nearest <= deviation))[is_clear].all() and is_clear.mean() > 0.9
+    assert (in_corridor(points, start, goal, deviation) == (nearest <= deviation))[
+        is_clear
+    ].all() and is_clear.mean() > 0.9
 
 
 def test_the_deviation_of_a_path_is_that_of_its_farthest_point():
@@ -186,7 +247,10 @@ def test_the_deviation_of_a_path_is_that_of_its_farthest_point():
 def test_jax_arrays_give_the_same_answers_jitted_and_in_a_batch(rng):
     origin, heading, sector = scenes(rng, 20)
     points = rng.uniform(-60, 60, (20, 2))
-    single = [jax.tree.map(lambda part: jnp.asarray(part, jnp.float32), part) for part in (points, origin, heading, sector)]
+    single = [
+        jax.tree.map(lambda part: jnp.asarray(part, jnp.float32), part)
+        for part in (points, origin, heading, sector)
+    ]
 
     @jax.jit
     def all_of_it(points, origin, heading, sector):
@@ -197,15 +261,33 @@ def test_jax_arrays_give_the_same_answers_jitted_and_in_a_batch(rng):
         strays = path_deviation(path, jnp.full(path.shape[:-2], 3, jnp.int32))
         crowd = jnp.stack([points, points + 5, points[..., ::-1]], axis=-2)
         area = sector_of_points(crowd, jnp.ones(crowd.shape[:-1], bool), origin, heading)
-        return from_polar(polar, origin, heading), centre, side, seen, strays, in_sector(polar, sector), area
+        return (
+            from_polar(polar, origin, heading),
+            centre,
+            side,
+            seen,
+            strays,
+            in_sector(polar, sector),
+            area,
+        )
 
     whole = all_of_it(*single)
     ours, centre, side, seen, strays, inside, area = whole
     truth = square_of_sector(sector, origin, heading)
     assert np.allclose(ours, points, atol=1e-3) and np.allclose(centre, truth[0], atol=1e-3)
-    assert np.allclose(side, truth[1], atol=1e-3) and ours.dtype == side.dtype == seen.near.dtype == strays.dtype == jnp.float32
+    assert (
+        np.allclose(side, truth[1], atol=1e-3)
+        and ours.dtype == side.dtype == seen.near.dtype == strays.dtype == jnp.float32
+    )
     assert (np.asarray(inside) == in_sector(to_polar(points, origin, heading), sector)).all()
     crowd = np.stack([points, points + 5, points[..., ::-1]], axis=-2)
-    assert np.allclose(area.width, sector_of_points(crowd, np.ones((20, 3), bool), origin, heading).width, atol=1e-3)
+    assert np.allclose(
+        area.width,
+        sector_of_points(crowd, np.ones((20, 3), bool), origin, heading).width,
+        atol=1e-3,
+    )
     one = all_of_it(*jax.tree.map(lambda part: part[3], single))
-    assert all(np.allclose(a[3], b, atol=1e-3) for a, b in zip(jax.tree.leaves(whole), jax.tree.leaves(one)))
+    assert all(
+        np.allclose(a[3], b, atol=1e-3)
+        for a, b in zip(jax.tree.leaves(whole), jax.tree.leaves(one))
+    )
