@@ -23,8 +23,8 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
 
     `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
     """
-    count = int(solution.num_destroyed)
     is_solved = Status(int(solution.status)).is_solved
+    count = int(solution.num_destroyed) if is_solved else 0
     blocking, separating = np.asarray(solution.blocking), np.asarray(solution.separating)
     plan = ((step.act.name.lower(), step.obstacle, step.end) for step in planned_steps(solution))
     seed = np.asarray(solution.seed).tolist()

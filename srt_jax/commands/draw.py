@@ -105,9 +105,11 @@ def draw(
             f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or"
             " --only NAME"
         )
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)

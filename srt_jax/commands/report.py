@@ -12,7 +12,7 @@ from srt_jax.check import check
 from srt_jax.commands.console import BUDGET_SPENT, counted, fitted, printer, say_json, say_wrapped
 from srt_jax.formats.files import make_folder
 from srt_jax.task import NamedTask
-from srt_jax.types import Solution, Status
+from srt_jax.types import Solution, Status, Task
 
 _COLUMNS = (
     ("task", 0),
@@ -38,6 +38,7 @@ def report(
     results: pathlib.Path | None = None,
     write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
+    mode: str | None = None,
 ) -> list[dict[str, Any]]:
     """Replays every solution, writes all files, then prints; returns the records. `notes` on the
     files go into the JSON.
@@ -47,7 +48,7 @@ def report(
     """
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
-            problems = check(task, solution)
+            problems = check(task, solution, mode=mode)
             if problems:
                 raise AssertionError(
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
@@ -67,7 +68,7 @@ def report(
     else:
         for line in wrote:
             say_wrapped(printer(), line)
-        _print_table(records, seconds)
+        _print_table(tasks, records, seconds)
     return records
 
 
@@ -118,9 +119,11 @@ def _write_page(
     return [f"Wrote {html}: open it in a browser; it needs no network."]
 
 
-def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
+def _print_table(
+    tasks: list[NamedTask], records: list[dict[str, Any]], seconds: float, most: int = 40
+) -> None:
     console = printer()
-    rows = [_row(record) for record in records[:most]]
+    rows = [_row(task, record) for (_, task), record in zip(tasks, records[:most])]
     console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
         say_wrapped(
@@ -139,12 +142,14 @@ def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) 
         say_wrapped(console, records[0]["explanation"])
 
 
-def _row(record: dict[str, Any]) -> list[str]:
+def _row(task: Task, record: dict[str, Any]) -> list[str]:
     is_solved = Status[record["status"]].is_solved
+    # what can be destroyed first
+    blocking = sorted(record["blocking"], key=lambda i: not task.destroyable[i])
     return [
         record["name"],
         record["status"],
-        _shortened(record["blocking"]),
+        _shortened(blocking),
         str(len(record["contour"]) or ""),
         _shortened(record["destroyed"]),
         f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",

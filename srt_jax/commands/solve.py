@@ -78,9 +78,11 @@ def solve(
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
     seconds = time.perf_counter() - begin
     records = report(
@@ -93,5 +95,6 @@ def solve(
         html=page,
         results=results,
         notes=told,
+        mode=mode,
     )
     return BAD_INPUT if failed else exit_code(records)
