@@ -49,7 +49,7 @@ def say(*lines: str) -> None:
         print(legible(line, sys.stdout.encoding), flush=True)
 
 
-def say_wrapped(console: Console, line: str) -> None:
+def say_wrapped(console: "Console", line: str) -> None:
     """Prints a sentence within the width of the console; square brackets and colons in it stand
     for themselves.
     """

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from experiments.campaigns.integer_programming import exact_removal
-from srt_jax import Status, check, solve, stack, sums
+from srt_jax import Status, check, solve, stack
 from srt_jax.obstacles import Labels
 from srt_jax.reference.brute_force import least_removal
+from srt_jax.removal import sums
 from srt_jax.removal.prices import Terms, goal_prices, prices_of
 from tests.helpers.labelled import random_tasks, walled_tasks
 
