@@ -5,7 +5,11 @@ by lists.
 import numpy as np
 
 WORD = 64
-_COUNTS = np.array([bin(i).count("1") for i in range(1 << 16)], np.uint8)
+_COUNTS = (
+    np.unpackbits(np.arange(1 << 16, dtype=np.uint16).view(np.uint8))
+    .reshape(-1, 16)
+    .sum(axis=1, dtype=np.uint8)
+)
 
 
 def pack(rows: np.ndarray) -> np.ndarray:

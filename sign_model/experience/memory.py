@@ -13,7 +13,6 @@ does not fit does no harm:
 
 import dataclasses
 import json
-import os
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from typing import Any
 
 from sign_model.experience.precedent import Precedent, precedent_of, without_plan
 from sign_model.experience.renaming import Atom, find_renaming, rename
+from sign_model.ground.files import read_text, written
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.signs.from_tasks import fact_name
@@ -99,10 +99,9 @@ def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
         "format": _FORMAT,
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
     }
-    target = pathlib.Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(payload, indent=1) + "\n", encoding="utf-8")
-    os.replace(temporary, target)
+    text = json.dumps(payload, indent=1)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_memory(path: str | pathlib.Path) -> Memory:
@@ -114,8 +113,8 @@ def load_memory(path: str | pathlib.Path) -> Memory:
     """
     # The file is JSON, and says that it is a memory.
     try:
-        payload = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        payload = json.loads(read_text(path, what="memory"))
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a memory, because it is not JSON ({error}): give a file written by"
             " save_memory"

@@ -13,12 +13,15 @@ OR of table rows and a count.
 import numpy as np
 
 from sign_model.bits import all_rows, any_row, pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.regression import RegressionSpace
 
 
-def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+def landmark_table(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
     """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, including itself; 0 for
-    features that hold at the start, bool [F].
+    features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
     The greatest fixpoint of
 
@@ -38,6 +41,7 @@ def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     )
     while True:
         # What each action needs, then what all achievers of a feature need.
+        clock.check()
         need = any_row(table, condition_of, conditions, num_actions) | comes_along
         shared = (
             all_rows(need, feature_of, achievers, num_features)
@@ -50,15 +54,17 @@ def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
         table = new
 
 
-def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+def relaxed_plan_table(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
     """Returns uint64 [F, ceil(A / 64)]: the actions of the relaxed plan of each feature; 0 for
-    features that hold at the start, bool [F].
+    features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
     The best achiever of a feature is the one of least h_add cost; ties go to the lowest action.
     """
     # The best achiever of each feature, and the conditions of that action.
     num_actions, num_features = space.conditions.shape
-    best = best_achievers(space, start)
+    best = best_achievers(space, start, clock)
     known = np.flatnonzero(best >= 0)
     own = np.zeros((num_features, num_actions), bool)
     own[known, best[known]] = True
@@ -71,15 +77,19 @@ def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     # grow.
     table = own_words
     while True:
+        clock.check()
         new = any_row(table, owner, member, num_features) | own_words
         if (new == table).all():
             return table
         table = new
 
 
-def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+def best_achievers(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
     """Returns int [F]: the action of least h_add cost that adds each feature; -1 for features that
-    hold at the start, bool [F], or can never be reached.
+    hold at the start, bool [F], or can never be reached. OutOfTime once the limit of the clock has
+    passed.
     """
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
@@ -92,6 +102,7 @@ def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     first = np.flatnonzero(np.diff(feature_of, prepend=-1))
     cost = np.where(start, 0.0, np.inf)
     while True:
+        clock.check()
         action_cost = 1.0 + np.bincount(
             condition_of, weights=cost[conditions], minlength=num_actions
         )

@@ -18,12 +18,13 @@ Deterministic: ties go to the situation that came first, hence to the lowest act
 situation.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import Rating, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
@@ -36,6 +37,12 @@ complete."""
 _PAIRS_COMPARED = 1 << 22
 """The most words that the test for included situations may compare in a step; beyond it only equal
 situations are recognised.
+"""
+
+
+_PAIRS_AT_ONCE = 1 << 22
+"""How many pairs of a situation and an action are tested at once: this bounds the memory, and the
+time between two checks of the clock.
 """
 
 
@@ -59,7 +66,7 @@ def plan_map(
     *,
     max_expansions: int,
     beams: Sequence[int] = BEAMS,
-    out_of_time: Callable[[], bool] = lambda: False,
+    clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the shortest plan that the heuristic signs find on the first rung on which one of
     them finds any.
@@ -73,18 +80,21 @@ def plan_map(
         only one.
       max_expansions: the most situations expanded in all.
       beams: situations kept in each step, rung by rung.
-      out_of_time: asked before every step; True ends the search.
+      clock: asked in every phase; once its limit has passed the search ends without a proof.
     """
-    # A goal that mutexes exclude needs no search.
-    space = regression_space(task)
-    start, goal = space.situations(task.start), space.situations(task.goal)
-    if not space.is_consistent(goal[None])[0]:
-        return Regression(None, 0, True)
+    # The tables. A goal that mutexes exclude needs no search.
+    try:
+        space = regression_space(task, clock=clock)
+        start, goal = space.situations(task.start), space.situations(task.goal)
+        if not space.is_consistent(goal[None])[0]:
+            return Regression(None, 0, True)
+        schemas = [task.actions[a][0] for a in space.kept_actions]
+        ratings = [make_rating(sign, space, start, goal, schemas, clock) for sign in signs]
+    except OutOfTime:
+        return Regression(None, 0, False)
 
     # Each rung tries every sign, and stops at the first rung with a plan. Ends: the last rung keeps
     # all situations, so it finds a plan or a proof, or exhausts the budget.
-    schemas = [task.actions[a][0] for a in space.kept_actions]
-    ratings = [make_rating(sign, space, start, goal, schemas) for sign in signs]
     expansions = 0
     for beam in beams:
         best: Regression | None = None
@@ -96,7 +106,7 @@ def plan_map(
                 rating,
                 beam=beam,
                 max_expansions=max_expansions - expansions,
-                stop=out_of_time,
+                clock=clock,
             )
             expansions += found.expansions
             if found.is_proof:
@@ -107,7 +117,7 @@ def plan_map(
                 best = found
         if best is not None and best.plan is not None:
             return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
-        if expansions >= max_expansions or out_of_time():
+        if expansions >= max_expansions or clock.is_over():
             break
     return Regression(None, expansions, False)
 
@@ -120,7 +130,7 @@ def regress(
     *,
     beam: int,
     max_expansions: int,
-    stop: Callable[[], bool] = lambda: False,
+    clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the result of a regression with one beam; a goal included in the start needs no
     action.
@@ -131,7 +141,7 @@ def regress(
       rating: the A-step.
       beam: situations kept in each step.
       max_expansions: the most situations expanded.
-      stop: asked before every step; True ends the search without a proof.
+      clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
         return Regression([], 0, False)
@@ -143,44 +153,61 @@ def regress(
     trail: list[tuple[np.ndarray, np.ndarray]] = []
 
     # Ends: every step keeps only new situations, of which there are finitely many.
-    while len(situations) and expansions + len(situations) <= max_expansions and not stop():
-        # M-step and P-step; forget what is known.
-        expansions += len(situations)
-        parents, actions = _m_step(situations, *scripts)
-        before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]
-        fresh = memory.forget_known(before)
-        parents, actions, before = parents[fresh], actions[fresh], before[fresh]
+    try:
+        while len(situations) and expansions + len(situations) <= max_expansions:
+            # M-step and P-step; forget what is known.
+            clock.check()
+            expansions += len(situations)
+            parents, actions = _m_step(situations, *scripts, clock)
+            before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]
+            clock.check()
+            fresh = memory.forget_known(before)
+            parents, actions, before = parents[fresh], actions[fresh], before[fresh]
 
-        # Stop at the first situation that is included in the start.
-        done = ~(before & ~start).any(axis=1)
-        if done.any():
-            first = int(done.argmax())
-            return Regression(
-                _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
-            )
+            # Stop at the first situation that is included in the start.
+            done = ~(before & ~start).any(axis=1)
+            if done.any():
+                first = int(done.argmax())
+                return Regression(
+                    _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
+                )
 
-        # A-step: keep the best.
-        if len(before) > beam:
-            was_cut = True
-            kept = np.argsort(rating(before), kind="stable")[:beam]
-            parents, actions, before = parents[kept], actions[kept], before[kept]
-        memory.learn(before)
-        trail.append((parents, actions))
-        situations = before
+            # A-step: keep the best.
+            if len(before) > beam:
+                was_cut = True
+                kept = np.argsort(rating(before), kind="stable")[:beam]
+                parents, actions, before = parents[kept], actions[kept], before[kept]
+            memory.learn(before)
+            trail.append((parents, actions))
+            situations = before
+    except OutOfTime:
+        return Regression(None, expansions, False)
     return Regression(None, expansions, not was_cut and not len(situations))
 
 
 def _m_step(
-    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray
+    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns the numbers (situation, action), int [n] each, of all pairs that fit, ordered by
-    situation, then action.
+    situation, then action; tests them in parts of bounded size.
 
     Args:
       situations: bool [N, F].
       adds, bad: uint64 [A, words], packed.
+      clock: asked before each part.
     """
     words = pack(situations)
+    step = max(1, _PAIRS_AT_ONCE // max(1, len(adds)))
+    parts = []
+    for begin in range(0, max(1, len(words)), step):
+        clock.check()
+        number, action = _fitting(words[begin : begin + step], adds, bad)
+        parts.append((number + begin, action))
+    return np.concatenate([n for n, _ in parts]), np.concatenate([a for _, a in parts])
+
+
+def _fitting(words: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the same for one part, of situations as uint64 [N, words]."""
     explains = np.zeros((len(words), len(adds)), np.uint64)
     breaks = np.zeros_like(explains)
     for w in range(words.shape[1]):

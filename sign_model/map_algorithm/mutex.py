@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import any_row, pack, unpack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.lifted import Atom
 
 MAX_PAIR_FEATURES = 3000
@@ -22,6 +23,7 @@ def mutexes(
     adds: np.ndarray,
     deletes: np.ndarray,
     starts: np.ndarray,
+    clock: Clock = NO_LIMIT,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns (mutex bool [F, F], usable bool [A]), valid for every situation reachable from any of
     the starts.
@@ -33,11 +35,12 @@ def mutexes(
       features: F atoms, used to guess groups.
       conditions, adds, deletes: bool [A, F].
       starts: bool [N, F].
+      clock: asked in every sweep.
     """
     if len(features) <= MAX_PAIR_FEATURES:
-        return _by_pairs(conditions, adds, deletes, starts)
+        return _by_pairs(conditions, adds, deletes, starts, clock)
     mutex = np.zeros((len(features), len(features)), bool)
-    for group in mutex_groups(features, conditions, adds, deletes, starts):
+    for group in mutex_groups(features, conditions, adds, deletes, starts, clock=clock):
         mutex |= np.outer(group, group)
     np.fill_diagonal(mutex, False)
     return mutex, ~np.any(clashes(conditions, mutex) & conditions, axis=1)
@@ -52,7 +55,7 @@ def clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
 
 
 def _by_pairs(
-    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns the same by the h2 fixpoint: pairs[p, q] grows from the pairs of the starts until no
     action adds a pair.
@@ -63,6 +66,8 @@ def _by_pairs(
     """
     # The matrices as lists of pairs and as words, and the pairs that hold in some start.
     size = adds.shape[1]
+    if not size:
+        return np.zeros((0, 0), bool), np.ones(len(adds), bool)
     feature_of, achievers = np.nonzero(adds.T)
     keeps, gives = ~pack(deletes), pack(adds)
     in_starts = pack(starts.T)
@@ -71,6 +76,7 @@ def _by_pairs(
     while True:
         # An action is usable if its conditions can hold together. Feature q can hold after it if q
         # can hold beside the conditions and survives, or if the action adds q.
+        clock.check()
         clash = clashes(conditions, ~pairs)
         usable = ~np.any(clash & conditions, axis=1)
         beside = (~pack(clash) & keeps) | gives
@@ -90,6 +96,7 @@ def mutex_groups(
     deletes: np.ndarray,
     starts: np.ndarray,
     max_parts: int = 4,
+    clock: Clock = NO_LIMIT,
 ) -> list[np.ndarray]:
     """Returns groups, bool [F] each, of which at most one feature holds at any time; [] if no guess
     proves right.
@@ -116,6 +123,7 @@ def mutex_groups(
     # Ends: no guess is tried twice, and the number of parts is bounded.
     while waiting:
         # The groups of this guess that hold at most once in every start.
+        clock.check()
         parts = waiting.pop(0)
         members = np.array(_members(parts, features))
         members = members[

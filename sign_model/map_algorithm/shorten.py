@@ -8,6 +8,7 @@ all steps between them are a detour.
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.planning_task import PlanningTask
 
 _MAX_TRIED = 200
@@ -16,22 +17,24 @@ length.
 """
 
 
-def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
+def shorten(task: PlanningTask, plan: list[int], clock: Clock = NO_LIMIT) -> list[int]:
     """Returns a plan at most as long as `plan`, and valid if that was: without detours, the longest
     removed first, then without unnecessary actions.
 
     Args:
       task: that the plan solves.
       plan: action numbers in the order of execution.
+      clock: once its limit has passed, the plan stays as it is then.
     """
     # Ends: every round but the last shortens the plan.
-    while True:
+    while not clock.is_over():
         shorter = drop_detours(task, plan)
-        if len(shorter) <= _MAX_TRIED:
+        if len(shorter) <= _MAX_TRIED and not clock.is_over():
             shorter = _drop_unnecessary(task, shorter)
         if len(shorter) == len(plan):
             return shorter
         plan = shorter
+    return plan
 
 
 def states_along(task: PlanningTask, plan: list[int]) -> np.ndarray:

@@ -63,8 +63,8 @@ def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
     """Returns for each task what its search depends on beside the matrices, which they share: the
     predicates of its goal, and the features that some chain of actions towards it can need.
     """
-    if len(tasks) == 1:
-        return [b""]
+    if len(tasks) == 1 or not tasks[0].num_features:
+        return [b""] * len(tasks)
     goals = np.stack([task.goal for task in tasks])
     kinds = np.array([kind_of(atom) for atom in tasks[0].features])
     named = pack(

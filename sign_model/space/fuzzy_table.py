@@ -12,9 +12,10 @@ import dataclasses
 import itertools
 import json
 import math
-import os
 import pathlib
 from typing import Any
+
+from sign_model.ground.files import read_text, written
 
 
 @dataclasses.dataclass(frozen=True)
@@ -167,10 +168,9 @@ def save_table(table: FuzzyTable, path: str | pathlib.Path) -> None:
             [None if value == math.inf else value for value in row.values()]
             for row in payload[part]
         ]
-    target = pathlib.Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(payload, indent=1) + "\n", encoding="utf-8")
-    os.replace(temporary, target)
+    text = json.dumps(payload, indent=1)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_table(path: str | pathlib.Path) -> FuzzyTable:
@@ -183,7 +183,7 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
     # Each part is removed from the payload once it is read; what is left over is unknown, and
     # FuzzyTable refuses it.
     try:
-        payload = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+        payload = json.loads(read_text(path, what="table of fuzzy terms"))
         numbers = {
             part: float(payload.pop(part))
             for part in ("soft_degrees", "soft_metres")
@@ -207,12 +207,12 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
             **numbers,
             **payload,
         )
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not JSON ({error}): write the table as in the docstring of"
             " sign_model.space.fuzzy_table"
         ) from None
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(
             f"{path}: not a table of fuzzy terms ({error}): see the docstring of"
             " sign_model.space.fuzzy_table"
