@@ -11,13 +11,14 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import each, read, read_apart, write
-from srt_jax.moves import octile_order
-from srt_jax.types import FREE
+from srt_jax.engine.batching import each
+from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.moves import is_on_map, octile_order
+from srt_jax.types import FREE, Array
 
 FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
@@ -295,7 +296,7 @@ def _entry_at(array: Array, cell: Array) -> tuple[Array, Array]:
     """
     _, H, W = array.shape[:3]
     row, col = cell[:, 0], cell[:, 1]
-    is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
+    is_inside = is_on_map(row, col, H, W)
     return array[
         jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)
     ], is_inside

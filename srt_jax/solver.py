@@ -13,8 +13,9 @@ import numpy as np
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import cores
-from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
-from srt_jax.engine.kernel import batch_kernel
+from srt_jax.engine.arguments import common_batch, fold, is_traced, unfold
+from srt_jax.engine.batching import batch_kernel
+from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import opens_at

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from srt_jax import obstacles
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import batch_kernel
+from srt_jax.engine.batching import batch_kernel
 
 SHAPES = [
     (1, 1, 1, 1, 1),

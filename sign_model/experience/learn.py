@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.ground.sizes import next_power_of_two
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_batch.iteration import regress
@@ -111,7 +112,7 @@ class _Trial:
         )
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
         numbers = np.arange(len(tasks))
-        self.side_by_side = min(64, 1 << (lanes - 1).bit_length())
+        self.side_by_side = min(64, next_power_of_two(lanes))
         size = -(-lanes // self.side_by_side) * self.side_by_side
         self.parts = [
             self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.start_tables import pack_rows
-from sign_model.map_batch.tables import MAX_WEIGHT, WORD
+from sign_model.ground.words import WORD, pack_columns
+from sign_model.map_batch.tables import MAX_WEIGHT
 
 DIGITS = MAX_WEIGHT.bit_length()
 
@@ -17,7 +17,9 @@ def digits_of(weights: jax.Array) -> jax.Array:
     """int32 [n] -> uint32 [DIGITS, n / 32, 1]: for each binary digit the words of those weights
     that have it.
     """
-    return jnp.stack([pack_rows(((weights >> d) & 1).astype(bool))[:, None] for d in range(DIGITS)])
+    return jnp.stack(
+        [pack_columns(((weights >> d) & 1).astype(bool))[:, None] for d in range(DIGITS)]
+    )
 
 
 def weighted_count(words: list[jax.Array], digits: jax.Array) -> jax.Array:

@@ -23,11 +23,12 @@ from jax import lax
 
 from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, jitted_wide
+from sign_model.ground.sizes import next_power_of_two
+from sign_model.ground.words import WORD, pack_columns
 from sign_model.map_batch.counts import digits_of, hash_of, lowest, needed, position, weighted_count
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.lanes import Answers, Lanes, Queue, empty, turn_over
-from sign_model.map_batch.start_tables import landmark_table, pack_rows, relaxed_plan_table
-from sign_model.map_batch.tables import WORD
+from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
 
 MAX_BEAM = 256
 _ALL = np.uint32(0xFFFFFFFF)
@@ -89,7 +90,7 @@ def _regress(
             num_lanes=lanes,
             beam=beam,
             steps=steps,
-            memory=32 * (1 << (beam - 1).bit_length()),
+            memory=32 * next_power_of_two(beam),
         )
         iterate = functools.partial(_iterate, queue, domain, branch)
         return lax.while_loop(
@@ -292,7 +293,7 @@ def _groups(bitmap: jax.Array) -> tuple[jax.Array, ...]:
     filled = jnp.concatenate(
         [bitmap != 0, jnp.zeros((-bitmap.shape[0] % WORD, *bitmap.shape[1:]), bool)]
     )
-    return tuple(pack_rows(filled))
+    return tuple(pack_columns(filled))
 
 
 def _take_one(bitmap: jax.Array, left: _Left) -> tuple[_Left, jax.Array]:

@@ -9,19 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.tables import WORD, Tables
+from sign_model.ground.words import WORD, pack_columns
+from sign_model.map_batch.tables import Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
-_BITS = np.arange(WORD, dtype=np.uint32)
 # a bound for the compiler: each fixpoint here ends by itself, as it only grows or only shrinks
 _MAX_SWEEPS = 4096
-
-
-def pack_rows(bits: jax.Array) -> jax.Array:
-    """bool [32 W, ...] -> uint32 [W, ...]."""
-    words = bits.reshape(-1, WORD, *bits.shape[1:]).astype(jnp.uint32)
-    shifts = jnp.array(_BITS).reshape(1, WORD, *([1] * (bits.ndim - 1)))
-    return (words << shifts).sum(axis=1, dtype=jnp.uint32)
 
 
 def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
@@ -37,7 +30,7 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
     at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]
     comes_along = (
         jnp.asarray(tables.column_adds)[:, :, None]
-        & ~pack_rows(at_start[:, 0][tables.column_features])[None]
+        & ~pack_columns(at_start[:, 0][tables.column_features])[None]
     )
     first = jnp.where(
         at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL)

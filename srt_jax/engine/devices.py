@@ -8,7 +8,7 @@ spreads arrays in three ways, and each would, left alone, reach inside a kernel'
 - With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its
   leading axis.
 - With automatic axes the compiler splits every step and joins the parts again. A call compiled as
-  one function (`kernel`) cannot hold that: `sign_model.ground.marks.may_be_split` says when it
+  one function (`marks`) cannot hold that: `sign_model.ground.marks.may_be_split` says when it
   stays plain.
 """
 
@@ -21,8 +21,8 @@ from jax import lax
 from sign_model.ground.marks import manual_axes
 from srt_jax.types import Array
 
-# undocumented, like the marks in `kernel`; without it shard_map takes the kernels with
-# check_vma=False only
+# undocumented, like the marks of `sign_model.ground.marks`; without it shard_map accepts the
+# kernels with check_vma=False only
 try:
     from jax._src.config import _check_vma as _varying_checked
 except ImportError:

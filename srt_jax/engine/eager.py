@@ -16,6 +16,7 @@ import numpy as np
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, cores, packing
+from srt_jax.engine.buckets import batch_bucket, size_bucket
 from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
@@ -67,7 +68,7 @@ def _call_eagerly(
     options: tuple,
 ) -> Any:
     size = tuple(arrays[0].shape)
-    bucket = (arguments.batch_bucket(size[0]), *(arguments.size_bucket(side) for side in size[1:]))
+    bucket = (batch_bucket(size[0]), *(size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
         as_quads = (

@@ -13,7 +13,9 @@ quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask, as 
 import functools
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
+
+from srt_jax.types import Array
 
 WORD = 32
 # free and reached of one group: to stay within the second-level cache of one core

@@ -19,11 +19,12 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart
-from srt_jax.engine.kernel import read, read_apart, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
+from srt_jax.types import Array
 
 MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 """The eight moves clockwise from up: even ones are straight, odd ones diagonal."""

@@ -5,12 +5,13 @@ from.
 import functools
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import read, read_apart, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
+from srt_jax.types import Array
 
 _BINS = 1024
 

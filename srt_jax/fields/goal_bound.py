@@ -11,9 +11,10 @@ they got: a cost no less than theirs.
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array
 
-from srt_jax.engine.kernel import read
+from srt_jax.engine.in_place import read
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
 
 class Target(NamedTuple):
@@ -43,5 +44,5 @@ class Target(NamedTuple):
 
 def target_of(cell: Array, height: int, width: int) -> Target:
     """Returns `cell`, int32 [2] of a map of that size, as a target."""
-    is_inside = (cell[0] >= 0) & (cell[0] < height) & (cell[1] >= 0) & (cell[1] < width)
+    is_inside = is_on_map(cell[0], cell[1], height, width)
     return Target(*(jnp.where(is_inside, place + 1, 0) for place in (cell[0], cell[1])))

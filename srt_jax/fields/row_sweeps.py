@@ -13,9 +13,11 @@ without a branch.
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.loops import repeat
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
 BLOCKED = np.uint32(1 << 31)
 
@@ -34,9 +36,7 @@ def new_field(free: Array, start: Array, diagonal: Array) -> Array:
     cell of the map.
     """
     height, width = free.shape
-    row, col = start[0] + 1, start[1] + 1
-    inside = (row > 0) & (row <= height) & (col > 0) & (col <= width)
-    row, col = jnp.where(inside, row, 0), jnp.where(inside, col, 0)  # else a cell of the border
+    row, col = _bordered(start, height, width)
     field = jnp.pad(jnp.where(free, unreached(diagonal), BLOCKED), 1, constant_values=BLOCKED)
     at_start = lax.dynamic_slice(field, (row, col), (1, 1))
     return lax.dynamic_update_slice(
@@ -48,12 +48,17 @@ def is_reached(field: Array, cell: Array) -> Array:
     """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search can
     start there.
     """
-    row, col = cell[0] + 1, cell[1] + 1
-    inside = (row > 0) & (row < field.shape[0] - 1) & (col > 0) & (col < field.shape[1] - 1)
-    at = lax.dynamic_slice(field, (jnp.where(inside, row, 0), jnp.where(inside, col, 0)), (1, 1))[
-        0, 0
-    ]
-    return at == 0
+    row, col = _bordered(cell, field.shape[0] - 2, field.shape[1] - 2)
+    return lax.dynamic_slice(field, (row, col), (1, 1))[0, 0] == 0
+
+
+def _bordered(cell: Array, height: int, width: int) -> tuple[Array, Array]:
+    """Where a cell lies in the bordered field, int32 row and column; (0, 0), a blocked cell of the
+    border, for one outside the map.
+    """
+    row, col = cell[0], cell[1]
+    inside = is_on_map(row, col, height, width)
+    return jnp.where(inside, row + 1, 0), jnp.where(inside, col + 1, 0)
 
 
 def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:

@@ -12,9 +12,11 @@ every word taken loses at least one open cell.
 from collections.abc import Callable
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
-from srt_jax.engine.kernel import read, read_apart, write
+from sign_model.ground.sizes import next_power_of_two
+from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.types import Array
 
 _ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
 
@@ -94,7 +96,7 @@ def _due(reached: Array, beside: list, group: int) -> Array:
 
 def _nonzero(words: Array, lanes: int) -> tuple[Array, Array]:
     """How many words are not 0, and their indices, in a list whose length is a power of two."""
-    room = 1 << (words.shape[0] - 1).bit_length()
+    room = next_power_of_two(words.shape[0])
 
     def step(i: Array, state: tuple) -> tuple:
         num, queue = state

@@ -16,11 +16,13 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax.engine.kernel import batch_kernel, each, read_apart, write
-from srt_jax.moves import MOVES
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.in_place import read_apart, write
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import Array
 
 
 class MoveCosts(NamedTuple):
@@ -120,7 +122,7 @@ def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
     """The costs to come on one map, float32 [H, W]."""
     height, width = free.shape
     row, col = start
-    is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    is_inside = is_on_map(row, col, height, width)
     at = jnp.where(is_inside, row, 0), jnp.where(is_inside, col, 0)
     may_start = is_inside & is_open(
         *(lax.dynamic_slice(field, at, (1, 1))[0, 0] for field in (free, cell_cost))

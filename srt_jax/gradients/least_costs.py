@@ -21,6 +21,7 @@ from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, eager
 from srt_jax.gradients.cell_costs import cost_maps
 from srt_jax.gradients.path_tree import move_integral, parents, path_mask, path_sums
+from srt_jax.moves import is_on_map
 from srt_jax.types import Array
 
 
@@ -118,10 +119,7 @@ def _along_path(tree: Array, on_path: Array, tangent: Array) -> Array:
 def _at(cost: Array, goal: Array) -> Array:
     """The entries of `cost` [..., H, W] at `goal` [..., 2]; inf where it lies outside the map."""
     *batch, height, width = cost.shape
-    is_inside = jnp.all(
-        (goal >= 0) & (goal < np.array([height, width], np.int32).reshape([1] * len(batch) + [2])),
-        axis=-1,
-    )
+    is_inside = is_on_map(goal[..., 0], goal[..., 1], height, width)
     place = jnp.where(is_inside, goal[..., 0] * width + goal[..., 1], 0)[..., None]
     there = jnp.take_along_axis(jnp.reshape(cost, (*batch, height * width)), place, axis=-1)[..., 0]
     return jnp.where(is_inside, there, jnp.inf)

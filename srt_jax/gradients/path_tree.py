@@ -16,12 +16,14 @@ from collections.abc import Iterable
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax.engine.kernel import batch_kernel, each, read_apart, write
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.in_place import read_apart, write
 from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted
-from srt_jax.moves import MOVES
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import Array
 
 ROOT = 0
 
@@ -145,7 +147,7 @@ def path_mask(tree: Array, goal: Array) -> Array:
 
     def one_map(tree: Array, goal: Array) -> Array:
         row, col = goal
-        is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        is_inside = is_on_map(row, col, height, width)
         cell = jnp.where(is_inside, row * width + col, 0).astype(jnp.uint32)
         step_to, tree, mask = _steps(width), tree.reshape(-1), jnp.zeros(height * width, bool)
 

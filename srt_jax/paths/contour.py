@@ -5,16 +5,17 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.moves import is_on_map
 from srt_jax.paths.reach import cells_in_group, flood_group
+from srt_jax.types import Array
 
 
-def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Array:
+def contour(free: Array, seed: Array, goal: Array) -> Array:
     """Returns the cells around the obstacle ahead of `seed`; all False where nothing is ahead.
 
     The obstacle is the 8-connected piece of blocked cells that owns the blocked cell on the greedy
@@ -137,7 +138,7 @@ def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, si
 
     def state(cell: Array) -> Array:
         """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
-        inside = jnp.all((cell >= 0) & (cell < size), axis=1)
+        inside = is_on_map(cell[:, 0], cell[:, 1], size[:, 0], size[:, 1])
         row, col = (jnp.clip(cell[:, axis], 0, sides[axis] - 1) for axis in (0, 1))
         return jnp.where(inside, value(row, col), -1)
 

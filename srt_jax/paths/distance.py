@@ -15,15 +15,16 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, each, write
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.in_place import write
 from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
 from srt_jax.fields.goal_bound import Target, target_of
 from srt_jax.gradients import least_costs
+from srt_jax.types import Array
 
 UNREACHED = 2**31 - 1
 """The cost, in a `Field`, of a cell that is blocked or that no path leads to."""
@@ -43,9 +44,7 @@ class Field(NamedTuple):
     scale: Array
 
 
-def cost_to_come(
-    free: records.Array, start: records.Array, traversal_cost: records.Array | None = None
-) -> Array:
+def cost_to_come(free: Array, start: Array, traversal_cost: Array | None = None) -> Array:
     """Returns the length of a shortest path from `start` to each cell; inf where none leads
     (everywhere if `start` is blocked).
 
@@ -86,10 +85,10 @@ def cost_to_come(
 
 
 def path_cost(
-    free: records.Array,
-    start: records.Array,
-    goal: records.Array,
-    traversal_cost: records.Array | None = None,
+    free: Array,
+    start: Array,
+    goal: Array,
+    traversal_cost: Array | None = None,
 ) -> Array:
     """Returns `cost_to_come` at `goal` alone; inf where no path leads there or it lies outside the
     map.

@@ -4,18 +4,18 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields import fixed_point
-from srt_jax.moves import MOVES
+from srt_jax.moves import MOVES, is_on_map
 from srt_jax.paths.distance import UNREACHED, Field
+from srt_jax.types import Array, Path
 
 
-def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> records.Path:
+def trace_path(cost: Array, goal: Array, *, max_cells: int) -> Path:
     """Returns a shortest path to `goal`, start first; num_cells 0 and cost inf where `goal` is not
     reached.
 
@@ -40,12 +40,12 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
     batch = arguments.common_batch(cost=(cost, 2), goal=(goal, 1))
     if max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
-    return records.Path(
+    return Path(
         **eager.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells))
     )
 
 
-def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
+def trace_field(field: Field, goal: Array, *, max_cells: int) -> Path:
     """Returns `trace_path` of a batch, from exact costs: goal int32 [B, 2]."""
 
     @batch_kernel
@@ -58,7 +58,7 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
         )
         return {"cells": cells, "num_cells": num_cells, "cost": length}
 
-    return records.Path(**run(field.cost, field.scale, goal))
+    return Path(**run(field.cost, field.scale, goal))
 
 
 def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[Array, Array, Array]:
@@ -129,7 +129,7 @@ def _reader(
 
     def at(row: Array, col: Array) -> Array:
         value = lax.dynamic_slice(cost, (which, row, col), (1, 1, 1))[0, 0, 0]
-        inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        inside = is_on_map(row, col, height, width)
         return jnp.where(inside, value, unreached)
 
     return at

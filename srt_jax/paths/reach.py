@@ -9,19 +9,20 @@ side cells free, so eight moves reach what four reach, and `reach` floods throug
 import functools
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields.word_queue import flood_rest
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
 _MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
 
 
-def reach(free: records.Array, start: records.Array) -> Array:
+def reach(free: Array, start: Array) -> Array:
     """Returns which cells can be reached from `start`; all False where `start` is blocked or
     outside the map.
 
@@ -134,7 +135,7 @@ def cells_in_group(free: Array, cell: Array) -> Array:
     def mark(which: Array, marks: Array) -> Array:
         row, col = lax.dynamic_index_in_dim(cell, which, keepdims=False)
         word = col // packing.WORD
-        inside = (row >= 0) & (row < height) & (col >= 0) & (word < lanes // group)
+        inside = is_on_map(row, word, height, lanes // group)
         at = (jnp.where(inside, row, 0), jnp.where(inside, word, 0) * group + which)
         bit = jnp.where(
             inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0)

@@ -6,18 +6,18 @@ import functools
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.moves import octile_order
+from srt_jax.types import Array
 
 _FAR = 2**31 - 1
 
 
-def seed_cell(reached: records.Array, goal: records.Array) -> Array:
+def seed_cell(reached: Array, goal: Array) -> Array:
     """Returns the reached cell nearest `goal`; (-1, -1) where nothing is reached.
 
     It borders the obstacle that closes off the goal (PY16 §3.2). Nearness is octile distance,

@@ -7,7 +7,7 @@ from jax import lax
 
 from sign_model.ground.loops import in_a_loop
 from sign_model.ground.marks import compiled_whole
-from srt_jax.engine.kernel import each
+from srt_jax.engine.batching import each
 from srt_jax.types import Act, Array
 
 
