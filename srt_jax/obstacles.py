@@ -16,7 +16,7 @@ from jax import lax
 from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.batching import each
-from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.engine.in_place import read_apart, write
 from srt_jax.moves import is_on_map, octile_order
 from srt_jax.types import FREE, Array
 
@@ -143,7 +143,8 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
         return write(met, jnp.uint32(1), owner)
 
     return (
-        _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+        _visit_owners(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles]
+        != 0
     )
 
 
@@ -169,7 +170,7 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
             owner,
         )
 
-    return _noted(labels, cells, note, far)[:num_obstacles]
+    return _visit_owners(labels, cells, note, far)[:num_obstacles]
 
 
 def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
@@ -181,47 +182,27 @@ def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
     return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
 
 
-def _noted(
+def _visit_owners(
     labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array
 ) -> Array:
-    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the
-    last owner is nobody.
+    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer.
 
-    Takes the lowest bit of the word in hand; when that was the last, the next word.
+    Where no obstacle owns the cell, the last entry of `out` stands for nobody. Rows and columns are
+    int32, owners uint32.
     """
-    per_row, one, nobody = jnp.uint32(cells.shape[1]), jnp.uint32(1), len(out) - 1
-    words = jnp.pad(cells.reshape(-1), (0, 1))
-    num_words = jnp.uint32(words.shape[0])
+    nobody = len(out) - 1
 
-    def step(state: tuple) -> tuple:
-        ahead, word, out = state
-        which = ahead - one
-        # of an empty word: a cell that is not noted
-        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)
-        row, col = (
-            (which // per_row).astype(jnp.int32),
-            (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32),
-        )
+    def visit(out: Array, row: Array, col: Array, is_set: Array) -> Array:
+        row, col = row.astype(jnp.int32), col.astype(jnp.int32)
         for layer in range(labels.all.shape[1]):
             owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
                 labels, row, col
             )
-            out = note(
-                out,
-                jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32),
-                row,
-                col,
-            )
-        word = word & (word - one)
-        is_spent = word == 0
-        return (
-            ahead + is_spent.astype(jnp.uint32),
-            jnp.where(is_spent, read(words, ahead), word),
-            out,
-        )
+            owner = jnp.where(is_set & (owner >= 0), owner, nobody).astype(jnp.uint32)
+            out = note(out, owner, row, col)
+        return out
 
-    state = (one, words[0], out)
-    return lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
+    return packing.for_each_cell(cells, visit, out)
 
 
 def owners_of(labels: Labels, cell: Array, num_obstacles: int) -> Array:
@@ -252,24 +233,6 @@ def beside(mask: Array) -> Array:
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))
     along = (mask << one) | (mask >> one) | (wide[:, :-2] >> top) | (wide[:, 2:] << top)
     return along | tall[:-2] | tall[2:]
-
-
-def around(masks: Array) -> Array:
-    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or
-    corner.
-    """
-    one, top = jnp.uint32(1), jnp.uint32(31)
-    sides = [(0, 0)] * (masks.ndim - 2)
-    guarded = jnp.pad(masks, (*sides, (0, 0), (1, 1)))
-    wide = (
-        masks
-        | (masks << one)
-        | (masks >> one)
-        | (guarded[..., :-2] >> top)
-        | (guarded[..., 2:] << top)
-    )
-    wide = jnp.pad(wide, (*sides, (1, 1), (0, 0)))
-    return wide[..., :-2, :] | wide[..., 1:-1, :] | wide[..., 2:, :]
 
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:

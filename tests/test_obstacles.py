@@ -113,7 +113,7 @@ def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
     assert np.array_equal(
-        unpacked(obstacles.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
+        unpacked(packing.dilate(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
     )
 
 

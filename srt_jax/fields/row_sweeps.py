@@ -7,9 +7,11 @@ columns. Where shortest paths seldom double back, as on streets, a few sweeps le
 exact. `frontier` finds what is left, and `cell_queue` does it.
 
 A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are
-plain slices. BLOCKED is one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move
-without a branch.
+plain slices. BLOCKED is one bit: `value & BLOCKED` tests for it, and max(value, other & BLOCKED)
+forbids a move without a branch.
 """
+
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -25,7 +27,7 @@ _STRIP = 16  # rows
 
 
 def unreached(diagonal: Array) -> Array:
-    """Returns the cost of a free cell that nothing has reached: a move added to it does not set the
+    """Returns the cost of a free cell that is not reached yet: adding a move to it does not set the
     bit of BLOCKED.
     """
     return jnp.uint32(int(BLOCKED) - 1) - diagonal
@@ -71,8 +73,8 @@ def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
 
 
 def transposed(field: Array) -> Array:
-    """Returns field.T, 16 rows at a time: their cells lie in the nearest cache while they are
-    spread over the columns.
+    """Returns field.T, 16 rows at a time, so that their cells stay in the first-level cache while
+    they are written to the columns.
     """
     rows, cols = field.shape
     if rows < _STRIP:
@@ -89,6 +91,16 @@ def transposed(field: Array) -> Array:
     return repeat(-(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
 
 
+class _Sweep(NamedTuple):
+    """line, bare: uint32 [cols] and [cols - 2], the row before with its border and without (to cut
+    it out again costs 50 %); field: uint32 [rows, cols].
+    """
+
+    line: Array
+    bare: Array
+    field: Array
+
+
 def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
     """Relaxes the rows inside the border, from the first to the last, or back if `upwards`; in
     place.
@@ -102,20 +114,18 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
     def row_of(field: Array, y: Array) -> Array:
         return lax.dynamic_slice(field, (y, zero), (1, cols))[0]
 
-    def row_step(step: Array, carry: tuple) -> tuple:
-        # the row before, with its border and without: to cut it out again costs 50 %
-        line, bare, field = carry
+    def row_step(step: Array, sweep: _Sweep) -> _Sweep:
         y = rows - 2 - step if upwards else 1 + step
-        new = _relaxed(line, bare, row_of(field, y), straight, diagonal)
+        new = _relax_row(sweep.line, sweep.bare, row_of(sweep.field, y), straight, diagonal)
         # its ends, the border, stay: a pad is slower by 40 %
-        line = lax.dynamic_update_slice(line, new, (1,))
-        return line, new, lax.dynamic_update_slice(field, line[None], (y, zero))
+        line = lax.dynamic_update_slice(sweep.line, new, (1,))
+        return _Sweep(line, new, lax.dynamic_update_slice(sweep.field, line[None], (y, zero)))
 
     line = row_of(field, jnp.int32(rows - 1 if upwards else 0))
-    return repeat(rows - 2, row_step, (line, line[1:-1], field))[2]
+    return repeat(rows - 2, row_step, _Sweep(line, line[1:-1], field)).field
 
 
-def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
+def _relax_row(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
     """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare`
     not).
     """

@@ -1,4 +1,4 @@
-"""Derivatives of least costs, by the envelope theorem: those of the cost of the path that is least.
+"""Derivatives of least costs, by the envelope theorem: those of the cost of the least path.
 
 A least cost is the minimum, over all paths, of sums that are linear in the cell costs. Where one
 path is least, the derivative is that path's: for each cell on it, the length of it that the cell
@@ -6,7 +6,7 @@ answers for. Where several are, it is that of the path which the rule of `path_t
 (the first in row order): one of the supergradients, always the same one.
 
 The rules are custom_jvp with a linear solve along the tree of shortest paths inside, so forward and
-reverse mode both work, and what is kept for the way back is a byte a cell.
+reverse mode both work, and reverse mode stores one byte a cell.
 """
 
 from collections.abc import Callable

@@ -22,6 +22,7 @@ from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.in_place import write
 from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
+from srt_jax.fields.frontier import CellList
 from srt_jax.fields.goal_bound import Target, target_of
 from srt_jax.gradients import least_costs
 from srt_jax.types import Array
@@ -48,11 +49,10 @@ def cost_to_come(free: Array, start: Array, traversal_cost: Array | None = None)
     """Returns the length of a shortest path from `start` to each cell; inf where none leads
     (everywhere if `start` is blocked).
 
-    Octile: 1 a straight move, sqrt 2 a diagonal one, which needs both cells beside it free (PY16
-      §3.2). Exact up to the
-    rounding to float32 (1.8e-7 at most) and the fixed point's 8e-9 on maps up to 700x700, 3e-7 up
-    to 1700x1700, 1.5e-6 up to
-    2600x2600: what diagonals may be too long or too short by (`fixed_point`).
+    Octile: 1 for a straight move, sqrt 2 for a diagonal one, which needs both cells beside it free
+    (PY16 §3.2). Exact up to two relative errors: the rounding to float32, 1.8e-7 at most, and that
+    of the fixed point's diagonals, 8e-9 on maps up to 700x700, 3e-7 up to 1700x1700, 1.5e-6 up to
+    2600x2600 (`fixed_point`).
 
     With `traversal_cost`, a move costs its length times the mean of the costs of its two cells
     (`cell_costs`), and the result is differentiable with respect to the costs, forwards and
@@ -189,7 +189,7 @@ def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Arr
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     towards = None if goal is None else target_of(goal, *free.shape)
-    field = _solved(
+    field = _solve_field(
         free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal, towards
     )[1:-1, 1:-1]
     return jnp.where(
@@ -197,7 +197,17 @@ def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Arr
     ), scale
 
 
-def _solved(
+class _Rest(NamedTuple):
+    """cells, num: uint32 [room] and [], what `spread` has to start from (`frontier.CellList`);
+    field: uint32 [H + 2, W + 2].
+    """
+
+    cells: Array
+    num: Array
+    field: Array
+
+
+def _solve_field(
     free: Array,
     field: Array,
     start: Array,
@@ -213,45 +223,46 @@ def _solved(
     def sweep(field: Array) -> Array:
         return row_sweeps.four_sweeps(field, straight, diagonal)
 
-    def listed(field: Array) -> tuple[Array, Array]:
-        return frontier.listed(frontier.frontier(field, straight, diagonal, towards), stride, room)
+    def find_frontier(field: Array) -> CellList:
+        cells = frontier.frontier(field, straight, diagonal, towards)
+        return frontier.list_cells(cells, stride, room)
 
-    def by_sweeps(field: Array) -> tuple[Array, Array, Array]:
+    def by_sweeps(field: Array) -> _Rest:
         field = sweep(field)
         if towards is not None:
-            return *listed(field), field
+            return _Rest(*find_frontier(field), field)
+        # a second round, unless little was reached: then most of the map is closed off
         num_reached = jnp.sum(field < row_sweeps.unreached(diagonal), dtype=jnp.int32)
         field = lax.cond(num_reached * 8 > field.size, sweep, lambda field: field, field)
-        return *listed(field), field
+        return _Rest(*find_frontier(field), field)
 
-    def from_start(field: Array) -> tuple[Array, Array, Array]:
+    def from_start(field: Array) -> _Rest:
         cell = ((start[0] + 1) * stride + start[1] + 1).astype(jnp.uint32)
         cell = jnp.where(row_sweeps.is_reached(field, start), cell, jnp.uint32(0))
-        return (
-            write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0)),
-            (cell != 0).astype(jnp.uint32),
-            field,
-        )
+        cells = write(jnp.zeros(room, jnp.uint32), cell, jnp.uint32(0))
+        return _Rest(cells, (cell != 0).astype(jnp.uint32), field)
 
-    def spread(state: tuple) -> tuple:
-        cells, num, field = state
-        cost = field.reshape(-1)
-        sources = frontier.cheapest_first(cells, num, cost)
+    def spread(rest: _Rest) -> _Rest:
+        cost = rest.field.reshape(-1)
+        sources = frontier.cheapest_first(rest.cells, rest.num, cost)
         cost, is_short = cell_queue.spread(
             cost, free_beside, sources, straight, diagonal, stride, towards
         )
         field = cost.reshape(rows, stride)
-        return *lax.cond(
-            is_short | (num == room - 1), listed, lambda _: (cells, jnp.uint32(0)), field
-        ), field
+        # only where list or queue were too short can anything be left
+        is_cut = is_short | (rest.num == room - 1)
+        nothing = CellList(rest.cells, jnp.uint32(0))
+        cells, num = lax.cond(is_cut, find_frontier, lambda _: nothing, field)
+        return _Rest(cells, num, field)
 
     if not runs_in_place():
-        return _swept_to_the_end(field, sweep)
-    state = lax.cond(_is_rough(free), from_start, by_sweeps, field)
-    return lax.while_loop(lambda state: state[1] != 0, spread, state)[2]
+        return _sweep_to_the_end(field, sweep)
+    rest = lax.cond(_is_rough(free), from_start, by_sweeps, field)
+    # ends: costs only fall, and no frontier means that all are exact
+    return lax.while_loop(lambda rest: rest.num != 0, spread, rest).field
 
 
-def _swept_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
+def _sweep_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
     """Sweeps until nothing changes: then no move can improve any cell."""
 
     def once_more(state: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -259,7 +270,8 @@ def _swept_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
         swept = sweep(field)
         return swept, jnp.any(swept != field)
 
-    return lax.while_loop(lambda state: state[1], once_more, (field, jnp.bool_(True)))[0]
+    field, _ = lax.while_loop(lambda state: state[1], once_more, (field, jnp.bool_(True)))
+    return field
 
 
 def _is_rough(free: Array) -> Array:
