@@ -2,8 +2,8 @@
 obstacles border a region.
 
 `owners_at` and `opens_at` answer for one cell of each map of a batch. The rest is for use inside a
-marked call (`kernel`), map by map: rows of labels are read from the whole batch, since a map cut
-out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
+marked call (`sign_model.ground.marks`), map by map: rows of labels are read from the whole batch,
+since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
@@ -24,8 +24,7 @@ FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
 
 _MOST_SELECTED = 16
-"""Words of obstacles up to which picking one by comparing is faster than a table look-up per cell.
-"""
+"""Up to so many words of obstacles, comparing with each is faster than a table look-up per cell."""
 
 
 class Labels(NamedTuple):
@@ -132,10 +131,10 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells)
+        ids, is_owned = _owners(labels, cells)
         return (
             jnp.zeros(num_obstacles, bool)
-            .at[jnp.where(is_asked, ids, num_obstacles)]
+            .at[jnp.where(is_owned, ids, num_obstacles)]
             .set(True, mode="drop")
         )
 
@@ -156,12 +155,12 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     """
     far = jnp.full(num_obstacles + 1, FAR, jnp.int32)
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells)
+        ids, is_owned = _owners(labels, cells)
         rows, cols = jnp.indices(labels.all.shape[2:], jnp.int32)
         h = jnp.broadcast_to(
             octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]
         ).reshape(-1)
-        return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
+        return far.at[jnp.where(is_owned, ids, num_obstacles)].min(h)[:num_obstacles]
 
     def note(near: Array, owner: Array, row: Array, col: Array) -> Array:
         return write(
@@ -174,12 +173,12 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
 
 
 def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
-    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for:
-    [L * H * W] each.
+    """The label of each cell and layer, and whether it is an obstacle's and the cell is in the mask
+    `cells`: [L * H * W] each.
     """
     own = labels.all[labels.which]
-    asked = packing.unpack(cells[None], own.shape[2])
-    return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
+    in_mask = packing.unpack(cells[None], own.shape[2])
+    return own.reshape(-1), (in_mask & (own >= 0)).reshape(-1)
 
 
 def _visit_owners(
@@ -226,8 +225,9 @@ def holds(mask: Array, cell: Array) -> Array:
 
 
 def beside(mask: Array) -> Array:
-    """Returns the cells that share a side with one of the mask's, those inside it too; past the
-    map's last column perhaps.
+    """Returns the cells that share a side with one of the mask's, inside the mask or outside.
+
+    Bits past the map's last column may be set as well.
     """
     one, top = jnp.uint32(1), jnp.uint32(31)
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))

@@ -24,7 +24,7 @@ from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
 from srt_jax.removal.route import in_order
-from srt_jax.symbols.acts import left_behind, placed
+from srt_jax.symbols.acts import left_behind, place_plan
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
@@ -277,7 +277,7 @@ def _least(
     is_here = (task.start == task.goal).all(axis=1)
     acts = plan_along_chain(num_destroyed, is_here, num_slots=max_destroyed)
     left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
-    plan, plan_at = placed(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
+    plan, plan_at = place_plan(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
     way = Way(
         path.cells,

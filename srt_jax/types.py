@@ -45,8 +45,8 @@ class Status(enum.IntEnum):
     STOPPED_SHORT = (
         6,
         (
-            "the paper's loop, read literally, met something firm in its way; modes paper and least"
-            " find a way"
+            "the paper's loop, read literally, met an indestructible obstacle in its way; modes"
+            " paper and least find a way"
         ),
     )
 
@@ -102,8 +102,8 @@ class Path(Record):
 
     cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more
       than N cells.
-    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask
-      again with a larger N.
+    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: retry
+      with a larger N.
     cost: float32 [...], length in cell sides, inf where there is no path.
     """
 
@@ -137,7 +137,8 @@ class Solution(Record):
       goal are one cell, or without a route.
     plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
     separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
-      of firm obstacles that keep start and goal apart whatever else is gone, -1 after the last.
+      of indestructible obstacles that keep start and goal apart whatever else is gone, -1 after
+      the last.
       Empty elsewhere, and where the goal lies outside the map.
     """
 

@@ -5,9 +5,9 @@ words: uint32 [B, H, ceil(W / 32)]; bit i of word w is column 32 w + i, columns 
 lanes: uint32 [B / group, H, words * group]; the word w of map m of a group lies at w * group + m.
   So one row of the whole group is one long vector, and the neighbouring word is a plain slice,
   shifted by `group`.
-quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask, as they are, four to a
-  number, little endian. On the host a mask is seen so without a copy; a kernel that starts from
-  quads packs twice as fast as from bools.
+quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask as they are, four to a
+  number, little endian. On the host that is a view of the mask without a copy; a kernel that starts
+  from quads packs twice as fast as from bools.
 """
 
 import functools

@@ -115,7 +115,7 @@ def test_where_the_compiler_refuses_the_marks_the_call_succeeds_without_them_and
 
 
 @needs_marks
-def test_what_fails_in_either_form_leaves_the_marks_on():
+def test_an_error_with_and_without_marks_is_raised_and_the_marks_stay_on():
 
     def fails(x):
         return jax.pure_callback(lambda x: 1 / 0, x, x)

@@ -62,12 +62,12 @@ def test_the_list_holds_every_cell_in_coarse_order_of_cost():
     assert (np.diff(bins.astype(int)) >= 0).all()
 
 
-def test_a_list_without_room_for_all_is_cut_and_says_so_by_its_length():
+def test_a_list_that_is_too_short_is_full():
     cells, num = frontier.list_cells(packing.pack(jnp.ones((1, 8, 40), bool))[0], 42, 64)
     assert num == 63 and cells.shape == (64,)
 
 
-def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs():
+def test_a_queue_that_is_too_short_reports_it_and_repeating_ends_at_the_exact_costs():
     free = noise(np.random.default_rng(3), 60, 60, 0.1)
     start = any_start(np.random.default_rng(4), free)
     expected = _field(costs_by_scipy(free, start, 5741, 8119), free)

@@ -131,7 +131,7 @@ def test_turning_mirroring_transposing_and_padding_change_no_bit():
     assert np.array_equal(padded[3:48, 40:110], expected)
 
 
-def test_the_way_there_is_as_long_as_the_way_back():
+def test_the_path_there_is_as_long_as_the_path_back():
     rng = np.random.default_rng(8)
     free = noise(rng, 60, 60, 0.35)
     a, b = any_start(rng, free), any_start(rng, free)
