@@ -50,8 +50,8 @@ def device_by_device(fun: Callable) -> Callable:
 def _unchecked(fun: Callable, axes: tuple, args: tuple) -> Any:
     """Traces `fun` as if nothing varied, and declares all of its results to vary over `axes`.
 
-    In a jit of its own: without it the content of a custom_vmap would be traced once more when it is
-    lowered, and checked then.
+    In a jit of its own: without it the content of a custom_vmap would be traced once more when it
+    is lowered, and checked then.
     """
 
     def undeclared(*args: Array) -> Any:

@@ -2,9 +2,9 @@
 jit, cropped again.
 
 Otherwise each new map size would be compiled again. Padding consists of blocked cells and of maps
-without a free cell, which change no bit of the rest. On the host a large batch goes in parts, on all cores
-(`cores`), and masks may go as quads (`packing`). Inside jit, vmap or scan shapes and batches are
-taken as they are: the user has chosen them.
+without a free cell, which change no bit of the rest. On the host a large batch goes in parts, on
+all cores (`cores`), and masks may go as quads (`packing`). Inside jit, vmap or scan shapes and
+batches are taken as they are: the user has chosen them.
 """
 
 import functools

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from sign_model.ground.words import WORD, num_words
@@ -141,7 +142,8 @@ def dilate(masks: Array, group: int = 1) -> Array:
     one, top = jnp.uint32(1), jnp.uint32(WORD - 1)
     # rows first: a border of empty rows and words saves every edge case
     padded = jnp.zeros((*batch, height + 2, lanes + 2 * group), jnp.uint32)
-    padded = lax.dynamic_update_slice(padded, masks, (*[0] * len(batch), 1, group))
+    first = [*[0] * len(batch), 1, group]
+    padded = lax.dynamic_update_slice(padded, masks, [np.int32(place) for place in first])
     tall = padded[..., :-2, :] | padded[..., 1:-1, :] | padded[..., 2:, :]
     # then columns: the end bits come from the neighbouring words
     here, before, behind = (
