@@ -11,7 +11,6 @@ or by relaxing all cells at once, in any batch and on any machine.
 """
 
 import functools
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -21,6 +20,7 @@ from jax import lax
 from sign_model.ground.marks import compiled_whole, runs_in_place
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.in_place import read_apart, write
+from srt_jax.fields.lengths import length_map
 from srt_jax.moves import MOVES, is_on_map
 from srt_jax.types import Array
 
@@ -79,16 +79,15 @@ def cost_of_move(costs: MoveCosts, move: int) -> Array:
     return shifted(costs[which], *MOVES[move]) if is_back else costs[which]
 
 
-def cost_maps(
-    free: Array, start: Array, cell_cost: Array, *, length_map: Callable[[Array, Array], Array]
-) -> Array:
+def cost_maps(free: Array, start: Array, cell_cost: Array) -> Array:
     """Returns the least costs from the start of a batch; inf where no path leads.
+
+    A map whose free cells all cost the same takes plain lengths (`fields.lengths`), times that
+    cost: faster, and exact.
 
     Args:
       free: bool [B, H, W]. start: int32 [B, 2]; may lie outside. cell_cost: float32 [B, H, W]; a
         cell whose cost is not positive and finite counts as blocked.
-      length_map: (free [H, W], start [2]) -> float32 [H, W], plain lengths. Maps whose free cells
-        all cost the same take these, times that cost: faster, and exact.
 
     Returns:
       float32 [B, H, W].

@@ -9,8 +9,6 @@ The rules are custom_jvp with a linear solve along the tree of shortest paths in
 reverse mode both work, and reverse mode stores one byte a cell.
 """
 
-from collections.abc import Callable
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,19 +23,18 @@ from srt_jax.moves import is_on_map
 from srt_jax.types import Array
 
 
-def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callable) -> Array:
+def least_costs(free: Array, start: Array, cell_cost: Array) -> Array:
     """Returns `distance.cost_to_come` for cells of unequal cost, differentiable with respect to
     `cell_cost`.
 
     Args:
       free: bool [..., H, W]. start: int32 [..., 2]. cell_cost: float32 [..., H, W].
-      length_map: see `cell_costs.cost_maps`; a module-level function.
     """
     batch = checked_batch(free, start, cell_cost)
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, cell_cost: Array) -> Array:
-        return eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        return eager.call(cost_maps, batch, free, start, cell_cost)
 
     @of_costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
@@ -48,9 +45,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
     return of_costs(free, start, cell_cost)
 
 
-def least_cost(
-    free: Array, start: Array, goal: Array, cell_cost: Array, length_map: Callable
-) -> Array:
+def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array) -> Array:
     """Returns the least cost from `start` to `goal`, float32 [...]; only the path there is
     differentiated: cheaper.
     """
@@ -58,7 +53,7 @@ def least_cost(
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, goal: Array, cell_cost: Array) -> tuple[Array, Array]:
-        cost = eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        cost = eager.call(cost_maps, batch, free, start, cell_cost)
         return _at(cost, goal), cost  # the field for the rule's own use, as a constant
 
     @of_costs.defjvp

@@ -11,8 +11,8 @@ from sign_model.ground.marks import compiled_whole
 from srt_jax.engine import arguments, eager
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields import fixed_point
+from srt_jax.fields.lengths import UNREACHED, Field
 from srt_jax.moves import MOVES, is_on_map
-from srt_jax.paths.distance import UNREACHED, Field
 from srt_jax.types import Array, Path
 
 
@@ -66,7 +66,7 @@ def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[A
     """Returns (cells, num_cells, cost) of `trace_field` for one map; for use inside a marked call.
 
     Args:
-      cost, scale: int32 [H, W] and [], from `distance.solve_map`.
+      cost, scale: int32 [H, W] and [], from `fields.lengths.solve_map`.
       goal: int32 [2].
     """
     straight, diagonal = fixed_point.pairs(scale)

@@ -5,8 +5,8 @@ import pytest
 
 import srt_jax
 from srt_jax.engine import packing
+from srt_jax.fields.lengths import UNREACHED, Field, cheapest, cost_field, field_length
 from srt_jax.moves import FIXED_POINTS
-from srt_jax.paths.distance import UNREACHED, Field, cheapest, cost_field, field_length
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
 from tests.helpers.slow import costs_by_scipy, lengths_by_heap
