@@ -150,6 +150,7 @@ def _solve_field(
     towards: Target | None,
 ) -> Array:
     """Sweeps where that pays, then follows the frontier until there is none."""
+    # the queue and its list of sources have the same room
     rows, stride = field.shape
     room = min(_ROOM, 1 << (rows * stride).bit_length())
     free_beside = cell_queue.neighbours(free)
@@ -196,16 +197,23 @@ def _solve_field(
     return lax.while_loop(lambda rest: rest.num != 0, spread, rest).field
 
 
+class _Round(NamedTuple):
+    """field: uint32 [H + 2, W + 2]; is_changing: bool [], whether the last round changed it."""
+
+    field: Array
+    is_changing: Array
+
+
 def _sweep_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
     """Sweeps until nothing changes: then no move can improve any cell."""
 
-    def once_more(state: tuple[Array, Array]) -> tuple[Array, Array]:
-        field, _ = state
-        swept = sweep(field)
-        return swept, jnp.any(swept != field)
+    def once_more(state: _Round) -> _Round:
+        swept = sweep(state.field)
+        return _Round(swept, jnp.any(swept != state.field))
 
-    field, _ = lax.while_loop(lambda state: state[1], once_more, (field, jnp.bool_(True)))
-    return field
+    return lax.while_loop(
+        lambda state: state.is_changing, once_more, _Round(field, jnp.bool_(True))
+    ).field
 
 
 def _is_rough(free: Array) -> Array:

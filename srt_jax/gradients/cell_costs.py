@@ -138,19 +138,27 @@ def _solve_map(free: Array, cell_cost: Array, start: Array, step: Array) -> Arra
     return cost[1:-1, 1:-1]
 
 
+class _Round(NamedTuple):
+    """cost: float32 [H + 2, W + 2]; is_changing: bool [], whether the last round lowered any."""
+
+    cost: Array
+    is_changing: Array
+
+
 def _relax_all(cost: Array, costs: MoveCosts) -> Array:
     """Tries all moves of all cells at once until no cost falls: as many rounds as the longest
     shortest path has moves.
     """
     per_move = [cost_of_move(costs, move) for move in range(8)]
 
-    def once_more(state: tuple[Array, Array]) -> tuple[Array, Array]:
-        cost, _ = state
-        offers = [shifted(cost, *MOVES[move]) + per_move[move] for move in range(8)]
-        least = functools.reduce(jnp.minimum, offers, cost)
-        return least, jnp.any(least < cost)
+    def once_more(state: _Round) -> _Round:
+        offers = [shifted(state.cost, *MOVES[move]) + per_move[move] for move in range(8)]
+        least = functools.reduce(jnp.minimum, offers, state.cost)
+        return _Round(least, jnp.any(least < state.cost))
 
-    return lax.while_loop(lambda state: state[1], once_more, (cost, jnp.bool_(True)))[0]
+    return lax.while_loop(
+        lambda state: state.is_changing, once_more, _Round(cost, jnp.bool_(True))
+    ).cost
 
 
 class _Ring(NamedTuple):

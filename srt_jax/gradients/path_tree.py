@@ -55,6 +55,13 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
     return jnp.where(tree == ROOT, second, tree)
 
 
+class _Round(NamedTuple):
+    """tree: uint8 [B, H, W]; is_changing: bool [], whether another round may change it."""
+
+    tree: Array
+    is_changing: Array
+
+
 def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
     """Gives a parent to cells whose last move costs too little to count beside the cost so far.
 
@@ -65,8 +72,8 @@ def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> A
     def is_orphan(tree: Array) -> Array:
         return (tree == ROOT) & (cost > 0) & (cost < jnp.inf)
 
-    def adopt(state: tuple[Array, Array]) -> tuple[Array, Array]:
-        tree, _ = state
+    def adopt(state: _Round) -> _Round:
+        tree = state.tree
         costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
         for move, (down, right) in enumerate(MOVES):
             total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
@@ -77,11 +84,11 @@ def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> A
                 & (total == cost)
             )
             new = jnp.where(fits, jnp.uint8(1 + move), new)
-        return new, jnp.any(new != tree)
+        return _Round(new, jnp.any(new != tree))
 
     # ends: every round but the last gives some cell a parent
-    tree, _ = lax.while_loop(lambda state: state[1], adopt, (tree, is_orphan(tree).any()))
-    return tree
+    first = _Round(tree, is_orphan(tree).any())
+    return lax.while_loop(lambda state: state.is_changing, adopt, first).tree
 
 
 def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
@@ -281,6 +288,13 @@ def _leaves_first(tree: Array, waiting: Array, step_to: Array) -> tuple[Array, A
     return state.order, state.num
 
 
+class _Levels(NamedTuple):
+    """sums: float32 [H, W]; is_waiting: bool [H, W], the cells whose sums may still change."""
+
+    sums: Array
+    is_waiting: Array
+
+
 def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool) -> Array:
     """All cells at once, level by level: for machines on which a loop over cells is slow.
 
@@ -299,12 +313,12 @@ def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool
             for move in moves
         ]
 
-    def level(state: tuple[Array, Array]) -> tuple[Array, Array]:
+    def level(state: _Levels) -> _Levels:
         sums, is_waiting = state
         new = sum((jnp.where(is_there, value, 0) for is_there, value in towards(sums, 0)), field)
         still = [is_there & value for is_there, value in towards(is_waiting, 0)]
-        return new, functools.reduce(jnp.logical_or, still)
+        return _Levels(new, functools.reduce(jnp.logical_or, still))
 
     is_waiting = (tree != ROOT) if downwards else num_children > 0
-    sums, _ = lax.while_loop(lambda state: state[1].any(), level, (field, is_waiting))
-    return sums
+    first = _Levels(field, is_waiting)
+    return lax.while_loop(lambda state: state.is_waiting.any(), level, first).sums

@@ -172,6 +172,7 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
     rest. Inside, the lanes lie between two groups of empty ones, so that every word has two
     neighbours.
     """
+    # empty lanes on both sides
     height, lanes = free.shape
     guarded = jnp.zeros((height, lanes + 2 * group), jnp.uint32)
     free, reached = (
@@ -192,6 +193,7 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
             free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs
         )
 
+    # sweeps to the end where a queue does not pay, else some rounds and then the queue
     state = _Rounds(reached, jnp.bool_(True), jnp.int32(0))
     if not runs_in_place():
         reached = lax.while_loop(lambda state: state.is_changing, one_round, state).reached
