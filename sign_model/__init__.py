@@ -9,6 +9,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from sign_model.clock import OutOfTime
     from sign_model.description import describe, to_dot
     from sign_model.experience.learn import learn
     from sign_model.experience.memory import Memory, load_memory, save_memory
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = [
     "HeuristicSign",
     "Memory",
+    "OutOfTime",
     "PddlError",
     "PlanResult",
     "PlanStatus",
@@ -45,6 +47,7 @@ __all__ = [
 
 _MODULES = {
     "map_batch.ladder": ("plan_batch",),
+    "clock": ("OutOfTime",),
     "description": ("describe", "to_dot"),
     "pddl.grounding": ("load",),
     "map_algorithm.heuristics": ("HeuristicSign", "load_signs", "save_signs"),

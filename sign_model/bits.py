@@ -8,7 +8,11 @@ NumPy works on 64 bits at a time, so the exact searches use these. Kernels use w
 import numpy as np
 
 WORD = 64
-_COUNTS = np.array([bin(i).count("1") for i in range(1 << 16)], np.uint8)
+_COUNTS = (
+    np.unpackbits(np.arange(1 << 16, dtype=np.uint16).view(np.uint8))
+    .reshape(-1, 16)
+    .sum(axis=1, dtype=np.uint8)
+)
 
 
 def pack(rows: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Protocol
 
+from sign_model.clock import Clock, OutOfTime
 from sign_model.forward_search.search import best_first
 from sign_model.map_algorithm.heuristics import (
     DEFAULTS,
@@ -61,46 +62,47 @@ def plan(
         rest where None.
       memory: precedents, tried first; where none serves, planning goes on without it.
       max_expansions: the most situations expanded.
-      max_seconds: the most time for the search; unbounded where None.
+      max_seconds: the most time for it all, the replay of a long plan included; unbounded where
+        None.
       weight: of weighted A*.
 
     Raises:
-      ValueError: a planner or heuristic that isn't known, or a budget below 1.
+      ValueError: a planner or heuristic that isn't known, a budget below 1, a time limit below 0.
     """
     if max_expansions < 1:
         raise ValueError(f"max_expansions must be at least 1, got {max_expansions}")
-    began = time.perf_counter()
+    began, clock = time.perf_counter(), Clock(max_seconds)
     recalled = memory.recall(task) if memory is not None else None
     if recalled is not None and not validate(task, recalled):
-        return _finished(task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter())
-
-    def out_of_time() -> bool:
-        return max_seconds is not None and time.perf_counter() - began > max_seconds
-
-    if planner == "map":
-        found = plan_map(
-            task, _signs(heuristic), max_expansions=max_expansions, out_of_time=out_of_time
+        return _finished(
+            task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock
         )
-        actions = None if found.plan is None else shorten(task, found.plan)
+    if planner == "map":
+        found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, clock=clock)
+        actions = None if found.plan is None else shorten(task, found.plan, clock)
     elif heuristic is not None and not isinstance(heuristic, str):
         raise ValueError(
             f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not"
             " a sign"
         )
     else:
-        found = best_first(
-            task, planner, max_expansions, out_of_time, heuristic=heuristic, weight=weight
-        )
+        found = best_first(task, planner, max_expansions, clock, heuristic=heuristic, weight=weight)
         actions = found.plan
     if not found.is_proof and (planner == "map" or actions is None):
         actions = _shorter(actions, _suggested(task, memory))
     searched = time.perf_counter()
     if actions is None:
         status = PlanStatus.UNSOLVABLE if found.is_proof else PlanStatus.BUDGET_SPENT
-        return _finished(task, status, (), found.expansions, began, searched)
+        return _finished(task, status, (), found.expansions, began, searched, clock)
     names = task.action_names
     return _finished(
-        task, PlanStatus.SOLVED, tuple(names[a] for a in actions), found.expansions, began, searched
+        task,
+        PlanStatus.SOLVED,
+        tuple(names[a] for a in actions),
+        found.expansions,
+        began,
+        searched,
+        clock,
     )
 
 
@@ -143,12 +145,16 @@ def _finished(
     expansions: int,
     began: float,
     searched: float,
+    clock: Clock,
 ) -> PlanResult:
     """Replays the plan and gathers the times. A plan that fails its replay is our own slip, never
     an answer.
     """
-    if status == PlanStatus.SOLVED and (wrong := validate(task, actions)):
-        raise AssertionError(f"the planner made an invalid plan: {wrong[0]}")
+    try:
+        if status == PlanStatus.SOLVED and (wrong := validate(task, actions, clock=clock)):
+            raise AssertionError(f"the planner made an invalid plan: {wrong[0]}")
+    except OutOfTime:  # a plan that was not replayed to its end is no answer
+        status, actions = PlanStatus.BUDGET_SPENT, ()
     spent = {
         "parse": task.seconds.get("parse", 0.0),
         "build": task.seconds.get("ground", 0.0),

@@ -2,30 +2,35 @@
 way then.
 
 PY16: A. I. Panov, K. S. Yakovlev, "Psychologically inspired planning method for smart relocation
-  task", Procedia Computer
-Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where the agent fits; lengths
-are in cell sides.
+task", Procedia Computer Science 88, 2016. A cell is (row, col), row 0 on top; `free` is True where
+the agent fits; lengths are in cell sides.
 """
 
-from srt_jax.answers.facts import explanation
-from srt_jax.answers.story import scene_pddl, story
-from srt_jax.answers.wording import explain, why, why_not
-from srt_jax.check import check
-from srt_jax.geometry.raster import rasterize
-from srt_jax.geometry.world import Obstacle, World
-from srt_jax.gradients.perturbed import perturbed
-from srt_jax.many_tasks import solve_many
-from srt_jax.moves import octile_distance
-from srt_jax.paths.contour import contour
-from srt_jax.paths.corridor import path_within
-from srt_jax.paths.distance import cost_to_come, path_cost
-from srt_jax.paths.path import trace_path
-from srt_jax.paths.reach import reach
-from srt_jax.paths.seed import seed_cell
-from srt_jax.removal_gradient import least_removal
-from srt_jax.solver import solve
-from srt_jax.task import make_task, stack, unstack
-from srt_jax.types import Path, Solution, Status, Task
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from srt_jax.answers.facts import explanation
+    from srt_jax.answers.story import scene_pddl, story
+    from srt_jax.answers.wording import explain, why, why_not
+    from srt_jax.check import check
+    from srt_jax.geometry.raster import rasterize
+    from srt_jax.geometry.world import Obstacle, World
+    from srt_jax.gradients.perturbed import perturbed
+    from srt_jax.many_tasks import solve_many
+    from srt_jax.moves import octile_distance
+    from srt_jax.paths.contour import contour
+    from srt_jax.paths.corridor import path_within
+    from srt_jax.paths.distance import cost_to_come, path_cost
+    from srt_jax.paths.path import trace_path
+    from srt_jax.paths.reach import reach
+    from srt_jax.paths.seed import seed_cell
+    from srt_jax.removal_gradient import least_removal
+    from srt_jax.solver import solve
+    from srt_jax.task import make_task, stack, unstack
+    from srt_jax.types import Path, Solution, Status, Task
 
 __version__ = "0.1.0"
 
@@ -61,11 +66,58 @@ __all__ = [
     "why_not",
 ]
 
+# Names are loaded when first used, so that a command which needs no JAX does not wait for it.
+_MODULES = {
+    "answers.facts": ("explanation",),
+    "answers.story": ("scene_pddl", "story"),
+    "answers.wording": ("explain", "why", "why_not"),
+    "check": ("check",),
+    "geometry.raster": ("rasterize",),
+    "geometry.world": ("Obstacle", "World"),
+    "gradients.perturbed": ("perturbed",),
+    "many_tasks": ("solve_many",),
+    "moves": ("octile_distance",),
+    "paths.contour": ("contour",),
+    "paths.corridor": ("path_within",),
+    "paths.distance": ("cost_to_come", "path_cost"),
+    "paths.path": ("trace_path",),
+    "paths.reach": ("reach",),
+    "paths.seed": ("seed_cell",),
+    "removal_gradient": ("least_removal",),
+    "solver": ("solve",),
+    "task": ("make_task", "stack", "unstack"),
+    "types": ("Path", "Solution", "Status", "Task"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
 
 def __getattr__(name: str) -> object:
-    """Loads `srt_jax.envs` and `srt_jax.dataset` when they are first asked for."""
-    if name in ("envs", "dataset"):
-        import importlib
-
+    """Returns a public name from the module it lives in, or a module of the package."""
+    if name.startswith("_"):
+        raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")
+    if name in _HOME:
+        value = getattr(importlib.import_module(f"srt_jax.{_HOME[name]}"), name)
+        globals()[name] = value
+        return value
+    try:
         return importlib.import_module(f"srt_jax.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != f"srt_jax.{name}":
+            raise
     raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+class _Package(ModuleType):
+    """This package, in which `check` is both a folder and the public function in it."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Importing a module binds it here under its name: a public function of that name stays."""
+        if not (name in _HOME and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

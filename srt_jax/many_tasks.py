@@ -9,12 +9,16 @@ import jax
 import numpy as np
 
 from srt_jax.engine.buckets import batch_bucket, map_bucket
-from srt_jax.solver import MAX_BRANCHES, pad_batch, solve
+from srt_jax.solver import MAX_BRANCHES, pad_batch, solve, with_slots
 from srt_jax.task import stack
-from srt_jax.types import Solution, Task
+from srt_jax.types import Solution, Status, Task
 
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
+_COMMON_NUMBER = 64
+"""Obstacles that hardly any task needs destroyed: the time to compile grows with the room for
+more.
+"""
 _WORTH_COMPILING = 2**26  # cells of labels: some seconds of solving
 
 
@@ -48,7 +52,7 @@ def solve_many(
                 stack([tasks[index] for index in chunk]), (at_once, L, height, width, M)
             )
             answer = _with_room(
-                batch, max_cells, mode=mode, max_destroyed=max_destroyed, max_branches=max_branches
+                batch, max_cells, max_destroyed, mode=mode, max_branches=max_branches
             )
             solutions |= {
                 index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)
@@ -82,18 +86,31 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
     return (layers, side, side) if side <= 2 * min(height, width) else (layers, height, width)
 
 
-def _with_room(batch: Task, max_cells: int | None, **options: Any) -> Solution:
-    """Returns the solutions; without `max_cells` with room for common routes, and again with more
-    for longer ones.
+def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options: Any) -> Solution:
+    """Returns the solutions, with room for common routes and numbers of obstacles, and again with
+    more for greater ones.
+
+    With `max_cells` there is no more room for the route than that.
     """
-    room = max_cells or 16 * batch.labels.shape[-1]
+    room, slots = max_cells or 16 * batch.labels.shape[-1], min(max_destroyed, _COMMON_NUMBER)
     while True:
-        answer = jax.tree.map(np.asarray, solve(batch, max_cells=room, **options))
+        answer = jax.tree.map(
+            np.asarray, solve(batch, max_cells=room, max_destroyed=slots, **options)
+        )
         longest = int(answer.num_cells.max())
-        if max_cells is not None or longest <= room:
-            return answer
-        # in mode "paper" a route that stopped for want of room may be longer yet
-        room = batch_bucket(2 * longest)
+        is_too_long = answer.num_cells > room
+        # In mode "paper" what stopped for want of room may need more yet.
+        is_short_of_slots = (
+            (slots < max_destroyed) & (answer.status == Status.BUDGET_SPENT) & ~is_too_long
+        )
+        if max_cells is None and longest > room:
+            room = batch_bucket(2 * longest)
+        elif is_short_of_slots.any():
+            slots = min(
+                max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max())))
+            )
+        else:
+            return with_slots(answer, max_destroyed, np)
 
 
 def _cut_to(answer: Solution, place: int, task: Task) -> Solution:

@@ -5,6 +5,7 @@ that does it.
 import dataclasses
 import functools
 from collections.abc import Callable
+from types import ModuleType
 from typing import NamedTuple
 
 import jax
@@ -18,12 +19,13 @@ from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
-from srt_jax.obstacles import opens_at
+from srt_jax.obstacles import holds, opens_at
 from srt_jax.removal.branch_and_bound import least_removal
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
 from srt_jax.removal.route import in_order
+from srt_jax.removal.sums import totals
 from srt_jax.symbols.acts import left_behind, place_plan
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
@@ -47,17 +49,27 @@ def solve(
     `status`, never raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound`
-    proves it where the two agree), then takes the shortest route for them. Modes "paper" and
-    "literal" are the paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`);
-    read literally it may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP
-    plans what is carried out (PY16 §3.1), within the same jitted call; `plan` is that plan. One
-    task or any batch of them; may be called inside jit, vmap and scan; the same bits whatever the
-    batch around a task.
+    proves it where the two agree), then takes the shortest route for them; it destroys none that is
+    not needed, even where `max_branches` ends the search. Modes "paper" and "literal" are the
+    paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before
+    it knows the rest of the way, hence perhaps what turns out not to be needed; read literally it
+    may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans what is
+    carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
+
+    Removal costs are added and compared exactly, whatever their ratios; only `removal_cost` and
+    `removal_bound` are rounded, down to float32, a sum beyond the greatest float32 to that. So the
+    bound is below the true cost of every way, and where both agree, no set of obstacles is cheaper
+    by as much as one float32 is apart from the next; where the search was not ended by
+    `max_branches`, none is cheaper at all. One task or any batch of them; may be called inside jit,
+    vmap and scan; the same bits whatever the batch around a task.
 
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
       mode: "least", "paper" or "literal".
-      max_destroyed: K, the most obstacles that may be destroyed; more needed: BUDGET_SPENT.
+      max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
+        where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
+        though a dearer set of fewer may open a way as well. More than the task has obstacles costs
+        nothing but the room in the answer.
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much
         as any shortest path on a map of this shape can need (three quarters of its cells); give
         less to save memory on large batches of large maps.
@@ -84,9 +96,11 @@ def solve(
     height, width = flat.labels.shape[-2:]
     room = max_cells or _default_room(height, width, mode)
     if is_traced(task):
-        solution = _solver(mode, max_destroyed, room, max_branches)(
+        slots = min(max_destroyed, flat.destroyable.shape[1])
+        solution = _solver(mode, slots, room, max_branches)(
             flat, jnp.full(len(flat.start), room, jnp.int32)
         )
+        solution = with_slots(solution, max_destroyed, jnp)
     else:
         solution = cores.at_device_of(
             lambda: _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches),
@@ -115,12 +129,13 @@ def _in_buckets(
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
     capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
 
+    slots = min(max_destroyed, bucket[4])
     size = (
         cores.part_size(bucket[0], H * W * L, cores.SOLVE)
         if cores.is_on_host(*jax.tree.leaves(task))
         else bucket[0]
     )
-    solve_in_bucket = _solver(mode, max_destroyed, capacity, max_branches, size < B)
+    solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
 
     def run(part: Task) -> Solution:
         shape = (size, *bucket[1:])
@@ -132,9 +147,22 @@ def _in_buckets(
         solution = solve_in_bucket(whole, np.full(size, room, np.int32))
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
-    return jax.tree.map(
-        jnp.asarray,
-        run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room)),
+    solution = run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room))
+    return jax.tree.map(jnp.asarray, with_slots(solution, max_destroyed, np))
+
+
+def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
+    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has
+    less.
+    """
+    more = max_destroyed - solution.destroyed.shape[1]
+    if not more:
+        return solution
+    room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
+    rank = {name: getattr(solution, name).ndim for name in room}
+    pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
+    return solution.replace(
+        **{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room}
     )
 
 
@@ -209,7 +237,7 @@ def _solve_batch(
     reached, bound, way = walk(
         task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity
     )
-    is_open, is_solvable = bound == 0, jnp.isfinite(bound)
+    is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, firm = blockages(
@@ -217,7 +245,7 @@ def _solve_batch(
     )
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
-    for holds, told in (  # the first that holds, so it is set last
+    for applies, value in (  # the first that applies, so it is set last
         (is_open, Status.PATH_EXISTS),
         (~has_route, Status.BUDGET_SPENT),
         (way.is_stuck, Status.STOPPED_SHORT),
@@ -225,17 +253,18 @@ def _solve_batch(
         (is_inside, Status.GOAL_BLOCKED),
         (~starts, Status.START_BLOCKED),
     ):
-        status = jnp.where(holds, jnp.int32(told), status)
+        status = jnp.where(applies, jnp.int32(value), status)
     is_too_long = way.num_cells > room
+    are_too_many = way.is_there & (way.num_destroyed > max_destroyed) & ~is_too_long
     return Solution(
         status=status,
         cost=jnp.where(has_route, way.cost, jnp.inf),
         cells=jnp.where(has_route[:, None, None], way.cells, -1),
         num_cells=jnp.where(has_route | is_too_long, way.num_cells, 0),
         destroyed=jnp.where(has_route[:, None], way.destroyed, -1),
-        num_destroyed=jnp.where(has_route, way.num_destroyed, 0),
+        num_destroyed=jnp.where(has_route | are_too_many, way.num_destroyed, 0),
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
-        removal_cost=jnp.where(has_route, _total_cost(task, way.destroyed), jnp.inf),
+        removal_cost=jnp.where(has_route, way.removal_cost, jnp.inf),
         removal_bound=bound,
         seed=first.seed,
         contour=unpack(first.contour, task.labels.shape[3]),
@@ -256,6 +285,7 @@ class Way(NamedTuple):
     cells: Array
     num_cells: Array
     cost: Array
+    removal_cost: Array
     destroyed: Array
     destroyed_at: Array
     num_destroyed: Array
@@ -280,16 +310,7 @@ def _least(
     plan, plan_at = place_plan(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
     way = Way(
-        path.cells,
-        path.num_cells,
-        path.cost,
-        destroyed,
-        at,
-        num_destroyed,
-        plan,
-        plan_at,
-        is_there,
-        is_stuck=never,
+        *path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never
     )
     return found.reached, found.bound, way
 
@@ -303,13 +324,16 @@ def _paper(
     walk = greedy_walk(
         task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
     )
-    return reached, bound, Way(**{field: getattr(walk, field) for field in Way._fields})
+    cost = _total_cost(task, walk.destroyed)
+    told = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
+    return reached, bound, Way(removal_cost=cost, **told)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:
-    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up: float32 [B]."""
-    costs = jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1)
-    return jnp.where(ids >= 0, costs, 0.0).sum(axis=1)
+    """Returns the removal costs of `ids` (int32 [B, K], -1 none) added up, rounded down: float32
+    [B].
+    """
+    return totals(jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1), ids >= 0)
 
 
 def _as_ids(mask: Array) -> Array:

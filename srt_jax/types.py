@@ -122,12 +122,15 @@ class Solution(Record):
     num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT):
       the route did not fit.
     destroyed: int32 [..., K], ids of the obstacles destroyed, in order, -1 after the last.
-    num_destroyed: int32 [...].
+    num_destroyed: int32 [...], 0 without a route; more than K (status BUDGET_SPENT): the least
+      removal needs so many.
     destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an
       8-neighbour of it; -1 padded.
-    removal_cost: float32 [...], total removal cost of `destroyed`; inf without a route.
-    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution; inf
-      where none exists.
+    removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf
+      without a route.
+    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the
+      exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is cheaper by a
+      step of float32.
     seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
     contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
       where nothing blocks.

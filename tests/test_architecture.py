@@ -31,7 +31,7 @@ FLOORS = {
     ),
     "sign_model": (
         ("ground",),
-        ("bits", "result"),
+        ("bits", "result", "clock"),
         ("pddl",),
         ("forward_search", "signs"),
         ("map_algorithm", "space", "description"),

@@ -336,7 +336,8 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
 def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
     from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
     from srt_jax.formats.movingai import read_map, read_scen
-    from srt_jax.formats.reading import read_scenario_map
+    from srt_jax.formats.notes import Notes
+    from srt_jax.formats.reading import scenario_maps
 
     paths = sorted(folder.rglob("*.map"))
     for path in progress("maps", paths, len(paths)):
@@ -368,7 +369,12 @@ def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
     scenarios = sorted(folder.rglob("*.scen"))
     for path in progress("scenarios", scenarios, len(scenarios)):
         rows = read_scen(path)
-        errors = relative_errors(optimal_lengths(read_scenario_map(str(path), None), rows), rows)
+        errors = relative_errors(
+            optimal_lengths(
+                scenario_maps(str(path), list(enumerate(rows)), None, Notes())[0], rows
+            ),
+            rows,
+        )
         for number, error in enumerate(errors, 1):
             tally.near(
                 "rows of scenarios have their optimal length",

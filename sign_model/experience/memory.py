@@ -13,13 +13,13 @@ first, so a precedent that does not unfold does no harm:
 
 import dataclasses
 import json
-import os
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
 
 from sign_model.experience.precedent import Precedent, precedent_of, unsolved
 from sign_model.experience.renaming import Atom, find_renaming, renamed
+from sign_model.ground.files import read_text, written
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.signs.from_tasks import fact_name
@@ -91,10 +91,9 @@ def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
         "format": _FORMAT,
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
     }
-    target = pathlib.Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    os.replace(temporary, target)
+    text = json.dumps(told, indent=1)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_memory(path: str | pathlib.Path) -> Memory:
@@ -105,8 +104,8 @@ def load_memory(path: str | pathlib.Path) -> Memory:
         file and the precedent.
     """
     try:
-        told = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        told = json.loads(read_text(path, what="memory"))
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a memory, for it is not JSON ({error}): give a file written by"
             " save_memory"

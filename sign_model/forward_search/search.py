@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.forward_search.relaxation import StateHeuristic, make_heuristic
 from sign_model.pddl.planning_task import PlanningTask
 
@@ -38,7 +39,7 @@ def best_first(
     task: PlanningTask,
     planner: str,
     max_expansions: int,
-    out_of_time: Callable[[], bool] = lambda: False,
+    clock: Clock = NO_LIMIT,
     *,
     heuristic: str | None = None,
     weight: float = 2.0,
@@ -53,8 +54,12 @@ def best_first(
     }
     if planner not in orderings:
         raise ValueError(f"planner '{planner}' is not known: choose map, astar, wastar or gbfs")
-    rate = make_heuristic(heuristic or DEFAULT_HEURISTIC[planner], task)
-    return _search(task, rate, orderings[planner], max_expansions, out_of_time)
+    closed: set[int] = set()
+    try:
+        rate = make_heuristic(heuristic or DEFAULT_HEURISTIC[planner], task, clock)
+        return _search(task, rate, orderings[planner], max_expansions, clock, closed)
+    except OutOfTime:
+        return Search(None, len(closed), False)
 
 
 def _search(
@@ -62,14 +67,15 @@ def _search(
     rate: StateHeuristic,
     order: _Ordering,
     max_expansions: int,
-    out_of_time: Callable[[], bool],
+    clock: Clock,
+    closed: set[int],
 ) -> Search:
+    """The search; `closed` fills with the numbers of the states expanded."""
     conditions = pack(task.conditions)
     first = float(rate(task.start[None])[0])
     open_ = [] if np.isinf(first) else [(order(0.0, first), first, 0)]
     states, cost_to_come, parent = [task.start], [0.0], [(-1, -1)]
     number_of = {task.start.tobytes(): 0}
-    closed: set[int] = set()
     while open_:
         _, _, number = heapq.heappop(open_)
         if number in closed:
@@ -77,7 +83,8 @@ def _search(
         state = states[number]
         if not (task.goal & ~state).any():
             return Search(_plan_to(number, parent), len(closed), False)
-        if len(closed) >= max_expansions or out_of_time():
+        clock.check()
+        if len(closed) >= max_expansions:
             return Search(None, len(closed), False)
         closed.add(number)
         actions = np.flatnonzero(~(conditions & ~pack(state)).any(axis=1))

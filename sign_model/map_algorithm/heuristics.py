@@ -13,10 +13,11 @@ predicates of the goal.
 """
 
 import json
-import os
 import pathlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+
+from sign_model.ground.files import read_text, written
 
 Weights = Mapping[str, int]
 
@@ -58,7 +59,6 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
     """Writes signs as JSON, whole or not at all."""
-    target = pathlib.Path(path)
     text = json.dumps(
         {
             "heuristic_signs": [
@@ -67,12 +67,8 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
         },
         indent=1,
     )
-    unfinished = target.with_name(target.name + f".{os.getpid()}.part")
-    try:
-        unfinished.write_text(text + "\n", encoding="utf-8")
-        os.replace(unfinished, target)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
@@ -80,9 +76,9 @@ def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
     it.
     """
     try:
-        entries = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))["heuristic_signs"]
+        entries = json.loads(read_text(path, what="file of heuristic signs"))["heuristic_signs"]
         return tuple(_checked_sign(entry) for entry in entries)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a file of heuristic signs ({error}): write one with save_signs"
         ) from None

@@ -12,10 +12,13 @@ table rows and a count.
 import numpy as np
 
 from sign_model.bits import all_rows, any_row, pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.regression import RegressionSpace
 
 
-def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+def landmark_table(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
     """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, itself among them; 0 for
     what holds in the start.
 
@@ -36,6 +39,7 @@ def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
         start[:, None], np.uint64(0), pack(np.ones((num_features, num_features), bool))
     )
     while True:
+        clock.check()
         need = any_row(table, condition_of, conditions, num_actions) | comes_along
         shared = (
             all_rows(need, feature_of, achievers, num_features)
@@ -48,14 +52,16 @@ def landmark_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
         table = new
 
 
-def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
+def relaxed_plan_table(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
     """Returns uint64 [F, ceil(A / 64)]: the actions of each feature's relaxed plan; 0 for what
     holds in the start.
 
     The best achiever of a feature is the one of least h_add cost, ties to the lowest action.
     """
     num_actions, num_features = space.conditions.shape
-    best = best_achievers(space, start)
+    best = best_achievers(space, start, clock)
     known = np.flatnonzero(best >= 0)
     own = np.zeros((num_features, num_actions), bool)
     own[known, best[known]] = True
@@ -65,15 +71,18 @@ def relaxed_plan_table(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     owner, member = np.nonzero(chosen_needs)
     table = own_words
     while True:
+        clock.check()
         new = any_row(table, owner, member, num_features) | own_words
         if (new == table).all():
             return table
         table = new
 
 
-def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
-    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds in
-    the start or never can.
+def best_achievers(
+    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
+) -> np.ndarray:
+    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds
+    in the start or never can.
     """
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
@@ -84,6 +93,7 @@ def best_achievers(space: RegressionSpace, start: np.ndarray) -> np.ndarray:
     first = np.flatnonzero(np.diff(feature_of, prepend=-1))
     cost = np.where(start, 0.0, np.inf)
     while True:
+        clock.check()
         action_cost = 1.0 + np.bincount(
             condition_of, weights=cost[conditions], minlength=num_actions
         )

@@ -17,12 +17,13 @@ Deterministic: ties go to the situation that came first, hence to the lowest act
   situation.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import Rating, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
@@ -34,6 +35,12 @@ BEAMS = (32, 128, 512, 2048, 1 << 30)
 _PAIRS_COMPARED = 1 << 22
 """How many words the test for included situations may touch a step; beyond it only equal situations
 are recognised.
+"""
+
+
+_PAIRS_AT_ONCE = 1 << 22
+"""How many pairs of a situation and an action are tested at once: bounds the memory, and how
+long the clock is not asked.
 """
 
 
@@ -54,7 +61,7 @@ def plan_map(
     *,
     max_expansions: int,
     beams: Sequence[int] = BEAMS,
-    out_of_time: Callable[[], bool] = lambda: False,
+    clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the shortest plan that the heuristic signs find on the first rung where one of them
     finds any.
@@ -62,12 +69,15 @@ def plan_map(
     The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a
     spent budget.
     """
-    space = regression_space(task)
-    start, goal = space.situations(task.start), space.situations(task.goal)
-    if not space.is_consistent(goal[None])[0]:
-        return Regression(None, 0, True)
-    schemas = [task.actions[a][0] for a in space.kept_actions]
-    ratings = [make_rating(sign, space, start, goal, schemas) for sign in signs]
+    try:
+        space = regression_space(task, clock=clock)
+        start, goal = space.situations(task.start), space.situations(task.goal)
+        if not space.is_consistent(goal[None])[0]:
+            return Regression(None, 0, True)
+        schemas = [task.actions[a][0] for a in space.kept_actions]
+        ratings = [make_rating(sign, space, start, goal, schemas, clock) for sign in signs]
+    except OutOfTime:
+        return Regression(None, 0, False)
     expansions = 0
     for beam in beams:
         best: Regression | None = None
@@ -79,7 +89,7 @@ def plan_map(
                 rating,
                 beam=beam,
                 max_expansions=max_expansions - expansions,
-                stop=out_of_time,
+                clock=clock,
             )
             expansions += found.expansions
             if found.is_proof:
@@ -90,7 +100,7 @@ def plan_map(
                 best = found
         if best is not None and best.plan is not None:
             return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
-        if expansions >= max_expansions or out_of_time():
+        if expansions >= max_expansions or clock.is_over():
             break
     return Regression(None, expansions, False)
 
@@ -103,7 +113,7 @@ def regress(
     *,
     beam: int,
     max_expansions: int,
-    stop: Callable[[], bool] = lambda: False,
+    clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns what one beam of regression finds; a goal included in the start needs no action.
 
@@ -112,7 +122,7 @@ def regress(
       rating: the A-step.
       beam: situations kept a step.
       max_expansions: the most situations expanded.
-      stop: asked before every step; True spends the budget.
+      clock: asked before and during every step; its end spends the budget.
     """
     if not (goal & ~start).any():
         return Regression([], 0, False)
@@ -120,33 +130,51 @@ def regress(
     situations, expansions, was_cut = goal[None], 0, False
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
-    while len(situations) and expansions + len(situations) <= max_expansions and not stop():
-        expansions += len(situations)
-        parents, actions = _m_step(situations, *scripts)
-        before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]  # P-step
-        fresh = memory.forget_known(before)
-        parents, actions, before = parents[fresh], actions[fresh], before[fresh]
-        done = ~(before & ~start).any(axis=1)
-        if done.any():
-            first = int(done.argmax())
-            return Regression(
-                _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
-            )
-        if len(before) > beam:
-            was_cut = True
-            kept = np.argsort(rating(before), kind="stable")[:beam]
-            parents, actions, before = parents[kept], actions[kept], before[kept]
-        memory.learn(before)
-        trail.append((parents, actions))
-        situations = before
+    try:
+        while len(situations) and expansions + len(situations) <= max_expansions:
+            clock.check()
+            expansions += len(situations)
+            parents, actions = _m_step(situations, *scripts, clock)
+            # P-step
+            before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]
+            clock.check()
+            fresh = memory.forget_known(before)
+            parents, actions, before = parents[fresh], actions[fresh], before[fresh]
+            done = ~(before & ~start).any(axis=1)
+            if done.any():
+                first = int(done.argmax())
+                return Regression(
+                    _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
+                )
+            if len(before) > beam:
+                was_cut = True
+                kept = np.argsort(rating(before), kind="stable")[:beam]
+                parents, actions, before = parents[kept], actions[kept], before[kept]
+            memory.learn(before)
+            trail.append((parents, actions))
+            situations = before
+    except OutOfTime:
+        return Regression(None, expansions, False)
     return Regression(None, expansions, not was_cut and not len(situations))
 
 
 def _m_step(
-    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray
+    situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(situation, action) numbers of all fitting pairs, ordered by situation, then action."""
+    """(situation, action) numbers of all fitting pairs, ordered by situation, then action; in
+    parts of bounded size.
+    """
     words = pack(situations)
+    step = max(1, _PAIRS_AT_ONCE // max(1, len(adds)))
+    parts = []
+    for begin in range(0, max(1, len(words)), step):
+        clock.check()
+        number, action = _fitting(words[begin : begin + step], adds, bad)
+        parts.append((number + begin, action))
+    return np.concatenate([n for n, _ in parts]), np.concatenate([a for _, a in parts])
+
+
+def _fitting(words: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     explains = np.zeros((len(words), len(adds)), np.uint64)
     breaks = np.zeros_like(explains)
     for w in range(words.shape[1]):

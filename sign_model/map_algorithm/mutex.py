@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import any_row, pack, unpack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.lifted import Atom
 
 MAX_PAIR_FEATURES = 3000
@@ -24,6 +25,7 @@ def mutexes(
     adds: np.ndarray,
     deletes: np.ndarray,
     starts: np.ndarray,
+    clock: Clock = NO_LIMIT,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns (mutex bool [F, F], usable bool [A]) that hold for every situation reachable from any
     of the starts.
@@ -35,11 +37,12 @@ def mutexes(
       features: F atoms, used to guess groups.
       conditions, adds, deletes: bool [A, F].
       starts: bool [N, F].
+      clock: asked in every sweep.
     """
     if len(features) <= MAX_PAIR_FEATURES:
-        return _by_pairs(conditions, adds, deletes, starts)
+        return _by_pairs(conditions, adds, deletes, starts, clock)
     mutex = np.zeros((len(features), len(features)), bool)
-    for group in mutex_groups(features, conditions, adds, deletes, starts):
+    for group in mutex_groups(features, conditions, adds, deletes, starts, clock=clock):
         mutex |= np.outer(group, group)
     np.fill_diagonal(mutex, False)
     return mutex, ~np.any(clashes(conditions, mutex) & conditions, axis=1)
@@ -54,7 +57,7 @@ def clashes(conditions: np.ndarray, mutex: np.ndarray) -> np.ndarray:
 
 
 def _by_pairs(
-    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray
+    conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray, starts: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:
     """The h2 fixpoint: pairs[p, q] grows from the pairs of the starts until no action adds to it.
 
@@ -63,12 +66,15 @@ def _by_pairs(
     grow.
     """
     size = adds.shape[1]
+    if not size:
+        return np.zeros((0, 0), bool), np.ones(len(adds), bool)
     feature_of, achievers = np.nonzero(adds.T)
     keeps, gives = ~pack(deletes), pack(adds)
     in_starts = pack(starts.T)
     # no product: BLAS threads fight over busy cores
     pairs = np.stack([(row & in_starts).any(axis=1) for row in in_starts])
     while True:
+        clock.check()
         clash = clashes(conditions, ~pairs)  # q cannot hold beside the conditions
         usable = ~np.any(clash & conditions, axis=1)
         # q holds after the action: it survives, or is added
@@ -88,6 +94,7 @@ def mutex_groups(
     deletes: np.ndarray,
     starts: np.ndarray,
     max_parts: int = 4,
+    clock: Clock = NO_LIMIT,
 ) -> list[np.ndarray]:
     """Returns groups bool [F] of which at most one feature holds at any time; none where no guess
     proves right.
@@ -107,6 +114,7 @@ def mutex_groups(
     gain = adds.astype(np.float32) - taken.astype(np.float32)
     seen, groups = set(waiting), []
     while waiting:
+        clock.check()
         parts = waiting.pop(0)
         members = np.array(_members(parts, features))
         members = members[

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sign_model.bits import any_row, pack, popcount
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.heuristics import HeuristicSign, Weights, weight_of
 from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
 from sign_model.map_algorithm.regression import RegressionSpace
@@ -26,6 +27,7 @@ def make_rating(
     start: np.ndarray,
     goal: np.ndarray,
     schemas: list[str],
+    clock: Clock = NO_LIMIT,
 ) -> Rating:
     """Returns the rating by which `sign` judges the situations of one task.
 
@@ -33,26 +35,33 @@ def make_rating(
       space: the kept features and actions.
       start, goal: bool [F], over the kept features.
       schemas: the name of each kept action's schema.
+      clock: asked while the tables are made, and before each rating.
     """
     kinds = [kind_of(atom) for atom in space.features]
     goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
     parts = []
     if any(sign.landmarks.values()):
         parts.append(
-            (landmark_table(space, start), _column_weights(sign.landmarks, kinds, goal_kinds))
+            (
+                landmark_table(space, start, clock),
+                _column_weights(sign.landmarks, kinds, goal_kinds),
+            )
         )
     if any(sign.plan.values()):
-        parts.append((relaxed_plan_table(space, start), _column_weights(sign.plan, schemas, set())))
+        parts.append(
+            (relaxed_plan_table(space, start, clock), _column_weights(sign.plan, schemas, set()))
+        )
     held, unmet = (
         _column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet)
     )
     feature_weights = np.where(start, held, unmet)
-    classes = [
-        (table, [(int(w), pack(columns == w)) for w in np.unique(columns) if w])
+    classes = [  # no np.unique: it loads numpy.ma, which takes longer than a small task
+        (table, [(w, pack(columns == w)) for w in sorted(set(columns.tolist())) if w])
         for table, columns in parts
     ]
 
     def rate(situations: np.ndarray) -> np.ndarray:
+        clock.check()
         rating = (situations @ feature_weights).astype(np.int32)
         owner, member = np.nonzero(situations)
         for table, masks in classes:

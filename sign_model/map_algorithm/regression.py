@@ -10,14 +10,18 @@ An action a may be the last step towards a situation S (the M-step's test) when
 so two masks are the whole test of relevance and consistency.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sign_model.bits import any_row, pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.mutex import clashes, mutexes
 from sign_model.pddl.lifted import Atom
 from sign_model.pddl.planning_task import PlanningTask
+
+MAX_FEATURES = 1 << 15
+"""The most features of a regression: each is compared with each, in matrices of that side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +56,10 @@ class RegressionSpace:
 
 
 def regression_space(
-    task: PlanningTask, starts: np.ndarray | None = None, goals: np.ndarray | None = None
+    task: PlanningTask,
+    starts: np.ndarray | None = None,
+    goals: np.ndarray | None = None,
+    clock: Clock = NO_LIMIT,
 ) -> RegressionSpace:
     """Returns the space for every pair of a start and a goal; those of the task where none are
     given.
@@ -60,13 +67,19 @@ def regression_space(
     Args:
       task: whose features and actions they share.
       starts, goals: bool [N, F]. Mutexes hold for all starts at once.
+      clock: asked in every phase; OutOfTime where its limit has passed.
+
+    Raises:
+      ValueError: more than `MAX_FEATURES` features that the goals can depend on.
     """
     starts = task.start[None] if starts is None else starts
     goals = task.goal[None] if goals is None else goals
-    mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts)
+    if task.num_features > MAX_FEATURES:
+        return _of_relevant(task, starts, goals, clock)
+    mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts, clock)
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
     relevant = _relevant(
-        task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0))
+        task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)), clock
     )
     helpful = (task.adds[usable] & relevant).any(axis=1)
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
@@ -86,10 +99,38 @@ def regression_space(
     )
 
 
-def _relevant(conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray) -> np.ndarray:
+def _of_relevant(
+    task: PlanningTask, starts: np.ndarray, goals: np.ndarray, clock: Clock
+) -> RegressionSpace:
+    """The space of a task with too many features, made without those that no goal depends on."""
+    kept = np.flatnonzero(
+        _relevant(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock)
+    )
+    if len(kept) > MAX_FEATURES:
+        raise ValueError(
+            f"the goal can depend on {len(kept):,} features, more than the {MAX_FEATURES:,} that"
+            " the planner 'map' compares with each other: take a forward search, such as gbfs"
+        )
+    smaller = replace(
+        task,
+        features=tuple(task.features[f] for f in kept),
+        conditions=task.conditions[:, kept],
+        adds=task.adds[:, kept],
+        deletes=task.deletes[:, kept],
+        start=task.start[kept],
+        goal=task.goal[kept],
+    )
+    space = regression_space(smaller, starts[:, kept], goals[:, kept], clock)
+    return replace(space, kept_features=kept[space.kept_features])
+
+
+def _relevant(
+    conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray, clock: Clock
+) -> np.ndarray:
     """bool [F]: what some chain of actions can need for the goal. Ends: it only grows."""
     relevant = goal.copy()
     while True:
+        clock.check()
         needed = relevant | conditions[(adds & relevant).any(axis=1)].any(axis=0)
         if (needed == relevant).all():
             return relevant

@@ -7,6 +7,7 @@ the rest of it needs. Where an earlier state already includes a later need, all 
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.planning_task import PlanningTask
 
 _MAX_TRIED = 200
@@ -15,20 +16,22 @@ length.
 """
 
 
-def shorten(task: PlanningTask, plan: list[int]) -> list[int]:
+def shorten(task: PlanningTask, plan: list[int], clock: Clock = NO_LIMIT) -> list[int]:
     """Returns a plan no longer than `plan`, valid if it was: detours dropped, the longest first,
     then needless actions.
 
     Args:
       plan: action numbers in the order of execution.
+      clock: once its limit has passed, the plan stays as it is then.
     """
-    while True:
+    while not clock.is_over():
         shorter = drop_detours(task, plan)
-        if len(shorter) <= _MAX_TRIED:
+        if len(shorter) <= _MAX_TRIED and not clock.is_over():
             shorter = _drop_useless(task, shorter)
         if len(shorter) == len(plan):
             return shorter
         plan = shorter
+    return plan
 
 
 def states_along(task: PlanningTask, plan: list[int]) -> np.ndarray:

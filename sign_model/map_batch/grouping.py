@@ -56,8 +56,8 @@ def _matrices(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
 
 def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
     """What the search for each goal depends on, of tasks with the same matrices."""
-    if len(tasks) == 1:
-        return [b""]
+    if len(tasks) == 1 or not tasks[0].num_features:
+        return [b""] * len(tasks)
     goals = np.stack([task.goal for task in tasks])
     kinds = np.array([kind_of(atom) for atom in tasks[0].features])
     named = pack(

@@ -97,6 +97,10 @@ def plan_batch(
     """Returns one result per task, in order; every plan was replayed forward. An empty batch gives
     an empty list.
 
+    It pays for hundreds of tasks with the same objects. The first call compiles for seconds, and
+    its narrow beams can give longer plans than `plan`: a few tasks, or tasks whose objects differ,
+    are better planned one by one.
+
     Args:
       tasks: those with the same features and actions ride side by side; domains of one bucket of
         shapes share one jitted call.

@@ -1,254 +1,242 @@
-"""Lifted task -> `PlanningTask`: roles filled by joins over static facts, negation compiled away,
-the reachable kept.
+"""Lifted task -> `PlanningTask`: the ground actions that can ever go, negation compiled away, as
+boolean matrices.
 
-Atoms are integer rows of object numbers while the roles are filled: a static condition is a table,
-joined to the table of partial bindings, so that bindings that break a static condition never exist.
+Which ground actions those are is found in `reachable`. What must not hold becomes a feature of its
+own, ("not", ...), which the effects keep in step. Their number and the size of the matrices are
+bounded; where the matrices would be too large, only what some chain of actions can need for the
+goal is kept, and no plan is lost by that.
 """
 
 import pathlib
 import time
-from collections import defaultdict
+from collections.abc import Iterable
 
 import numpy as np
 
-from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
+from sign_model.clock import NO_LIMIT, Clock, OutOfTime
+from sign_model.pddl.lifted import Domain, Problem
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.pddl.reader import parse
+from sign_model.pddl.reachable import Binding, Fact, Reachability, Script, Template, TooManyActions
+from sign_model.pddl.reader import MAX_COST, parse
+from sign_model.pddl.syntax import PddlError
+
+MAX_ACTIONS = 500_000
+"""The most ground actions a task may have."""
+
+MAX_CELLS = 1 << 28
+"""The most cells of one matrix, actions times features, one byte each: a task has three."""
+
+_CHECKED_EVERY = 1 << 10
 
 
-def load(domain: str | pathlib.Path, problem: str | pathlib.Path) -> PlanningTask:
+def load(
+    domain: str | pathlib.Path, problem: str | pathlib.Path, *, max_seconds: float | None = None
+) -> PlanningTask:
     """Returns the grounded task of a PDDL domain and problem, given as paths or text; PddlError
     names file and line.
 
     A goal that nothing can bring about stays in the task as a feature without achiever: the task is
     then unsolvable, not wrong.
+
+    Args:
+      domain, problem: paths, or PDDL text.
+      max_seconds: the most time for reading and grounding; unbounded where None.
+
+    Raises:
+      PddlError: text that cannot be read, or a task with more than `MAX_ACTIONS` ground actions or
+        `MAX_CELLS` cells a matrix.
+      OutOfTime: the time limit was reached.
     """
-    began = time.perf_counter()
-    lifted = parse(domain, problem)
-    parsed = time.perf_counter()
-    task = ground(*lifted)
+    began, clock = time.perf_counter(), Clock(max_seconds)
+    parsed = None
+    try:
+        lifted = parse(domain, problem, clock=clock)
+        parsed = time.perf_counter()
+        task = ground(*lifted, clock=clock)
+    except OutOfTime as error:
+        now = time.perf_counter()
+        error.seconds = {"parse": (parsed or now) - began, "build": now - (parsed or now)}
+        raise
     task.seconds.update(parse=parsed - began, ground=time.perf_counter() - parsed)
     return task
 
 
-def ground(domain: Domain, problem: Problem) -> PlanningTask:
-    """Returns the grounded task of a lifted one."""
+def ground(domain: Domain, problem: Problem, *, clock: Clock = NO_LIMIT) -> PlanningTask:
+    """Returns the grounded task of a lifted one; errors as `load`."""
     fluents = {atom[0] for schema in domain.schemas for atom in schema.adds + schema.deletes}
-    actions = [
-        action
-        for schema in domain.schemas
-        for action in _ground_schema(schema, domain, problem, fluents)
-    ]
-    negated = {atom for action in actions for atom in action.negative} | {
-        a for a in problem.negative_goal if a[0] in fluents
-    }
-    for action in actions:
-        action.complete(negated)
-    start = {atom for atom in problem.start if atom[0] in fluents} | {
-        _complement(a) for a in negated if a not in problem.start
-    }
-    goal = {atom for atom in problem.goal if atom[0] in fluents or atom not in problem.start}
-    goal |= {_complement(a) for a in problem.negative_goal if a[0] in fluents or a in problem.start}
-    actions, reached = _reachable(actions, start)
-    return _as_matrices(domain, problem, actions, reached | goal, start, goal)
-
-
-def _complement(atom: Atom) -> Atom:
-    return ("not", *atom)
-
-
-class _Ground:
-    """A ground action while the task is built: sets of atoms."""
-
-    def __init__(self, schema: Schema, env: dict[str, str], cost: int, fluents: set[str]) -> None:
-        def filled(atoms: tuple[Atom, ...]) -> set[Atom]:
-            return {(atom[0], *(env.get(x, x) for x in atom[1:])) for atom in atoms}
-
-        self.name = (schema.name, *(env[role] for role, _ in schema.roles))
-        self.conditions = {atom for atom in filled(schema.conditions) if atom[0] in fluents}
-        self.negative = {atom for atom in filled(schema.negative_conditions) if atom[0] in fluents}
-        self.adds = filled(schema.adds)
-        self.deletes = filled(schema.deletes) - self.adds
-        self.cost = cost
-
-    def complete(self, negated: set[Atom]) -> None:
-        """Negative conditions become conditions on complements, which effects keep in step."""
-        if negated:
-            self.conditions |= {_complement(atom) for atom in self.negative}
-            complements_added = {_complement(atom) for atom in self.deletes & negated}
-            self.deletes |= {_complement(atom) for atom in self.adds & negated}
-            self.adds |= complements_added
-
-
-def _ground_schema(
-    schema: Schema, domain: Domain, problem: Problem, fluents: set[str]
-) -> list[_Ground]:
-    roles = [role for role, _ in schema.roles]
-    actions = []
-    for binding in _bindings(schema, domain, problem, fluents):
-        env = dict(zip(roles, binding))
-        actions.append(_Ground(schema, env, _cost(schema, env, problem), fluents))
-    return actions
-
-
-def _cost(schema: Schema, env: dict[str, str], problem: Problem) -> int:
-    if not problem.counts_costs:
-        return 1
-    terms = schema.costs or ()
-    return sum(
-        t if isinstance(t, int) else problem.values.get((t[0], *(env.get(x, x) for x in t[1:])), 0)
-        for t in terms
-    )
-
-
-def _bindings(
-    schema: Schema, domain: Domain, problem: Problem, fluents: set[str]
-) -> list[tuple[str, ...]]:
-    """All ways to fill the roles that types, equalities and static conditions permit, in the order
-    of the objects.
-    """
     names = list(problem.objects)
     number = {name: i for i, name in enumerate(names)}
-    fits = {
-        role: np.array([domain.is_a(given, kinds) for given in problem.objects.values()], bool)
-        for role, kinds in schema.roles
+    scripts = [Script(schema, domain, problem, number, fluents) for schema in domain.schemas]
+
+    def facts(atoms: Iterable[tuple[str, ...]]) -> list[Fact]:
+        return [(atom[0], *[number[name] for name in atom[1:]]) for atom in atoms]
+
+    start = set(facts(problem.start))
+    try:
+        reached = Reachability(scripts, start, fluents, MAX_ACTIONS, clock)
+    except TooManyActions as error:
+        raise PddlError(str(error), file=problem.file) from None
+
+    actions = [
+        (script, binding)
+        for script, found in zip(scripts, reached.bindings)
+        for binding in sorted(found)
+    ]
+    negated = {
+        t.fill(binding) for script, binding in actions if script.negative for t in script.negative
     }
-    static = [atom for atom in schema.conditions if atom[0] not in fluents]
-    bound: list[str] = []
-    table = _equal(np.zeros((1, 0), np.int32), bound, schema, number)
-    for atom in sorted(static, key=lambda a: -len(set(a[1:]))):
-        table, bound = _join(table, bound, *_rows_of(atom, problem, number))
-        table = _typed(table, bound, fits)
-    for role, _ in schema.roles:
-        if role not in bound:
-            choices = np.flatnonzero(fits[role]).astype(np.int32)
-            table = np.column_stack(
-                [np.repeat(table, len(choices), axis=0), np.tile(choices, len(table))]
-            ).astype(np.int32)
-            bound = [*bound, role]
-        table = _equal(table, bound, schema, number)
-    table = (
-        table[:, [bound.index(role) for role, _ in schema.roles]] if schema.roles else table[:, :0]
-    )
-    table = table[np.lexsort(table.T[::-1])] if schema.roles else table
-    forbidden = [atom for atom in schema.negative_conditions if atom[0] not in fluents]
-    roles = [role for role, _ in schema.roles]
-    bindings = [tuple(names[i] for i in row) for row in table]
-    if forbidden:
-        bindings = [b for b in bindings if not _holds_any(forbidden, dict(zip(roles, b)), problem)]
-    return bindings
+    negated |= {fact for fact in facts(problem.negative_goal) if fact[0] in fluents}
+    goal = {fact for fact in facts(problem.goal) if fact[0] in fluents or fact not in start}
+    goal |= {_complement(f) for f in facts(problem.negative_goal) if f[0] in fluents or f in start}
+    at_start = {fact for fact in start if fact[0] in fluents} | {
+        _complement(f) for f in negated if f not in start
+    }
+    rules = _Rules(actions, fluents, negated, clock)
+    features = reached.facts | at_start | goal
+    features |= {fact for adds in rules.adds for fact in adds if fact[0] == "not"}
+    kept = _bounded(rules, features, goal, problem)
+    return _as_matrices(domain, problem, rules, kept, features, at_start, goal, names)
 
 
-def _holds_any(atoms: list[Atom], env: dict[str, str], problem: Problem) -> bool:
-    return any((atom[0], *(env.get(x, x) for x in atom[1:])) in problem.start for atom in atoms)
+def _complement(fact: Fact) -> Fact:
+    return ("not", *fact)
 
 
-def _rows_of(atom: Atom, problem: Problem, number: dict[str, int]) -> tuple[np.ndarray, list[str]]:
-    """The start's facts that match a static condition, as a table over its variables (constants and
-    repetitions tested).
+class _Rules:
+    """Conditions, adds and deletes of the ground actions as sets of facts, negative conditions
+    as complements.
     """
-    variables = list(dict.fromkeys(x for x in atom[1:] if x.startswith("?")))
-    rows = []
-    for fact in problem.start:
-        if fact[0] != atom[0]:
-            continue
-        env: dict[str, str] = {}
-        if all(
-            y == (env.setdefault(x, y) if x.startswith("?") else x)
-            for x, y in zip(atom[1:], fact[1:])
-        ):
-            rows.append([number[env[v]] for v in variables])
-    return np.array(sorted(rows), np.int32).reshape(len(rows), len(variables)), variables
+
+    def __init__(
+        self,
+        actions: list[tuple[Script, Binding]],
+        fluents: set[str],
+        negated: set[Fact],
+        clock: Clock,
+    ) -> None:
+        self.actions = actions
+        self.conditions: list[set[Fact]] = []
+        self.adds: list[set[Fact]] = []
+        self.deletes: list[set[Fact]] = []
+
+        def filled(templates: Iterable[Template], binding: Binding) -> set[Fact]:
+            return {template.fill(binding) for template in templates}
+
+        for i, (script, binding) in enumerate(actions):
+            if not i % _CHECKED_EVERY:
+                clock.check()
+            conditions = filled((t for t in script.conditions if t.predicate in fluents), binding)
+            adds = filled(script.adds, binding)
+            deletes = filled(script.deletes, binding) - adds
+            if negated:
+                conditions |= {_complement(fact) for fact in filled(script.negative, binding)}
+                shown = {_complement(fact) for fact in deletes & negated}
+                deletes |= {_complement(fact) for fact in adds & negated}
+                adds |= shown
+            self.conditions.append(conditions)
+            self.adds.append(adds)
+            self.deletes.append(deletes)
 
 
-def _join(
-    left: np.ndarray, left_names: list[str], right: np.ndarray, right_names: list[str]
-) -> tuple[np.ndarray, list[str]]:
-    """The natural join of two tables of bindings."""
-    shared = [name for name in right_names if name in left_names]
-    fresh = [name for name in right_names if name not in left_names]
-    keep = [right_names.index(name) for name in fresh]
-    groups: dict[tuple[int, ...], list[np.ndarray]] = defaultdict(list)
-    for row in right:
-        groups[tuple(row[[right_names.index(name) for name in shared]])].append(row[keep])
-    at = [left_names.index(name) for name in shared]
-    rows = [np.concatenate([row, more]) for row in left for more in groups.get(tuple(row[at]), ())]
-    names = left_names + fresh
-    return np.array(rows, np.int32).reshape(len(rows), len(names)), names
-
-
-def _typed(table: np.ndarray, bound: list[str], fits: dict[str, np.ndarray]) -> np.ndarray:
-    fit = np.ones(len(table), bool)
-    for column, role in enumerate(bound):
-        fit &= fits[role][table[:, column]]
-    return table[fit]
-
-
-def _equal(
-    table: np.ndarray, bound: list[str], schema: Schema, number: dict[str, int]
-) -> np.ndarray:
-    """The bindings that keep the equalities whose roles are all bound."""
-    for one, other, wanted in schema.equalities:
-        sides = [
-            table[:, bound.index(x)] if x in bound else number[x]
-            for x in (one, other)
-            if x in bound or not x.startswith("?")
-        ]
-        if len(sides) == 2:
-            table = table[np.broadcast_to((sides[0] == sides[1]) == wanted, len(table))]
-    return table
-
-
-def _reachable(actions: list[_Ground], start: set[Atom]) -> tuple[list[_Ground], set[Atom]]:
-    """The actions and features that can be reached when nothing is ever deleted."""
-    waiting: dict[Atom, list[int]] = defaultdict(list)
-    missing = [len(action.conditions) for action in actions]
-    for i, action in enumerate(actions):
-        for atom in action.conditions:
-            waiting[atom].append(i)
-    reached, new = set(start), list(start)
-    ready = [i for i, count in enumerate(missing) if count == 0]
-    used = set()
-    while ready or new:
-        while ready:
-            used.add(i := ready.pop())
-            fresh = actions[i].adds - reached
-            reached |= fresh
-            new += fresh
-        while new:
-            for i in waiting[new.pop()]:
-                missing[i] -= 1
-                if missing[i] == 0:
-                    ready.append(i)
-    return [action for i, action in enumerate(actions) if i in used], reached
+def _bounded(rules: _Rules, features: set[Fact], goal: set[Fact], problem: Problem) -> list[int]:
+    """The numbers of the actions to keep, all of them where they fit; takes what is not needed
+    out of `features`.
+    """
+    if len(rules.actions) * len(features) <= MAX_CELLS:
+        return list(range(len(rules.actions)))
+    achievers: dict[Fact, list[int]] = {}
+    for i, adds in enumerate(rules.adds):
+        for fact in adds:
+            achievers.setdefault(fact, []).append(i)
+    needed, waiting, kept = set(goal), list(goal), set()
+    while waiting:
+        for i in achievers.get(waiting.pop(), ()):
+            if i not in kept:
+                kept.add(i)
+                fresh = rules.conditions[i] - needed
+                needed |= fresh
+                waiting += fresh
+    features &= needed
+    if len(kept) * len(features) > MAX_CELLS:
+        told = (
+            f"{len(kept):,} ground actions with {len(features):,} features, more than {MAX_CELLS:,}"
+            " cells of a matrix"
+        )
+        raise PddlError(
+            f"{told}: name fewer objects, or give the actions more conditions that never change",
+            file=problem.file,
+        )
+    return sorted(kept)
 
 
 def _as_matrices(
     domain: Domain,
     problem: Problem,
-    actions: list[_Ground],
-    atoms: set[Atom],
-    start: set[Atom],
-    goal: set[Atom],
+    rules: _Rules,
+    kept: list[int],
+    facts: set[Fact],
+    start: set[Fact],
+    goal: set[Fact],
+    names: list[str],
 ) -> PlanningTask:
-    features = tuple(sorted(atoms))
-    index = {atom: i for i, atom in enumerate(features)}
+    def told(fact: Fact) -> tuple[str, ...]:
+        return tuple([part if isinstance(part, str) else names[part] for part in fact])
 
-    def matrix(sets: list[set[Atom]]) -> np.ndarray:
-        bits = np.zeros((len(sets), len(features)), bool)
-        for row, atoms_of in enumerate(sets):
-            bits[row, [index[atom] for atom in atoms_of if atom in index]] = True
+    named = sorted((told(fact), fact) for fact in facts)
+    index = {fact: i for i, (_, fact) in enumerate(named)}
+
+    def matrix(sets: list[set[Fact]]) -> np.ndarray:
+        bits = np.zeros((len(sets), len(named)), bool)
+        for row, of_row in enumerate(sets):
+            bits[row, [index[fact] for fact in of_row if fact in index]] = True
         return bits
 
+    actions = [rules.actions[i] for i in kept]
     return PlanningTask(
-        features=features,
-        actions=tuple(action.name for action in actions),
-        conditions=matrix([action.conditions for action in actions]),
-        adds=matrix([action.adds for action in actions]),
-        deletes=matrix([action.deletes for action in actions]),
-        costs=np.array([action.cost for action in actions], np.int32),
+        features=tuple(name for name, _ in named),
+        actions=tuple(
+            (script.schema.name, *[names[i] for i in binding]) for script, binding in actions
+        ),
+        conditions=matrix([rules.conditions[i] for i in kept]),
+        adds=matrix([rules.adds[i] for i in kept]),
+        deletes=matrix([rules.deletes[i] for i in kept]),
+        costs=np.array(
+            [_cost(script, binding, problem, names) for script, binding in actions], np.int64
+        ),
         start=matrix([start])[0],
         goal=matrix([goal])[0],
         domain=domain,
         problem=problem,
     )
+
+
+def _cost(script: Script, binding: Binding, problem: Problem, names: list[str]) -> int:
+    """The cost of a ground action; a function that has no number in (:init ...) is an error, not
+    0.
+    """
+    if not problem.counts_costs:
+        return 1
+    filled = dict(zip((role for role, _ in script.schema.roles), (names[i] for i in binding)))
+    total = 0
+    for term in script.schema.costs or ():
+        if isinstance(term, int):
+            total += term
+            continue
+        function = (term[0], *[filled.get(x, x) for x in term[1:]])
+        value = problem.values.get(function)
+        if value is None:
+            action = " ".join((script.schema.name, *filled.values()))
+            told = (
+                f"({' '.join(function)}) has no number, and ({action}) needs it as its cost: give"
+                " it in (:init ...)"
+            )
+            raise PddlError(told, file=problem.file, line=problem.start_line)
+        total += value
+    if total > MAX_COST:
+        action = " ".join((script.schema.name, *filled.values()))
+        told = (
+            f"({action}) costs {total:,}, more than {MAX_COST:,}: divide all costs by the same"
+            " number"
+        )
+        raise PddlError(told, file=problem.file, line=problem.start_line)
+    return total

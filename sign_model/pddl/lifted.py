@@ -42,10 +42,12 @@ class Domain:
 
     def is_a(self, given: Types, wanted: Types) -> bool:
         """Whether an object of the types `given` may fill a role of the types `wanted`."""
+        if given == wanted or "object" in wanted:
+            return bool(given)
         seen, waiting = set(), list(given)
         while waiting:
             kind = waiting.pop()
-            if kind in wanted or "object" in wanted:
+            if kind in wanted:
                 return True
             if kind not in seen:
                 seen.add(kind)
@@ -57,6 +59,8 @@ class Domain:
 class Problem:
     """One task of a domain: objects {name: types} (constants included), start and goal atoms,
     values of the cost functions.
+
+    file, start_line: where its start is written, for messages.
     """
 
     name: str
@@ -66,3 +70,5 @@ class Problem:
     negative_goal: tuple[Atom, ...] = ()
     values: dict[Atom, int] = field(default_factory=dict)
     counts_costs: bool = False
+    file: str = field(default="<problem>", compare=False)
+    start_line: int | None = field(default=None, compare=False)

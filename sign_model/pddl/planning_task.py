@@ -19,7 +19,7 @@ class PlanningTask:
       false.
     actions: (schema, argument, ...) of each ground action.
     conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
-    costs: int32 [A], 0 or more.
+    costs: int64 [A], 0 to 10^12.
     start, goal: bool [F]; the goal is partial, the start complete.
     domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
     """
@@ -77,7 +77,10 @@ def task_from_arrays(
     Args:
       conditions, adds, deletes: bool [A, F].
       start, goal: bool [F].
-      costs: int32 [A], 1 each where not given.
+      costs: whole numbers [A], 0 or more; 1 each where not given.
+
+    Raises:
+      ValueError: arrays of another shape or dtype, a cost below 0 or no whole number.
     """
     num_actions, num_features = conditions.shape
     given = {
@@ -93,13 +96,20 @@ def task_from_arrays(
             raise ValueError(
                 f"{name} must be bool {list(shape)}, got {array.dtype} {list(array.shape)}"
             )
+    if costs is not None and (
+        costs.shape != (num_actions,) or not ((costs >= 0) & (costs == np.floor(costs))).all()
+    ):
+        raise ValueError(
+            f"costs must be whole numbers [{num_actions}] from 0 up, got {list(costs.shape)}:"
+            f" {costs}"
+        )
     return PlanningTask(
         features=tuple((f"f{i}",) for i in range(num_features)),
         actions=tuple((f"a{i}",) for i in range(num_actions)),
         conditions=conditions,
         adds=adds,
         deletes=deletes & ~adds,
-        costs=np.ones(num_actions, np.int32) if costs is None else costs.astype(np.int32),
+        costs=np.ones(num_actions, np.int64) if costs is None else costs.astype(np.int64),
         start=start,
         goal=goal,
     )

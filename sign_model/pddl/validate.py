@@ -10,28 +10,34 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import pack
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
 from sign_model.pddl.planning_task import PlanningTask
 
+_CHECKED_EVERY = 1 << 12
 
-def validate(task: PlanningTask, actions: Sequence[str]) -> list[str]:
+
+def validate(task: PlanningTask, actions: Sequence[str], *, clock: Clock = NO_LIMIT) -> list[str]:
     """Returns what is wrong with a plan, one sentence each; empty when it leads from the start to
     the goal.
 
     Args:
       task: the task; one made from arrays is replayed on its matrices, as it has no lifted form.
       actions: the plan in the order of execution, `(pick-up a)` each; case doesn't matter.
+      clock: asked on long plans; OutOfTime where its limit has passed.
     """
     plan = [tuple(action.strip().strip("()").lower().split()) for action in actions]
     if task.domain is None or task.problem is None:
-        return _replay_arrays(task, plan)
-    return _replay(task.domain, task.problem, plan)
+        return _replay_arrays(task, plan, clock)
+    return _replay(task.domain, task.problem, plan, clock)
 
 
-def _replay(domain: Domain, problem: Problem, plan: list[Atom]) -> list[str]:
+def _replay(domain: Domain, problem: Problem, plan: list[Atom], clock: Clock) -> list[str]:
     schemas = {schema.name: schema for schema in domain.schemas}
     state = set(problem.start)
     for number, step in enumerate(plan, 1):
+        if not number % _CHECKED_EVERY:
+            clock.check()
         told = f"step {number} ({' '.join(step)})"
         if not step or step[0] not in schemas:
             return [f"{told}: there is no such action"]
@@ -46,7 +52,8 @@ def _replay(domain: Domain, problem: Problem, plan: list[Atom]) -> list[str]:
         wrong += [f"{told}: ({' '.join(atom)}) holds but must not" for atom in present]
         if wrong:
             return wrong
-        state = (state - _filled(schema.deletes, env)) | _filled(schema.adds, env)
+        state -= _filled(schema.deletes, env)
+        state |= _filled(schema.adds, env)
     unmet = [
         f"the goal ({' '.join(atom)}) is not reached" for atom in problem.goal if atom not in state
     ]
@@ -81,10 +88,12 @@ def _wrong_arguments(
     return wrong
 
 
-def _replay_arrays(task: PlanningTask, plan: list[Atom]) -> list[str]:
+def _replay_arrays(task: PlanningTask, plan: list[Atom], clock: Clock) -> list[str]:
     number_of = {action: i for i, action in enumerate(task.actions)}
     state = task.start.copy()
     for number, step in enumerate(plan, 1):
+        if not number % _CHECKED_EVERY:
+            clock.check()
         action = number_of.get(step)
         if action is None:
             return [f"step {number} ({' '.join(step)}): there is no such action"]

@@ -9,9 +9,9 @@ features.
 """
 
 import json
-import os
 import pathlib
 
+from sign_model.ground.files import read_text, written
 from sign_model.signs.matrix import ColumnKind
 from sign_model.signs.sign import Column, PredictionMatrix, Sign
 from sign_model.signs.world_model import WorldModel, from_signs
@@ -27,12 +27,9 @@ def save_model(model: WorldModel, path: str | pathlib.Path) -> None:
         {"name": sign.name, **{part: _to_plain(getattr(sign, part)) for part in _COMPONENTS}}
         for sign in model.signs()
     ]
-    target = pathlib.Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(
-        json.dumps({"format": _FORMAT, "signs": signs}, indent=1) + "\n", encoding="utf-8"
-    )
-    os.replace(temporary, target)
+    text = json.dumps({"format": _FORMAT, "signs": signs}, indent=1)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_model(path: str | pathlib.Path) -> WorldModel:
@@ -43,8 +40,8 @@ def load_model(path: str | pathlib.Path) -> WorldModel:
         do not fit together; names the file, the sign and the rule.
     """
     try:
-        told = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        told = json.loads(read_text(path, what="world model"))
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{path}: not JSON ({error}): give a file written by save_model") from None
     if (
         not isinstance(told, dict)

@@ -12,8 +12,9 @@ import dataclasses
 import itertools
 import json
 import math
-import os
 import pathlib
+
+from sign_model.ground.files import read_text, written
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,10 +159,9 @@ def save_table(table: FuzzyTable, path: str | pathlib.Path) -> None:
         told[part] = [
             [None if value == math.inf else value for value in row.values()] for row in told[part]
         ]
-    target = pathlib.Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    os.replace(temporary, target)
+    text = json.dumps(told, indent=1)
+    with written(path) as file:
+        file.write(text + "\n")
 
 
 def load_table(path: str | pathlib.Path) -> FuzzyTable:
@@ -172,7 +172,7 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
         fit together (`FuzzyTable`).
     """
     try:
-        told = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))
+        told = json.loads(read_text(path, what="table of fuzzy terms"))
         numbers = {
             part: float(told.pop(part)) for part in ("soft_degrees", "soft_metres") if part in told
         }
@@ -194,12 +194,12 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
             **numbers,
             **told,
         )
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not JSON ({error}): write the table as in the docstring of"
             " sign_model.space.fuzzy_table"
         ) from None
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(
             f"{path}: not a table of fuzzy terms ({error}): see the docstring of"
             " sign_model.space.fuzzy_table"

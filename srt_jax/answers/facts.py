@@ -30,13 +30,14 @@ def explanation(
 
     Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square};
       blockage {seed, contour_cells,
-    obstacles [...]} or None; destroyed [{id, from, index, removal_cost}]; removal_cost,
-    removal_bound, is_proven_least; route {num_cells, length, relocation} or None; plan [{act,
-    obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also if_firm: for each
-    obstacle destroyed how the task would end if it stood firm {id, status, destroyed,
-    removal_cost}; and alternatives: the other sets of obstacles found so, cheapest first. What is
-    seen is named from where the agent starts; `sector` is four pairs (r, phi), `square` (centre (x,
-    y), side).
+    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that
+    have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
+    None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
+    if_firm: for each obstacle destroyed how the task would end if it stood firm {id, status,
+    destroyed, removal_cost}; and alternatives: the other sets of obstacles found so, cheapest
+    first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
+    `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
@@ -83,7 +84,8 @@ def _of_one(
         "destroyed": _destroyed(task, solution),
         "removal_cost": _finite(cost),
         "removal_bound": _finite(bound),
-        "is_proven_least": status.is_solved and cost <= bound * (1 + 1e-6),
+        "is_proven_least": status.is_solved and cost == bound,
+        "num_needed": None if status.is_solved else int(solution.num_destroyed) or None,
         "route": None,
         "plan": [_step(step, solution, view, cell_side) for step in planned_steps(solution)],
         "separating": [i for i in np.asarray(solution.separating).tolist() if i >= 0],
@@ -132,6 +134,7 @@ def _blockage(
     if seed[0] < 0:
         return None
     ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
+    ids.sort(key=lambda i: not np.asarray(task.destroyable)[i])  # what can be destroyed first
     obstacles = [obstacle_data(task, solution, i, view, cell_side) for i in ids]
     return {"seed": seed, "contour_cells": int(np.sum(solution.contour)), "obstacles": obstacles}
 
@@ -165,7 +168,7 @@ def _step(
 
 
 def _what_if(task: Task, solution: Solution) -> dict[str, Any]:
-    destroyed = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
+    destroyed = [i for i in np.asarray(solution.destroyed).tolist() if i >= 0]
     outcomes = [
         (obstacle, if_flag(task, solution, obstacle, is_destroyable=False))
         for obstacle in destroyed

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from srt_jax.answers.wording import explain
+from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, needed, read_bytes, written
-from srt_jax.formats.json_text import read_json
 from srt_jax.symbols.scene_of_task import planned_steps
 from srt_jax.types import Solution, Status, Task
 
@@ -23,8 +23,8 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
 
     `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
     """
-    count = int(solution.num_destroyed)
     is_solved = Status(int(solution.status)).is_solved
+    count = int(solution.num_destroyed) if is_solved else 0
     blocking, separating = np.asarray(solution.blocking), np.asarray(solution.separating)
     plan = ((step.act.name.lower(), step.obstacle, step.end) for step in planned_steps(solution))
     seed = np.asarray(solution.seed).tolist()
@@ -59,9 +59,12 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
     """
     if _is_parquet(path):
         arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
+        # Half a surrogate pair, which a name may hold, is no text to Arrow: it is written as its
+        # number.
+        names = [record["name"].encode("utf-8", "backslashreplace").decode() for record in records]
         rows = [
-            record | {"plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
-            for record in records
+            record | {"name": name, "plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
+            for name, record in zip(names, records)
         ]
         table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
         parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")

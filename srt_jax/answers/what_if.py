@@ -65,7 +65,8 @@ def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
 
 def outcome_of(solution: Solution) -> Outcome:
     """Returns the outcome of one solution."""
-    destroyed = np.asarray(solution.destroyed)[: int(solution.num_destroyed)]
+    destroyed = np.asarray(solution.destroyed)
+    destroyed = destroyed[destroyed >= 0]
     return Outcome(
         Status(int(solution.status)), tuple(destroyed.tolist()), float(solution.removal_cost)
     )

@@ -190,6 +190,12 @@ def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
         )
     if status is Status.GOAL_BLOCKED:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
+    if status is Status.BUDGET_SPENT and told["num_needed"]:
+        needed = (
+            f"the least removal needs {_count(told['num_needed'], 'obstacle')} destroyed, more than"
+            " max_destroyed allows"
+        )
+        return f"Not answered: {needed} (removal cost at least {bound:g})."
     if status is Status.BUDGET_SPENT:
         return (
             "Not answered: the way needs more than max_destroyed or max_cells allow (removal cost"

@@ -4,11 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from srt_jax.check.bound import exact, rounded_down
 from srt_jax.check.floods import free_cells
 from srt_jax.types import Act, Status
 
 _TOLERANCE = 1e-5
-"""Relative error allowed to a float32 sum."""
+"""Relative error allowed to a length in float32."""
 
 
 def route_problems(task, solution, labels, start, goal) -> list[str]:
@@ -122,16 +123,15 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         problems.append(
             f"destroyed_at {at} must rise and lie on the route, 0 to {int(solution.num_cells) - 1}"
         )
-    total = float(task.removal_cost[ids].sum(dtype=np.float64))
-    if not _is_close(solution.removal_cost, total):
+    total = sum(exact(cost) for cost in task.removal_cost[ids])
+    if solution.removal_cost != rounded_down(total):
         problems.append(
-            f"removal_cost is {solution.removal_cost}, but the destroyed obstacles cost {total}"
+            f"removal_cost is {solution.removal_cost}, but the destroyed obstacles cost"
+            f" {rounded_down(total)}"
         )
-    if not 0 <= solution.removal_bound <= total * (1 + _TOLERANCE):
-        problems.append(
-            f"removal_bound is {solution.removal_bound}, but must lie between 0 and the removal"
-            f" cost {total}"
-        )
+    if not (solution.removal_bound >= 0 and exact(solution.removal_bound) <= total):
+        told = f"must lie between 0 and the removal cost {rounded_down(total)}"
+        problems.append(f"removal_bound is {solution.removal_bound}, but {told}")
     return problems
 
 

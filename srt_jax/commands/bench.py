@@ -4,13 +4,13 @@ to keep.
 
 import json
 import pathlib
-import sys
 import time
 from typing import Annotated, Any
 
 import typer
 
 from srt_jax.bench.machine import machine
+from srt_jax.commands.console import aside, say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
@@ -39,11 +39,9 @@ def bench(
     results = {}
     for one in NAMES if name == "all" else [name]:
         if not as_json:
-            print(f"== {one}", flush=True)
+            say(f"== {one}")
         result, told = _measured(one, quick)
         results[one] = result
-        if not as_json:
-            print(told, flush=True)
         make_folder(out)
         command = f"srt-jax bench {one}{' --quick' if quick else ''}"
         record = {
@@ -55,10 +53,12 @@ def bench(
         }
         with written(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
+        if not as_json:
+            say(*told.splitlines())
     if as_json:
-        print(json.dumps(results))
+        say_json(results)
     else:
-        print(f"Kept in {out}: {', '.join(f'{one}.json' for one in results)}")
+        say(f"Kept in {out}: {', '.join(f'{one}.json' for one in results)}")
     return 0
 
 
@@ -86,5 +86,5 @@ def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
         return result, envs.table(result)
     from srt_jax.bench import plan as planning
 
-    result = planning.run(quick, log=lambda told: print(told, file=sys.stderr, flush=True))
+    result = planning.run(quick, log=aside)
     return result, planning.table(result)

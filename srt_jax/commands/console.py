@@ -4,21 +4,25 @@ errors.
 
 import contextlib
 import datetime
+import json
+import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
-from rich.table import Table
+from sign_model.ground.legible import legible
+
+# rich takes longer to load than a small command takes to run: it is loaded where it is used
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+BAD_INPUT, BUDGET_SPENT, CRASHED, PIPE_CLOSED = 2, 3, 70, 141
+"""Exit codes besides 0 (all solved), 1 (some task cannot be solved) and those of signals; 70 is
+EX_SOFTWARE of sysexits.
+"""
 
 _PATIENCE = 2.0
 """Seconds after which work shows its progress."""
@@ -27,23 +31,81 @@ _SHORTENED = 10
 """Signs to which a column that may be shortened is, at most."""
 
 
-def printer() -> Console:
+def printer() -> "Console":
     """Returns the console for results; as wide as the terminal, and never narrower than a table
     needs when there is none.
     """
+    from rich.console import Console
+
     console = Console()
     return console if console.is_terminal else Console(width=max(120, console.width))
 
 
-def error_line(message: str) -> int:
-    """Prints `message` as one line on standard error and returns the exit code for bad input."""
-    print(f"srt-jax: error: {' '.join(message.split())}", file=sys.stderr)
-    return 2
+def say(*lines: str) -> None:
+    """Prints lines of text on standard output, each as it is but for what `legible` replaces;
+    flushed at once.
+    """
+    for line in lines:
+        print(legible(line, sys.stdout.encoding), flush=True)
+
+
+def say_wrapped(console: "Console", line: str) -> None:
+    """Prints a sentence within the width of the console; square brackets and colons in it stand
+    for themselves.
+    """
+    from rich.text import Text
+
+    console.print(Text(legible(line, console.encoding)))
+
+
+def say_json(document: Any) -> None:
+    """Prints one JSON document on standard output, in ASCII."""
+    print(json.dumps(document))
+
+
+def flush_output() -> None:
+    """Writes out what was printed, so that a full or closed output is noticed while there is
+    still a way to tell.
+    """
+    sys.stdout.flush()
+
+
+def silence_output() -> None:
+    """Lets the interpreter's own last flush go nowhere: a broken output has been told already."""
+    try:
+        sys.stdout.flush()
+    except (OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, sys.stdout.fileno())
+            os.close(null)
+
+
+def error_line(message: str, code: int = BAD_INPUT) -> int:
+    """Prints `message` as one line on standard error and returns the exit code, by default that
+    for bad input.
+    """
+    _to_stderr(f"error: {message}")
+    return code
 
 
 def note(message: str) -> None:
     """Prints a remark as one line on standard error."""
-    print(f"srt-jax: note: {' '.join(message.split())}", file=sys.stderr)
+    _to_stderr(f"note: {message}")
+
+
+def aside(message: str) -> None:
+    """Prints a line on standard error that stands beside the result, such as how long it took."""
+    _to_stderr(message, prefix="")
+
+
+def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
+    """What cannot be told, for standard error is closed or full, ends nothing."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        encoding = getattr(sys.stderr, "encoding", None)
+        print(
+            f"{prefix}{legible(' '.join(message.split()), encoding)}", file=sys.stderr, flush=True
+        )
 
 
 @contextlib.contextmanager
@@ -51,6 +113,17 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
     """Yields a function to call with the number of items finished; a bar with rate and time left
     appears once it takes long.
     """
+    if not _may_be_shown(quiet):
+        yield lambda _: None
+        return
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -78,10 +151,25 @@ def waiting(what: str, *, quiet: bool) -> Iterator[None]:
     """Shows that something is being done, and for how long, once it takes long; for work whose end
     cannot be foretold.
     """
+    if not _may_be_shown(quiet):
+        yield
+        return
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
     with _shown_when_long(
         what, None, (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()), quiet
     ):
         yield
+
+
+def _may_be_shown(quiet: bool) -> bool:
+    """Whether a bar can appear: standard error is a terminal, or whoever reads it says that it
+    shows colours.
+    """
+    stream = sys.stderr
+    if quiet or stream is None or stream.closed:
+        return False
+    return stream.isatty() or bool(os.environ.get("FORCE_COLOR"))
 
 
 @contextlib.contextmanager
@@ -89,6 +177,9 @@ def _shown_when_long(
     what: str, total: int | None, columns: Sequence, quiet: bool
 ) -> Iterator[Callable[..., None]]:
     """A timer, not the work, brings the bar up: the first step may be the long one (compiling)."""
+    from rich.console import Console
+    from rich.progress import Progress
+
     console = Console(stderr=True)
     bar = Progress(
         *columns, console=console, transient=True, disable=quiet or not console.is_terminal
@@ -108,15 +199,23 @@ def _shown_when_long(
             bar.stop()
 
 
-def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int) -> Table:
+def fitted(
+    columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int
+) -> "Table":
     """Returns a table no wider than `width`: columns that find no room are left out, the
     dispensable first.
 
     Args:
       columns: (name, rank); rank 0 always stays, the highest goes first. From rank 2 on a column
         may be shortened to stay.
-      rows: a text per column; long ones end in "...", none is broken.
+      rows: a text per column; long ones end in "...", none is broken, brackets in them are no
+        markup.
     """
+    from rich.table import Table
+    from rich.text import Text
+
+    encoding = getattr(sys.stdout, "encoding", None)
+    rows = [[legible(text, encoding) for text in row] for row in rows]
     wide = [max([len(name), *(len(row[i]) for row in rows)]) for i, (name, _) in enumerate(columns)]
     least = [min(w, _SHORTENED if rank >= 2 else 24) for w, (_, rank) in zip(wide, columns)]
     kept = list(range(len(columns)))
@@ -129,5 +228,5 @@ def fitted(columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], wi
         spare -= given - least[i]
         table.add_column(columns[i][0], no_wrap=True, overflow="ellipsis", max_width=max(given, 1))
     for row in rows:
-        table.add_row(*(row[i] for i in kept))
+        table.add_row(*(Text(row[i]) for i in kept))
     return table

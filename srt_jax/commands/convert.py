@@ -1,17 +1,17 @@
 """`srt-jax convert`: a file written anew in another format."""
 
 import dataclasses
-import json
 from typing import Annotated
 
 import typer
 
 from srt_jax.commands import options
+from srt_jax.commands.console import say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading, Source, read_source
-from srt_jax.formats.task_files import prepared
+from srt_jax.formats.task_files import all_prepared
 from srt_jax.formats.writing import ENDINGS, with_flags_of_task, write_source
 
 
@@ -29,12 +29,10 @@ def convert(
 ) -> int:
     """Writes a map, place or task in another format, and says what that format has no room for."""
     read, wrote = Notes(), Notes()
-    found = read_source(source, dataclasses.replace(reading, chooses=True), read)
+    with options.told(source, read, quiet=True):
+        found = read_source(source, dataclasses.replace(reading, chooses=True), read)
+        tasks = all_prepared(source, found.tasks, destroyable, reading.block, read)
     if destroyable is not None or reading.block is not None:
-        tasks = [
-            named._replace(task=prepared(source, named.task, destroyable, reading.block))
-            for named in found.tasks
-        ]
         found = (
             found._replace(tasks=tasks, map=None)
             if reading.block is None
@@ -48,11 +46,11 @@ def convert(
             "tasks": len(found.tasks),
             "notes": read.records(source) + wrote.records(target),
         }
-        print(json.dumps(told))
+        say_json(told)
     else:
         options.tell(source, read)
         options.tell(target, wrote)
-        print(
+        say(
             f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from"
             f" {source}."
         )

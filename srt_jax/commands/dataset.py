@@ -2,13 +2,12 @@
 stopped.
 """
 
-import json
 import pathlib
 from typing import Annotated
 
 import typer
 
-from srt_jax.commands.console import counted
+from srt_jax.commands.console import counted, say, say_json
 from srt_jax.commands.options import JsonOption, sides
 from srt_jax.dataset import write_dataset
 
@@ -52,9 +51,9 @@ def dataset(
             progress=advance,
         )
     if as_json:
-        print(json.dumps({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()}))
+        say_json({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()})
     else:
-        print(
+        say(
             f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next:"
             f" srt_jax.dataset.load({str(out)!r})"
         )

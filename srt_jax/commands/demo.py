@@ -7,14 +7,13 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.commands import helsinki as work
-from srt_jax.commands.console import counted, fitted, printer, waiting
+from srt_jax.commands.console import counted, fitted, printer, say, say_wrapped, waiting
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.report import report, require_page_name
+from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import written
 from srt_jax.many_tasks import solve_many
 from srt_jax.task import stack
-from srt_jax.types import Status
 
 
 def demo(
@@ -45,21 +44,32 @@ def demo(
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many([task.task for task in tasks], progress=progress)
     seconds = time.perf_counter() - begin
-    records = report(
-        tasks, solutions, seconds, out=out, pictures=len(work.BLOCKAGES), as_json=as_json, html=page
-    )
     with waiting("summing up", quiet=as_json):
         rows = work.summary(place, tasks, solutions)
-    text = work.as_markdown(rows, place)
-    with written(out / "table.md") as file:
-        file.write(text)
-    write_batch(
-        out / "tasks.npz", stack([task.task for task in tasks]), names=[task.name for task in tasks]
+
+    def write_more() -> None:
+        with written(out / "table.md") as file:
+            file.write(work.as_markdown(rows, place))
+        write_batch(
+            out / "tasks.npz",
+            stack([task.task for task in tasks]),
+            names=[task.name for task in tasks],
+        )
+
+    records = report(
+        tasks,
+        solutions,
+        seconds,
+        out=out,
+        pictures=len(work.BLOCKAGES),
+        as_json=as_json,
+        html=page,
+        write_more=write_more,
     )
     if not as_json:
         _print_summary(rows, place)
-        print(f"Also in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
-    return 0 if all(Status[record["status"]].is_solved for record in records) else 1
+        say(f"Also in {out}: table.md, and tasks.npz for 'srt-jax solve {out / 'tasks.npz'}'.")
+    return exit_code(records)
 
 
 _RANKS = {
@@ -76,6 +86,7 @@ def _print_summary(rows: list[dict[str, Any]], place: work.City) -> None:
     told = [list(work.as_text(row).values()) for row in rows]
     console = printer()
     columns = [(name, _RANKS.get(name, 0)) for name in rows[0]]
-    console.print(f"\n{work.heading(place)}", highlight=False)
+    console.print()
+    say_wrapped(console, work.heading(place))
     console.print(fitted(columns, told, console.width))
-    console.print(f"Map data: {place.attribution}", highlight=False)
+    say_wrapped(console, f"Map data: {place.attribution}")

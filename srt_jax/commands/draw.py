@@ -1,13 +1,13 @@
 """`srt-jax draw`: pictures, contact sheets and animations of tasks and their solutions."""
 
-import json
+import dataclasses
 import pathlib
 from typing import Annotated
 
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import counted, note, waiting
+from srt_jax.commands.console import counted, note, say, say_json, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
@@ -16,6 +16,7 @@ from srt_jax.draw.picture import draw as draw_one
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks
 from srt_jax.many_tasks import solve_many
@@ -56,7 +57,6 @@ def draw(
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Only the tasks of these names.")
     ] = None,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many tasks.")] = None,
     polar: Annotated[
         bool,
         typer.Option("--polar", help="Over pictures: the agent's frame with the fuzzy sectors."),
@@ -89,13 +89,15 @@ def draw(
     """
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
+    # What --only names may lie beyond the first tasks: the limit is then one on what was chosen.
+    how = dataclasses.replace(reading, limit=None) if only else reading
+
+    def read(path: str, notes: Notes) -> list[NamedTask]:
+        return read_tasks(path, destroyable=destroyable, reading=how, notes=notes)
+
     with waiting("reading", quiet=as_json):
-        tasks = [
-            task
-            for path in inputs
-            for task in read_tasks(path, destroyable=destroyable, reading=reading)
-        ]
-    tasks = _chosen(tasks, only)[:limit]
+        tasks, _, failed = options.gathered(inputs, read, quiet=True)
+    tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
     if out.suffix.lower() == ".gif" and len(tasks) > 1:
@@ -103,22 +105,20 @@ def draw(
             f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or"
             " --only NAME"
         )
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, out, show, ending, frame, quiet=as_json)
     if as_json:
-        print(
-            json.dumps(
-                {"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}
-            )
-        )
+        say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
     else:
         told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
-        print(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
-    return 0
+        say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
+    return 2 if failed else 0
 
 
 def _check(out: pathlib.Path, show: str, ending: str) -> None:

@@ -1,13 +1,12 @@
 """`srt-jax generate`: batches of tasks, with the least removal where it is proven."""
 
-import json
 import pathlib
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from srt_jax.commands.console import waiting
+from srt_jax.commands.console import say, say_json, waiting
 from srt_jax.commands.options import JsonOption, sides
 from srt_jax.formats.batch import write_batch
 from srt_jax.instances.generate import generate as made
@@ -45,9 +44,9 @@ def generate(
     write_batch(out, stack(tasks), names=names, optimum=np.array(optima, np.float32))
     known = int(np.sum(~np.isnan(optima)))
     if as_json:
-        print(json.dumps({"file": str(out), "tasks": len(tasks), "known_optimum": known}))
+        say_json({"file": str(out), "tasks": len(tasks), "known_optimum": known})
     else:
-        print(
+        say(
             f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next:"
             f" srt-jax solve {out}"
         )

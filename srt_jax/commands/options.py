@@ -1,12 +1,16 @@
 """Options that several commands have; those about reading files are in `reading`."""
 
+import contextlib
 import pathlib
-import sys
-from typing import Annotated
+from collections.abc import Callable, Iterator, Sequence
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
+from srt_jax.commands import console
+from srt_jax.commands.console import error_line
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.task_files import NamedTask
 
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document and nothing else.")
@@ -20,10 +24,89 @@ DestroyableOption = Annotated[
 ]
 
 
+LimitOption = Annotated[
+    int | None,
+    typer.Option(min=1, help="Only the first so many rows of a scenario, or tasks of a batch."),
+]
+RowsOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="A:B",
+        help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out.",
+    ),
+]
+
+
+def row_range(text: str | None) -> tuple[int | None, int | None] | None:
+    """Returns the rows typed after --rows, as the two ends of a slice; None where nothing was."""
+    if text is None:
+        return None
+    first, colon, last = text.partition(":")
+    if not colon or not all(end.strip() == "" or end.strip().isdigit() for end in (first, last)):
+        raise ValueError(
+            "--rows must be two numbers A:B, such as 100:200, or 100: for all from there on, got"
+            f" {text!r}"
+        )
+    ends = [int(end) if end.strip() else None for end in (first, last)]
+    return ends[0], ends[1]
+
+
+@contextlib.contextmanager
+def told(path: str, notes: Notes, *, quiet: bool) -> Iterator[None]:
+    """Prints the notes on a file once it is read, and in any case where reading ends in an
+    error.
+    """
+    try:
+        yield
+    except Exception:
+        tell(path, notes)
+        raise
+    if not quiet:
+        tell(path, notes)
+
+
 def tell(path: str, notes: Notes) -> None:
     """Prints what was noted while a file was read, on standard error."""
     for note in notes:
-        print(f"srt-jax: note: {pathlib.PurePath(path).name}: {note}", file=sys.stderr)
+        console.note(f"{pathlib.PurePath(path).name}: {note}")
+
+
+class Gathered(NamedTuple):
+    """What came of reading many files. notes: records of them. failed: the files that could not
+    be read.
+    """
+
+    tasks: list[NamedTask]
+    notes: list[dict[str, Any]]
+    failed: list[str]
+
+
+def gathered(
+    inputs: Sequence[str], read: Callable[[str, Notes], list[NamedTask]], *, quiet: bool
+) -> Gathered:
+    """Reads every file; one that cannot be read costs the others nothing: its error is printed, and
+    its name kept.
+
+    Args:
+      read: takes the name of a file and receives the notes on it. quiet: no notes are printed,
+        except those on files that could not be read.
+
+    Raises:
+      ValueError, ImportError: no file could be read; the error of the last one.
+    """
+    tasks, records, failed = [], [], []
+    for path in inputs:
+        notes = Notes()
+        try:
+            with told(path, notes, quiet=quiet):
+                tasks += read(path, notes)
+        except (ValueError, ImportError) as error:
+            failed.append(path)
+            if len(failed) == len(inputs):
+                raise
+            error_line(str(error))
+        records += notes.records(path)
+    return Gathered(tasks, records, failed)
 
 
 def sides(text: str) -> int | tuple[int, int]:

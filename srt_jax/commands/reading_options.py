@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from srt_jax.commands import options
 from srt_jax.formats import geojson, gridmap, pictures
 from srt_jax.formats.reading import Cell, Reading
 
@@ -55,6 +56,8 @@ def _reading(
             help="Cut the goal off by one more obstacle, which can be destroyed (PY16, 4).",
         ),
     ] = None,
+    limit: options.LimitOption = None,
+    rows: options.RowsOption = None,
     size: Annotated[
         int | None,
         typer.Option(
@@ -139,6 +142,8 @@ def _reading(
         threshold=threshold,
         unknown=unknown,
         repair=repair,
+        limit=limit,
+        rows=options.row_range(rows),
     )
 
 

@@ -2,18 +2,17 @@
 web page as asked.
 """
 
-import json
 import pathlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
-from srt_jax.commands.console import counted, fitted, printer
+from srt_jax.commands.console import BUDGET_SPENT, counted, fitted, printer, say_json, say_wrapped
 from srt_jax.formats.files import make_folder
 from srt_jax.task import NamedTask
-from srt_jax.types import Solution, Status
+from srt_jax.types import Solution, Status, Task
 
 _COLUMNS = (
     ("task", 0),
@@ -36,29 +35,51 @@ def report(
     pictures: int,
     as_json: bool,
     html: pathlib.Path | None = None,
+    results: pathlib.Path | None = None,
+    write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
+    mode: str | None = None,
 ) -> list[dict[str, Any]]:
-    """Replays every solution, then prints and writes them; returns the records. `notes` on the
+    """Replays every solution, writes all files, then prints; returns the records. `notes` on the
     files go into the JSON.
+
+    Args:
+      results: a file of results. write_more: writes what else the command leaves.
     """
     with counted("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
-            problems = check(task, solution)
+            problems = check(task, solution, mode=mode)
             if problems:
                 raise AssertionError(
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
                 )
             progress(1)
     records = [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
-    if out:
-        _write(out, tasks, solutions, records, pictures, quiet=as_json)
+    # All files first: a standard output that is closed or full loses none of them.
+    wrote = _write(out, tasks, solutions, records, pictures, quiet=as_json) if out else []
     if html:
-        _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
+        wrote += _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
+    for file in (results,) if results else ():
+        write_results(file, records)
+    if write_more:
+        write_more()
     if as_json:
-        print(json.dumps({"tasks": records} | ({"notes": list(notes)} if notes else {})))
+        say_json({"tasks": records} | ({"notes": list(notes)} if notes else {}))
     else:
-        _print_table(records, seconds)
+        for line in wrote:
+            say_wrapped(printer(), line)
+        _print_table(tasks, records, seconds)
     return records
+
+
+def exit_code(records: Sequence[dict[str, Any]]) -> int:
+    """Returns 0 where all tasks are solved, 1 where one cannot be, else 3: for some the budget
+    was spent.
+    """
+    statuses = {Status[record["status"]] for record in records}
+    if all(status.is_solved for status in statuses):
+        return 0
+    return BUDGET_SPENT if all(s.is_solved or s is Status.BUDGET_SPENT for s in statuses) else 1
 
 
 def require_page_name(html: pathlib.Path | None) -> None:
@@ -72,7 +93,8 @@ def require_page_name(html: pathlib.Path | None) -> None:
         )
 
 
-def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> None:
+def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> list[str]:
+    """Writes results and pictures, and returns what to tell of them."""
     make_folder(out)
     drawn = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)][:pictures]
     files = []
@@ -82,55 +104,52 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> Non
         with counted("drawing", len(drawn), quiet=quiet) as progress:
             files = gallery(drawn, out, progress=progress)
     write_results(out / "results.json", records)
-    if not quiet:
-        few = (
-            f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
-        )
-        told = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
-        printer().print(f"Wrote {out / 'results.json'}{told}.", highlight=False)
+    few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
+    told = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
+    return [f"Wrote {out / 'results.json'}{told}."]
 
 
 def _write_page(
     html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool
-) -> None:
+) -> list[str]:
     from srt_jax.draw.webpage import write_page
 
     with counted("writing the page", len(tasks), quiet=quiet) as progress:
         write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)
-    if not quiet:
-        printer().print(
-            f"Wrote {html}: open it in a browser; it needs no network.", highlight=False
-        )
+    return [f"Wrote {html}: open it in a browser; it needs no network."]
 
 
-def _print_table(records: list[dict[str, Any]], seconds: float, most: int = 40) -> None:
+def _print_table(
+    tasks: list[NamedTask], records: list[dict[str, Any]], seconds: float, most: int = 40
+) -> None:
     console = printer()
-    rows = [_row(record) for record in records[:most]]
+    rows = [_row(task, record) for (_, task), record in zip(tasks, records[:most])]
     console.print(fitted(_COLUMNS, rows, console.width))
     if len(records) > most:
-        console.print(
-            f"... and {len(records) - most} more tasks (all of them in --json or --out)",
-            highlight=False,
+        say_wrapped(
+            console, f"... and {len(records) - most} more tasks (all of them in --json or --out)"
         )
     counts = ", ".join(
         f"{count} {status}"
         for status, count in Counter(record["status"] for record in records).most_common()
     )
     number = f"{len(records)} task{'s' if len(records) > 1 else ''}"
-    console.print(
+    say_wrapped(
+        console,
         f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.",
-        highlight=False,
     )
     if len(records) == 1:
-        console.print(records[0]["explanation"], highlight=False)
+        say_wrapped(console, records[0]["explanation"])
 
 
-def _row(record: dict[str, Any]) -> list[str]:
+def _row(task: Task, record: dict[str, Any]) -> list[str]:
     is_solved = Status[record["status"]].is_solved
+    # what can be destroyed first
+    blocking = sorted(record["blocking"], key=lambda i: not task.destroyable[i])
     return [
         record["name"],
         record["status"],
-        _shortened(record["blocking"]),
+        _shortened(blocking),
         str(len(record["contour"]) or ""),
         _shortened(record["destroyed"]),
         f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",

@@ -1,18 +1,18 @@
 """`srt-jax scen`: the optimal lengths of a MovingAI scenario, computed anew."""
 
-import json
-import sys
 import time
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from srt_jax.commands.console import counted
+from srt_jax.commands import options
+from srt_jax.commands.console import aside, counted, say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
-from srt_jax.formats.reading import read_scenario_map
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Reading, scenario_maps
 
 
 def scen(
@@ -23,33 +23,42 @@ def scen(
             "--map", metavar="FILE.map", help="Its map. Default: the one it names, beside it."
         ),
     ] = None,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many rows.")] = None,
+    limit: options.LimitOption = None,
+    rows: options.RowsOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Computes every optimal length of a scenario anew: [bold]0[/bold] all match, [bold]1[/bold]
     some do not.
     """
-    free = read_scenario_map(scenario, map_path)
-    rows = read_scen(scenario)[:limit]
-    if not rows:
+    chosen = Reading(limit=limit, rows=options.row_range(rows)).chosen(
+        scenario, read_scen(scenario)
+    )
+    if not chosen:
         raise ValueError(f"{scenario}: the scenario has no row")
+    notes = Notes()
+    with options.told(scenario, notes, quiet=as_json):
+        maps = scenario_maps(scenario, chosen, map_path, notes)
+    numbers, wanted = [number for number, _ in chosen], [row for _, row in chosen]
+    errors = np.zeros(len(wanted))
     begin = time.perf_counter()
-    with counted("rows", len(rows), quiet=as_json) as progress:
-        errors = relative_errors(optimal_lengths(free, rows, progress=progress), rows)
+    with counted("rows", len(wanted), quiet=as_json) as progress:
+        for free in {id(free): free for free in maps}.values():
+            places = [place for place, on in enumerate(maps) if on is free]
+            on_it = [wanted[place] for place in places]
+            errors[places] = relative_errors(optimal_lengths(free, on_it, progress=progress), on_it)
     worst, num_matches = float(errors.max()), int((errors <= MATCH).sum())
     if as_json:
         told = worst if np.isfinite(worst) else None
-        print(json.dumps({"rows": len(rows), "matches": num_matches, "max_relative_error": told}))
+        say_json({"rows": len(wanted), "matches": num_matches, "max_relative_error": told})
     else:
         seconds = time.perf_counter() - begin
-        print(
-            f"{len(rows)} rows, {num_matches} match (relative error <= {MATCH:g}), max error"
+        say(
+            f"{len(wanted)} rows, {num_matches} match (relative error <= {MATCH:g}), max error"
             f" {worst:.2e}, {seconds:.1f} s"
         )
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
-            print(
-                f"  row {index + 1}: error {errors[index]:.2e}, the scenario says"
-                f" {rows[index].length}",
-                file=sys.stderr,
+            aside(
+                f"row {numbers[index] + 1}: error {errors[index]:.2e}, the scenario says"
+                f" {wanted[index].length}"
             )
-    return 0 if num_matches == len(rows) else 1
+    return 0 if num_matches == len(wanted) else 1

@@ -6,17 +6,17 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.answers.results_file import require_name, write_results
+from srt_jax.answers.results_file import require_name
 from srt_jax.commands import options
-from srt_jax.commands.console import counted
+from srt_jax.commands.console import BAD_INPUT, counted
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
-from srt_jax.commands.report import report, require_page_name
+from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks
 from srt_jax.many_tasks import solve_many
-from srt_jax.types import Status
+from srt_jax.task import NamedTask
 
 
 @with_reading
@@ -65,24 +65,24 @@ def solve(
     as_json: JsonOption = False,
 ) -> int:
     """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
-    [bold]2[/bold] bad input.
+    [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
     """
     require_page_name(page)
     if results:
         require_name(results)
-    tasks, told = [], []
-    for path in inputs:
-        notes = Notes()
-        tasks += read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
-        told += notes.records(path)
-        if not as_json:
-            options.tell(path, notes)
+
+    def read(path: str, notes: Notes) -> list[NamedTask]:
+        return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
+
+    tasks, told, failed = options.gathered(inputs, read, quiet=as_json)
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
+    # a task has no more to destroy
+    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with counted("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=max_destroyed, progress=progress
+            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
     seconds = time.perf_counter() - begin
     records = report(
@@ -93,8 +93,8 @@ def solve(
         pictures=pictures,
         as_json=as_json,
         html=page,
+        results=results,
         notes=told,
+        mode=mode,
     )
-    if results:
-        write_results(results, records)
-    return 0 if all(Status[record["status"]].is_solved for record in records) else 1
+    return BAD_INPUT if failed else exit_code(records)

@@ -220,11 +220,13 @@ def read_plan(folder: PathLike) -> Plan:
 
 def _read_manifest(folder: pathlib.Path) -> dict[str, Any]:
     try:
-        told = json.loads(read_bytes(folder / MANIFEST, "data set's description"))
+        told = json.loads(read_bytes(folder / MANIFEST, "data set's description", most=1 << 20))
     except json.JSONDecodeError as error:
         raise ValueError(
-            f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set anew"
+            f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set again"
         ) from error
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"{folder / MANIFEST}: is damaged: write the data set again") from error
     if not isinstance(told, dict):
         raise ValueError(
             f"{folder / MANIFEST}: is no description of a data set: write the data set anew"

@@ -4,16 +4,15 @@ ArrayRecord, a record a task.
 
 import importlib
 import io
-import os
 import pathlib
 import zipfile
-import zlib
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import read_bytes, written
+from srt_jax.formats.containers.arrays import read_arrays
+from srt_jax.formats.files import draft_of, read_bytes, require_regular, written
 from srt_jax.types import FREE
 
 FIELDS = (
@@ -34,6 +33,10 @@ FIELDS = (
 """The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
 
 SUFFIXES = {"npz": "npz", "arrayrecord": "arrayrecord"}
+_MOST_BYTES = 1 << 36
+"""Of a shard, unpacked: its size is what the data set's own description says, and much larger
+than a batch may be.
+"""
 _LEVEL = 1  # deflate: maps of floats shrink little more at higher ones, and ten times slower
 
 
@@ -59,14 +62,13 @@ def _packed(arrays: dict[str, np.ndarray]) -> bytes:
 
 def read_npz(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Returns the arrays asked for; ValueError where the file is damaged."""
-    return _unpacked(str(path), read_bytes(path, "shard of a data set"), names)
+    return _unpacked(str(path), read_bytes(path, "shard of a data set", most=_MOST_BYTES), names)
 
 
 def _unpacked(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as data:
-            return {name: data[name] for name in names}
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError) as error:
+        return read_arrays(path, content, names, most=_MOST_BYTES)
+    except ValueError as error:
         raise ValueError(
             f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command"
             " again"
@@ -75,10 +77,12 @@ def _unpacked(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.n
 
 def shape_npz(path: pathlib.Path) -> tuple[int, int]:
     """Returns the layers and obstacles (L, M) of a shard; reads only the heads of its arrays."""
+    require_regular(path, what="shard of a data set")
     try:
         with zipfile.ZipFile(path) as archive:
             return _head(archive, "labels")[1], _head(archive, "destroyable")[1]
-    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, OSError, IndexError) as error:
+    # the zip reader and NumPy raise whatever their code runs into on damaged bytes
+    except Exception as error:
         raise ValueError(
             f"{path}: the shard is damaged: delete it and run the same srt-jax dataset command"
             " again"
@@ -93,17 +97,13 @@ def _head(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
 
 def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     """Writes a shard of records: the arrays of one task each, packed as an `.npz` of one."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    with draft_of(path) as draft:
         writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
         for index in range(len(arrays["index"])):
             writer.write(
                 _packed({name: array[index : index + 1] for name, array in arrays.items()})
             )
         writer.close()
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def remove_drafts(folder: pathlib.Path) -> None:

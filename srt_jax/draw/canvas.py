@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import legible
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
 from srt_jax.formats.files import written
 
@@ -43,7 +44,7 @@ class Canvas:
         self._scale = max(1, _MAP // max(shape))
         self._height, self._width = (side * self._scale for side in shape)
         self._kinds, self._start, self._goal = kinds, start, goal
-        self._title = textwrap.wrap(title, 70)[:2]
+        self._title = textwrap.wrap(legible(title), 70)[:2]
         self._across = max(self._width + 20, _MAP)
         self._left = (self._across - self._width) // 2
         self._top = 12 + _LINE * (len(self._title) + 2)

@@ -123,7 +123,7 @@ def removals_in(task: Task, solution: Solution) -> list[Removal]:
     """Returns what is destroyed, in order."""
     labels, route = own_labels(task), np.asarray(solution.cells)
     found = []
-    for place in range(int(solution.num_destroyed)):
+    for place in range(int((np.asarray(solution.destroyed) >= 0).sum())):
         obstacle, at = int(solution.destroyed[place]), int(solution.destroyed_at[place])
         cells = np.argwhere((labels == obstacle).any(axis=0))
         found.append(Removal(place + 1, obstacle, at, _cell(route[at]), cells))

@@ -2,6 +2,7 @@
 them.
 """
 
+import hashlib
 import pathlib
 import re
 from collections.abc import Callable, Sequence
@@ -19,16 +20,35 @@ SHOWS = ("pictures", "sheet", *ANIMATIONS)
 def file_names(names: Sequence[str]) -> list[str]:
     """Returns a file name without ending for each: the last part, safe signs only; the second of a
     kind gets "-2".
+
+    A name of more than 120 bytes is cut, and ends in eight hexadecimal digits that the whole name
+    determines.
     """
     found: list[str] = []
+    taken: set[str] = set()
+    next_number: dict[str, int] = {}
     for name in names:
         plain = re.sub(r"[^\w.+=-]+", "_", pathlib.PurePath(name).name).strip("._") or "task"
-        number, unique = 1, plain
-        while unique in found:
-            number += 1
-            unique = f"{plain}-{number}"
+        plain = _cut(plain)
+        unique = plain
+        while unique in taken:
+            next_number[plain] = next_number.get(plain, 1) + 1
+            unique = f"{plain}-{next_number[plain]}"
+        taken.add(unique)
         found.append(unique)
     return found
+
+
+def _cut(name: str, most: int = 120) -> str:
+    """Returns a name that file systems have room for, whatever is added to it."""
+    as_bytes = name.encode("utf-8", "replace")
+    if len(as_bytes) <= most:
+        return name
+    return (
+        as_bytes[: most - 9].decode("utf-8", "ignore")
+        + "-"
+        + hashlib.sha256(as_bytes).hexdigest()[:8]
+    )
 
 
 def gallery(

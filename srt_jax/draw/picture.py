@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import legible
 from srt_jax.draw.badges import draw_badges
 from srt_jax.draw.colours import BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
@@ -49,7 +50,7 @@ def draw(
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape
     heading = [
-        *textwrap.wrap(title, 76),
+        *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
         *textwrap.wrap(scene.headline, 80),
         *([told(scene, polar)] if polar else []),
     ]
@@ -57,7 +58,7 @@ def draw(
     with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.4, height / width)) + margins)) as figure:
         axes = figure.add_subplot()
         draw_map(axes, scene)
-        axes.set_title("\n".join(heading), fontsize=10)
+        axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
         axes.set_xlabel("column")
         axes.set_ylabel("row")
         for axis in (axes.xaxis, axes.yaxis):

@@ -4,6 +4,7 @@ import math
 import os
 from collections.abc import Sequence
 
+from sign_model.ground.legible import legible
 from srt_jax.draw.content import scene_of
 from srt_jax.draw.legend import handles
 from srt_jax.draw.picture import draw_map, page
@@ -43,12 +44,10 @@ def contact_sheet(
             draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))
             axes.set_xticks([])
             axes.set_yticks([])
-            axes.set_title(
-                f"{_shortened(name, int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}",
-                fontsize=6.5,
-            )
+            heading = f"{_shortened(legible(name), int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}"
+            axes.set_title(heading, fontsize=6.5, parse_math=False)
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(legible(title), fontsize=10, parse_math=False)
         figure.legend(
             handles=handles(scenes),
             loc="outside lower center",

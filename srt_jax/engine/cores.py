@@ -202,8 +202,14 @@ def run_parts(
     for thread in threads:
         thread.start()
     work()
-    for thread in threads:
-        thread.join()
+    try:
+        for thread in threads:
+            thread.join()
+    # an interrupt while waiting: the others end after their part, too
+    except BaseException as error:
+        raised.append(error)
+        for thread in threads:
+            thread.join()
     if raised:
         raise raised[0]
 

@@ -1,14 +1,12 @@
 """Batches of tasks as one compressed `.npz` file of plain arrays, without pickled objects."""
 
-import io
-import zipfile
-import zlib
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from srt_jax.formats.containers.arrays import read_arrays
 from srt_jax.formats.files import PathLike, read_bytes, written
 from srt_jax.types import FREE, OUTSIDE, Task
 
@@ -68,28 +66,7 @@ def read_batch(path: PathLike) -> Batch:
       ValueError: the file is missing, cut off, no batch, or an array has a wrong dtype, shape or
         range.
     """
-    return _checked(str(path), _arrays(path))
-
-
-def _arrays(path: PathLike) -> dict[str, np.ndarray]:
-    content = read_bytes(path, "batch of tasks")
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        ValueError,
-        EOFError,
-        AttributeError,
-        TypeError,
-        OSError,
-        KeyError,
-    ) as error:
-        raise ValueError(
-            f"{path}: no whole .npz file of plain arrays: it is cut off, damaged, or of another"
-            " kind"
-        ) from error
+    return _checked(str(path), read_arrays(path, read_bytes(path, "batch of tasks")))
 
 
 def _checked(path: str, arrays: dict[str, np.ndarray]) -> Batch:
@@ -117,7 +94,16 @@ def _checked(path: str, arrays: dict[str, np.ndarray]) -> Batch:
         _check_array(f"{path}: {name}", arrays[name], dtype, axes, sizes)
     _check_ranges(path, arrays)
     tasks = Task(**{name: arrays[name] for name in _FIELDS})
-    return Batch(tasks=tasks, names=tuple(arrays["names"].tolist()), optimum=arrays["optimum"])
+    return Batch(tasks=tasks, names=_texts(path, arrays["names"]), optimum=arrays["optimum"])
+
+
+def _texts(path: str, names: np.ndarray) -> tuple[str, ...]:
+    try:
+        return tuple(names.tolist())
+    except ValueError as error:  # a number that is no sign of Unicode
+        raise ValueError(
+            f"{path}: names hold what is no text ({error}): the file is damaged"
+        ) from error
 
 
 def _check_array(

@@ -1,28 +1,26 @@
 """Files read whole or refused in one sentence, and written whole or not at all."""
 
-import contextlib
 import importlib
-import os
 import pathlib
-from collections.abc import Iterator
-from typing import IO, Any
+import re
+from typing import Any
 
-PathLike = str | os.PathLike[str]
+from sign_model.ground.files import MOST_BYTES, PathLike
+from sign_model.ground.files import FileError as FileError
+from sign_model.ground.files import draft_of as draft_of
+from sign_model.ground.files import read_bytes as _read_bytes
+from sign_model.ground.files import require_regular as require_regular
+from sign_model.ground.files import written as written
 
 
-def read_bytes(path: PathLike, kind: str) -> bytes:
-    """Returns the content of a file; ValueError where it cannot be read.
+def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:
+    """Returns the content of a regular file; ValueError where it cannot be read or has more than
+    `most` bytes.
 
     Args:
       kind: what it should hold, for the message, such as "MovingAI map".
     """
-    try:
-        return pathlib.Path(path).read_bytes()
-    except FileNotFoundError as error:
-        raise ValueError(f"{path}: no such file; a {kind} was to be read from it") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ValueError(f"{path}: the {kind} cannot be read: {reason}") from error
+    return _read_bytes(path, what=kind, most=most)
 
 
 def read_lines(path: PathLike, kind: str) -> list[str]:
@@ -33,29 +31,6 @@ def read_lines(path: PathLike, kind: str) -> list[str]:
     return [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
 
 
-@contextlib.contextmanager
-def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
-    """Opens a file that takes its name only once it is whole: on an error nothing is left, and an
-    older file stays.
-
-    Raises:
-      ValueError: the folder does not exist or cannot be written to.
-    """
-    target = pathlib.Path(path)
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    encoding, newline = (None, None) if "b" in mode else ("utf-8", "\n")
-    try:
-        with open(draft, mode, encoding=encoding, newline=newline) as file:
-            yield file
-        os.replace(draft, target)
-    except OSError as error:
-        raise ValueError(
-            f"{path}: cannot be written: {error.strerror}; name a file in a folder that exists"
-        ) from error
-    finally:
-        draft.unlink(missing_ok=True)
-
-
 def make_folder(path: pathlib.Path) -> None:
     """Makes the folder and those above it, where they are missing; ValueError where that cannot
     be.
@@ -63,7 +38,15 @@ def make_folder(path: pathlib.Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ValueError(f"{path}: cannot be made a folder: {error.strerror}") from error
+        raise FileError(f"{path}: cannot be made a folder: {error.strerror}") from error
+
+
+def plain_reason(error: BaseException) -> str:
+    """Returns what a library says of a file, on one line and without addresses of objects in
+    memory.
+    """
+    told = re.sub(r"<[^<>]* object at 0x[0-9a-fA-F]+>", "it", " ".join(str(error).split()))
+    return told[:300] or type(error).__name__
 
 
 def needed(module: str, *, extra: str, what: str) -> Any:
@@ -76,7 +59,7 @@ def needed(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml"}.get(
+        package = {"PIL": "pillow", "yaml": "pyyaml", "svg": "svg.path"}.get(
             module.split(".")[0], module.split(".")[0]
         )
         raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error

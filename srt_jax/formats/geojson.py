@@ -1,19 +1,22 @@
 """GeoJSON: polygons made obstacles, and places written so that they read back equal.
 
 The standard (RFC 7946) has longitude and latitude in degrees. What `write_geojson` writes is in
-metres and says so in a member of its own, "srt-jax"; a "crs" of the older standard is believed too.
-Where a file says nothing, coordinates that cannot be degrees are metres.
+metres and says so in a member of its own, "srt-jax"; a "crs" of the older standard is believed too
+(`coordinate_systems`). Where a file says nothing, coordinates that cannot be degrees are metres.
 """
 
 import json
+import math
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.json_text import read_json
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.outlines.coordinate_systems import from_web_map, unit_of
 from srt_jax.formats.outlines.geometry import (
     POINTLESS,
     UNCLOSED,
@@ -23,8 +26,8 @@ from srt_jax.formats.outlines.geometry import (
     obstacles_of_shapes,
     wall_parts,
 )
-from srt_jax.formats.outlines.projection import projection_over
-from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
+from srt_jax.formats.outlines.projection import joined_box, projection_over
+from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
@@ -41,6 +44,11 @@ UNITS = ("auto", "degrees", "metres")
 _OWN = "srt-jax"
 _LINE_WIDTH = 0.2
 """Metres; of a line to which no tag rule gives another width."""
+NO_GEOMETRY = "features passed over: they have no geometry"
+NO_PART = "parts of geometries passed over: they are empty"
+NO_VALUE = "properties that are NaN or infinite, taken as missing"
+NOT_IN_THE_WAY = "features passed over by a tag rule: they are in nobody's way"
+_HSTORE = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*(?:"((?:[^"\\]|\\.)*)"|NULL)')
 
 
 class _Given(NamedTuple):
@@ -79,7 +87,7 @@ def read_geojson(
     """
     notes = Notes() if notes is None else notes
     rules = default_rules() if rules is None else tuple(rules)
-    document = read_json(path, "GeoJSON map")
+    document = read_json(path, "GeoJSON map", takes_nan=True)
     try:
         if units not in UNITS:
             raise ValueError(f"units {units!r} are unknown: take one of {', '.join(UNITS)}")
@@ -88,6 +96,10 @@ def read_geojson(
         return _place(document, units, rules, notes)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {error}") from error
+    except RecursionError as error:
+        raise ValueError(
+            f"{path}: its geometries are nested too deeply: give them one by one"
+        ) from error
 
 
 def write_geojson(path: PathLike, place: Place) -> None:
@@ -123,8 +135,17 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
         [np.reshape(box, (2, 2))] if box else []
     )
     all_points = np.concatenate(points) if points else np.zeros((0, 2))
-    if _units(document, own, units, all_points, notes) == "degrees" and len(all_points):
-        projection = projection_over(all_points.min(axis=0), all_points.max(axis=0))
+    unit = _units(document, own, units, all_points, notes)
+    if unit == "web":
+        given = [
+            one._replace(parts=[[from_web_map(r) for r in part] for part in one.parts])
+            for one in given
+        ]
+        box = from_web_map(np.reshape(box, (2, 2))).ravel().tolist() if box else None
+    if unit != "metres" and len(all_points):
+        places = [ring for one in given for part in one.parts for ring in part]
+        boxes = [np.tile(ring, 2) for ring in places] + ([np.reshape(box, (1, 4))] if box else [])
+        projection = projection_over(*joined_box(np.concatenate(boxes)))
         notes.tell(
             f"metres east and north of longitude {projection.longitude:.7f}, latitude"
             f" {projection.latitude:.7f}"
@@ -134,7 +155,7 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
             for one in given
         ]
         box = projection.to_metres(np.reshape(box, (2, 2))).ravel().tolist() if box else None
-    shapes = [_shape(one, rules, notes) for one in given]
+    shapes = [shape for one in given if (shape := _shape(one, rules, notes)) is not None]
     made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
     bounds = box_around(made) if box is None else tuple(box)
     place = Place(bounds, tuple(made), str(own.get("attribution", "")))  # type: ignore[arg-type]
@@ -145,22 +166,18 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
 def _units(
     document: dict[str, Any], own: dict[str, Any], units: str, points: np.ndarray, notes: Notes
 ) -> str:
-    """Returns "degrees" or "metres": what is asked for, else what the file says, else what the
-    numbers allow.
-    """
+    """Returns what the coordinates are: "degrees", "metres", or "web" for those of a web map."""
     if units != "auto":
         return units
     if own.get("units") in UNITS[1:]:
         return own["units"]
-    crs = json.dumps(document.get("crs") or "")
-    if "CRS84" in crs or "4326" in crs:
-        return "degrees"
-    if "crs" in document and document["crs"] is not None:
-        notes.tell(
-            "the file names a coordinate system that is not longitude and latitude: taken as"
-            " metres, x east, y north"
-        )
-        return "metres"
+    if document.get("crs") is not None:
+        unit, name = unit_of(document["crs"])
+        if unit == "metres":
+            notes.tell(f"coordinates taken as metres, x east, y north, as {name} has it")
+        elif unit == "web":
+            notes.tell(f"coordinates of a web map ({name}) made metres on the ground")
+        return unit
     fits = not len(points) or (np.abs(points).max(axis=0) <= (180, 90)).all()
     notes.tell(
         "coordinates taken as longitude and latitude, as the standard has it"
@@ -170,12 +187,19 @@ def _units(
     return "degrees" if fits else "metres"
 
 
-def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape:
-    properties, rule = given.properties, matching(rules, given.properties)
+def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape | None:
+    """Returns what is to be an obstacle; None where a tag rule says that it is none."""
+    properties, tags = given.properties, _tags(given.properties)
+    rule = matching(rules, tags)
+    if "destroyable" not in properties and is_passed_over(rules, tags):
+        notes.add(NOT_IN_THE_WAY, example=given.called)
+        return None
+    destroyable = properties.get("destroyable", rule.destroyable if rule else True)
     options = {
-        "destroyable": properties.get("destroyable", rule.destroyable if rule else True),
+        # Columns of true and false come as 1 and 0 from formats that have no such type.
+        "destroyable": bool(destroyable) if destroyable in (0, 1) else destroyable,
         "removal_cost": properties.get("removal_cost", rule.removal_cost if rule else 1.0),
-        "name": str(properties.get("name") or ""),
+        "name": str(properties.get("name", "")),
     }
     if not given.is_line:
         return Shape(given.parts, given.called, options)
@@ -187,29 +211,81 @@ def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape:
     )
 
 
+def _tags(properties: dict[str, Any]) -> dict[str, Any]:
+    """Returns the tags among a feature's properties.
+
+    Besides plain properties these are an object "tags" (osmtogeojson) and a text "other_tags" of
+    "key"=>"value" pairs (ogr2ogr).
+    """
+    tags = {
+        key: value
+        for key, value in properties.items()
+        if isinstance(value, str | int | float) and value != ""
+    }
+    if isinstance(properties.get("tags"), dict):
+        tags = {
+            key: value for key, value in properties["tags"].items() if isinstance(value, str)
+        } | tags
+    if isinstance(properties.get("other_tags"), str):
+        tags = dict(_HSTORE.findall(properties["other_tags"])) | tags
+    return tags
+
+
 def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
-    if document["type"] == "FeatureCollection":
-        features = document.get("features")
-        if not isinstance(features, list):
-            raise ValueError("a FeatureCollection has a list of features")
-    else:
-        features = [document if document["type"] == "Feature" else {"geometry": document}]
-    for index, feature in enumerate(features):
-        called = f"features[{index}]"
+    for called, feature in _features(document, "features"):
+        if feature is None:
+            notes.add(NO_GEOMETRY, example=called)
+            continue
         if not isinstance(feature, dict):
             raise ValueError(f"{called} must be an object, got {type(feature).__name__}")
-        properties = feature.get("properties") or {}
-        if not isinstance(properties, dict):
-            raise ValueError(
-                f"{called}: properties must be an object, got {type(properties).__name__}"
-            )
-        if feature.get("geometry") is None:
-            notes.add("features passed over: they have no geometry", example=called)
+        properties = _properties(feature.get("properties") or {}, called, notes)
+        geometry = feature.get("geometry")
+        if geometry is None or geometry == {}:
+            notes.add(NO_GEOMETRY, example=called)
             continue
-        polygons, lines = _taken_apart(feature["geometry"], called, notes)
+        polygons, lines = _taken_apart(geometry, called, notes)
         if polygons:
             yield _Given(polygons, False, properties, called)
         yield from (_Given([[line]], True, properties, called) for line in lines)
+
+
+def _features(document: dict[str, Any], where: str) -> Iterator[tuple[str, Any]]:
+    """Yields each feature with its name in messages; a collection among them is opened."""
+    if document["type"] != "FeatureCollection":
+        yield f"{where}[0]", document if document["type"] == "Feature" else {"geometry": document}
+        return
+    features = document.get("features")
+    if not isinstance(features, list):
+        raise ValueError("a FeatureCollection has a list of features")
+    for index, feature in enumerate(features):
+        called = f"{where}[{index}]"
+        if isinstance(feature, dict) and feature.get("type") == "FeatureCollection":
+            yield from _features(feature, f"{called}.features")
+        elif (
+            isinstance(feature, dict)
+            and feature.get("type") in TYPES
+            and feature["type"] != "Feature"
+        ):
+            yield called, {"geometry": feature}  # a bare geometry where a feature should stand
+        else:
+            yield called, feature
+
+
+def _properties(properties: Any, called: str, notes: Notes) -> dict[str, Any]:
+    """Returns the properties that have a value: null is none, and NaN is what some programs
+    write for it.
+    """
+    if not isinstance(properties, dict):
+        raise ValueError(f"{called}: properties must be an object, got {type(properties).__name__}")
+    odd = [
+        name
+        for name, value in properties.items()
+        if isinstance(value, float) and not math.isfinite(value)
+    ]
+    notes.add(NO_VALUE, len(odd), example=f"{called}: {odd[0]}" if odd else "")
+    return {
+        name: value for name, value in properties.items() if value is not None and name not in odd
+    }
 
 
 def _taken_apart(
@@ -218,26 +294,47 @@ def _taken_apart(
     """Returns the polygons and the lines of a geometry."""
     if not isinstance(geometry, dict) or not isinstance(geometry.get("type"), str):
         raise ValueError(f"{called}: a geometry must be an object with a type")
-    kind, coordinates = geometry["type"], geometry.get("coordinates", [])
+    kind, coordinates = geometry["type"], geometry.get("coordinates")
     if kind == "GeometryCollection":
-        apart = [_taken_apart(one, called, notes) for one in geometry.get("geometries", [])]
+        geometries = geometry.get("geometries")
+        if geometries is not None and not isinstance(geometries, list):
+            raise ValueError(
+                f"{called}: the geometries of a GeometryCollection must be a list, got"
+                f" {geometries!r}"
+            )
+        there = [one for one in geometries or [] if one is not None and one != {}]
+        num_empty = len(geometries) - len(there) if geometries else 1
+        notes.add(NO_PART, num_empty, example=called)
+        apart = [_taken_apart(one, called, notes) for one in there]
         return [polygon for polygons, _ in apart for polygon in polygons], [
             line for _, lines in apart for line in lines
         ]
     if kind in ("Point", "MultiPoint"):
         notes.add(POINTLESS, example=called)
         return [], []
-    if not isinstance(coordinates, list):
+    if kind not in TYPES:
+        raise ValueError(f"{called}: a geometry of type {kind!r} is not known")
+    if coordinates is not None and not isinstance(coordinates, list):
         raise ValueError(f"{called}: the coordinates of a {kind} must be a list")
-    if kind in ("Polygon", "MultiPolygon"):
-        parts = [coordinates] if kind == "Polygon" else coordinates
-        return [[_ring(ring, called, notes) for ring in part] for part in parts if part], []
-    if kind in ("LineString", "MultiLineString"):
-        return [], [
-            _points(line, called)
-            for line in ([coordinates] if kind == "LineString" else coordinates)
-        ]
-    raise ValueError(f"{called}: a geometry of type {kind!r} is not known")
+    parts = [coordinates] if kind in ("Polygon", "LineString") else coordinates or [None]
+    # An empty list, like null, stands for nothing; a polygon without its outer ring has no holes
+    # either.
+    there = [
+        part
+        for part in parts
+        if part and not (kind.endswith("Polygon") and isinstance(part, list) and not part[0])
+    ]
+    notes.add(NO_PART, len(parts) - len(there), example=called)
+    if kind.endswith("LineString"):
+        return [], [_points(line, called) for line in there]
+    polygons = []
+    for part in there:
+        if not isinstance(part, list):
+            raise ValueError(f"{called}: a polygon must be a list of rings")
+        rings = [ring for ring in part if ring not in (None, [])]
+        notes.add(NO_PART, len(part) - len(rings), example=called)
+        polygons.append([_ring(ring, called, notes) for ring in rings])
+    return polygons, []
 
 
 def _ring(ring: Any, called: str, notes: Notes) -> np.ndarray:
@@ -247,18 +344,41 @@ def _ring(ring: Any, called: str, notes: Notes) -> np.ndarray:
 
 
 def _points(line: Any, called: str) -> np.ndarray:
-    """Returns float64 [K, 2]; a third number of a point, its height, is left out."""
+    """Returns float64 [K, 2]; what follows the first two numbers of a point, such as its height,
+    is left out.
+    """
     try:
-        points = np.array([[float(number) for number in point[:2]] for point in line])
-    except (TypeError, ValueError) as error:
+        points = np.array([[_number(number, called) for number in point[:2]] for point in line])
+    except TypeError as error:
         raise ValueError(f"{called}: a point must be a list of numbers [x, y]") from error
+    except ValueError as error:
+        told = (
+            str(error)
+            if str(error).startswith(called)
+            else f"{called}: a point must be a list of numbers [x, y]"
+        )
+        raise ValueError(told) from error
     if points.ndim != 2 or points.shape[1:] != (2,):
         raise ValueError(
             f"{called}: a ring or line must be a list of points [x, y], with one point at least"
         )
-    if not np.isfinite(points).all():
-        raise ValueError(f"{called}: coordinates must be finite")
     return points
+
+
+def _number(value: Any, called: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError("no number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if math.isnan(number):
+        raise ValueError(f"{called}: NaN is no coordinate: numbers must be finite")
+    if math.isinf(number):
+        raise ValueError(
+            f"{called}: coordinates must be finite, and {str(value)[:20]} is too large for one"
+        )
+    return number
 
 
 def _own(document: dict[str, Any]) -> dict[str, Any]:
@@ -275,11 +395,10 @@ def _box(box: Any) -> list[float] | None:
     """
     if box is None:
         return None
-    if not (
-        isinstance(box, list)
-        and len(box) in (4, 6)
-        and all(isinstance(number, int | float) for number in box)
-    ):
-        raise ValueError(f"a bbox holds 4 or 6 numbers, got {box!r}")
+    if not (isinstance(box, list) and len(box) in (4, 6)):
+        raise ValueError(f"a bbox holds 4 or 6 numbers, got {str(box)[:60]}")
     half = len(box) // 2
-    return [*box[:2], *box[half : half + 2]]
+    try:
+        return [_number(number, "bbox") for number in (*box[:2], *box[half : half + 2])]
+    except TypeError as error:
+        raise ValueError(f"a bbox holds 4 or 6 numbers, got {str(box)[:60]}") from error

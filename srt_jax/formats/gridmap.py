@@ -12,6 +12,12 @@ from srt_jax.formats.notes import Notes
 from srt_jax.geometry.raster import Grid
 
 UNKNOWN_AS = ("blocked", "free")
+MOST_CELLS = 1 << 26
+"""Of a map that is read, 8192 x 8192; the larger ones take more memory to solve than common
+machines have.
+"""
+MOST_DIGITS = 9
+"""Of a number of rows, columns or cells."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,6 +48,19 @@ class GridMap:
             self.cell_side,
             height,
             width,
+        )
+
+
+class TooLargeError(ValueError):
+    """A map with more cells than are read."""
+
+
+def require_size(where: str, height: int, width: int) -> None:
+    """Raises TooLargeError where a map of so many cells is too large to be read."""
+    if height * width > MOST_CELLS:
+        raise TooLargeError(
+            f"{where}: {height} x {width} are {height * width} cells, and at most {MOST_CELLS} are"
+            " read: scale the map down or cut it into parts"
         )
 
 

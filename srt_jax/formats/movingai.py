@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.formats.files import PathLike, read_lines, written
+from srt_jax.formats.gridmap import MOST_DIGITS, require_size
 from srt_jax.formats.notes import Notes
 
 FREE_SIGNS = ".GS"
@@ -90,6 +91,18 @@ def read_map(path: PathLike, *, notes: Notes | None = None) -> np.ndarray:
     return free
 
 
+def scaled(free: np.ndarray, height: int, width: int) -> np.ndarray:
+    """Returns a map, bool [H, W], of another size: each cell is the old one at its place, from the
+    upper left corner.
+
+    Where a row of a scenario has another width or height than its map, the format asks for this.
+    """
+    if free.shape == (height, width):
+        return free
+    rows, cols = (np.arange(new) * old // new for new, old in zip((height, width), free.shape))
+    return free[np.ix_(rows, cols)]
+
+
 def write_map(path: PathLike, free: np.ndarray) -> None:
     """Writes bool [H, W] as a `.map` file: '.' where free, '@' where not."""
     free = np.asarray(free)
@@ -114,7 +127,7 @@ def read_scen(path: PathLike) -> list[ScenRow]:
         wrong.
     """
     lines = read_lines(path, "MovingAI scenario")
-    words = lines[0].split()
+    words = lines[0].split() if lines else []
     if len(words) != 2 or words[0] != "version" or words[1] not in ("1", "1.0"):
         raise ValueError(f"{path}:1: a scenario starts with 'version 1', got {lines[0][:40]!r}")
     return [
@@ -145,6 +158,7 @@ def _map_header(path: PathLike, lines: list[str]) -> tuple[int, int, int]:
                 raise ValueError(
                     f"{path}:{index + 1}: the header ends without {', '.join(sorted(missing))}"
                 )
+            require_size(f"{path}:{index + 1}", found["height"], found["width"])
             return found["height"], found["width"], index + 1
         if len(words) != 2 or words[0] not in ("type", "height", "width") or words[0] in found:
             break
@@ -169,9 +183,20 @@ def _header_value(where: str, name: str, value: str) -> int | str:
                 " eight directions"
             )
         return value
-    if not (value.isascii() and value.isdigit()) or int(value) == 0:
-        raise ValueError(f"{where}: the {name} must be a positive whole number, got {value[:20]!r}")
+    if not _is_whole(value) or int(value) == 0:
+        limit = (
+            f", which has more than {MOST_DIGITS} digits"
+            if value.isdigit() and len(value) > MOST_DIGITS
+            else ""
+        )
+        raise ValueError(
+            f"{where}: the {name} must be a positive whole number, got {value[:20]!r}{limit}"
+        )
     return int(value)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS
 
 
 def _scen_row(where: str, line: str) -> ScenRow:
@@ -184,9 +209,10 @@ def _scen_row(where: str, line: str) -> ScenRow:
     numbers = {}
     for name, field in zip(_SCEN_FIELDS, fields):
         if name not in ("map", "optimal length"):
-            if not (field.strip().isascii() and field.strip().isdigit()):
+            if not _is_whole(field.strip()):
                 raise ValueError(
-                    f"{where}: {name} must be a whole number, not negative, got {field[:20]!r}"
+                    f"{where}: {name} must be a whole number, not negative, of at most"
+                    f" {MOST_DIGITS} digits, got {field[:20]!r}"
                 )
             numbers[name] = int(field)
     for name, side in (

@@ -1,35 +1,39 @@
 """OpenStreetMap extracts (`.osm`, `.osm.gz`, `.osm.bz2`, `.osm.pbf`): tagged areas and lines made
 obstacles in metres.
 
-An area is what osmium assembles: a closed way, or a multipolygon relation with its courtyards.
-Coordinates are longitude and latitude; the bounds are the extract's box, which nodes and whole
-objects may lie outside of.
+An area is a closed way, or a multipolygon relation with its courtyards. Coordinates are longitude
+and latitude; the bounds are the extract's box, which nodes and whole objects may lie outside of.
 """
 
-import contextlib
-import pathlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed
+from srt_jax.formats.containers.packed import require_packing
+from srt_jax.formats.files import PathLike, require_regular
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
-from srt_jax.formats.outlines.projection import Projection, projection_over
-from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching
+from srt_jax.formats.outlines.osm_areas import Area, area_of_relation, area_of_way
+from srt_jax.formats.outlines.osm_objects import ENDINGS as ENDINGS
+from srt_jax.formats.outlines.osm_objects import Objects, read_objects
+from srt_jax.formats.outlines.projection import Projection, joined_box, projection_over
+from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
-ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
 LOST_NODES = "ways left out: nodes are missing from the file"
+CUT_WAYS = "ways cut short to the nodes that are there: nodes are missing from the file"
+NO_NODES = "ways left out: they have no nodes"
 UNCLOSED_WAYS = "ways left out: they should be areas, but are not closed"
 BROKEN_WAYS = "ways that cross themselves, made valid"
 LOST_MEMBERS = "multipolygons left out: members or their nodes are missing from the file"
+CUT_RELATIONS = "multipolygons closed across gaps: members or their nodes are missing from the file"
 BROKEN_RELATIONS = "multipolygons left out: their members form no rings"
 SHORTENED = "lines shortened: nodes are missing from the file"
+NOT_IN_THE_WAY = "objects passed over by a tag rule: they are in nobody's way"
 _CROOKED = 1e-3
 """Share by which lengths may be off at the border before it is worth a note."""
 
@@ -48,17 +52,13 @@ class _Thing(NamedTuple):
     is_line: bool = False
 
 
-class _Found(NamedTuple):
-    """What a file holds. lost: areas that osmium did not assemble, with their rule."""
-
-    things: dict[_Name, _Thing]
-    lost: dict[_Name, TagRule]
-
-
 def read_osm(
     path: PathLike, *, rules: Sequence[TagRule] | None = None, notes: Notes | None = None
 ) -> Place:
-    """Returns the obstacles in an extract: ways by id, then relations by id; needs osmium.
+    """Returns the obstacles in an extract: ways by id, then relations by id; `.pbf` needs osmium.
+
+    The objects may stand in any order and be numbered below 0. What is cut off at the border of the
+    extract is kept as far as it is there, and noted.
 
     Args:
       rules: which tags make an obstacle; without them `default_rules`. The first that fits decides.
@@ -69,100 +69,79 @@ def read_osm(
       ValueError: the file is missing, cut off or no extract, or it says neither how far it reaches
         nor has an obstacle.
     """
-    osmium = needed("osmium", extra="osm", what="reading OpenStreetMap")
     rules = default_rules() if rules is None else tuple(rules)
     notes = Notes() if notes is None else notes
-    if not pathlib.Path(path).is_file():
-        raise ValueError(f"{path}: no such file; an OpenStreetMap extract was to be read from it")
-    with _told(osmium, path):
-        found = _found(osmium, str(path), rules, notes)
-        _explain_losses(osmium, str(path), found, rules, notes)
-    box = _box(osmium, str(path), found, notes)
+    require_regular(path, what="OpenStreetMap extract")
+    require_packing(path)
+    objects = read_objects(path, {rule.key for rule in rules})
+    for remark in objects.remarks:
+        notes.tell(
+            f"the server that wrote the file says, so that some may be missing from it: {remark}"
+        )
+    things = _things(objects, rules, notes)
+    box = _box(str(path), objects, things, notes)
     try:
         projection = projection_over(*box)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    names = sorted(found.things, key=_in_order)
-    shapes = {name: _shape(name, found.things[name], projection, notes) for name in names}
+    names = sorted(things, key=_in_order)
+    shapes = {name: _shape(name, things[name], projection, notes) for name in names}
     made = obstacles_of_shapes(list(shapes.values()), notes)
     kept = {name: obstacle for name, obstacle in zip(shapes, made) if obstacle is not None}
     x_min, y_min, x_max, y_max = projection.to_metres(box).ravel().tolist()
     place = Place((x_min, y_min, x_max, y_max), tuple(kept.values()), ATTRIBUTION)
     count_outside(place, notes)
-    _summarise(kept, found, projection, box, notes)
+    _summarise(kept, things, projection, box, notes)
     return place
 
 
-def _found(osmium: Any, path: str, rules: Sequence[TagRule], notes: Notes) -> _Found:
-    keys = osmium.filter.KeyFilter(*{rule.key for rule in rules})
+def _things(objects: Objects, rules: Sequence[TagRule], notes: Notes) -> dict[_Name, _Thing]:
+    """Returns what is an obstacle by the rules; notes what was left out, or is not whole."""
     things: dict[_Name, _Thing] = {}
-    tagged: dict[_Name, TagRule] = {}
-    for item in osmium.FileProcessor(path).with_areas(keys).with_filter(keys):
-        rule = matching(rules, item.tags)
-        if rule is None or item.is_node():
-            continue
-        is_area = rule.width is None or item.tags.get("area") == "yes"
-        if item.is_area() and is_area:
-            name = ("way" if item.from_way() else "relation", item.orig_id())
-            parts = [
-                [_places(ring) for ring in (outer, *item.inner_rings(outer))]
-                for outer in item.outer_rings()
-            ]
-            if parts:  # osmium makes an empty area of what it cannot assemble
-                things[name] = _Thing(parts, rule, item.tags.get("name", ""))
-        elif item.is_way() and is_area:
-            tagged["way", item.id] = rule
-        elif item.is_way():
-            line = [(node.lon, node.lat) for node in item.nodes if node.location.valid()]
-            notes.add(SHORTENED, int(len(line) < len(item.nodes)), example=f"way {item.id}")
-            things["way", item.id] = _Thing([[line]], rule, item.tags.get("name", ""), is_line=True)
-        elif item.is_relation() and is_area and item.tags.get("type") == "multipolygon":
-            tagged["relation", item.id] = rule
-    return _Found(things, {name: rule for name, rule in tagged.items() if name not in things})
-
-
-def _explain_losses(
-    osmium: Any, path: str, found: _Found, rules: Sequence[TagRule], notes: Notes
-) -> None:
-    """Notes why areas could not be assembled; ways that only cross themselves become things after
-    all.
-    """
-    ways = {number for kind, number in found.lost if kind == "way"}
-    relations = {number for kind, number in found.lost if kind == "relation"}
-    if not (ways or relations):
-        return
-    members: dict[int, list[int]] = {}
-    if relations:
-        for item in osmium.FileProcessor(path, osmium.osm.RELATION).with_filter(
-            osmium.filter.IdFilter(relations)
-        ):
-            members[item.id] = [member.ref for member in item.members if member.type == "w"]
-    wanted = ways | {way for refs in members.values() for way in refs}
-    whole = set()
-    for item in (
-        osmium.FileProcessor(path).with_locations().with_filter(osmium.filter.IdFilter(wanted))
-    ):
-        if item.is_way() and all(node.location.valid() for node in item.nodes):
-            whole.add(item.id)
-            if item.id in ways and item.is_closed():
-                rule = found.lost["way", item.id]
-                found.things["way", item.id] = _Thing(
-                    [[_places(item.nodes)]], rule, item.tags.get("name", "")
-                )
-    for number in sorted(ways):
-        why = (
-            LOST_NODES
-            if number not in whole
-            else BROKEN_WAYS
-            if ("way", number) in found.things
-            else UNCLOSED_WAYS
-        )
-        notes.add(why, example=f"way {number}")
-    for number, refs in sorted(members.items()):
+    for number, way in sorted(objects.ways.items()):
+        rule, called = matching(rules, way.tags), f"way {number}"
         notes.add(
-            BROKEN_RELATIONS if whole.issuperset(refs) else LOST_MEMBERS,
-            example=f"relation {number}",
+            NOT_IN_THE_WAY, int(rule is None and is_passed_over(rules, way.tags)), example=called
         )
+        if rule is None:
+            continue
+        places = [objects.nodes[node] for node in way.nodes if node in objects.nodes]
+        if not places:
+            notes.add(LOST_NODES if way.nodes else NO_NODES, example=called)
+        elif rule.width is None or way.tags.get("area") == "yes":
+            area = area_of_way(way, objects.nodes)
+            _note_area(area, called, (UNCLOSED_WAYS, LOST_NODES, CUT_WAYS), notes)
+            if area.parts:
+                things["way", number] = _Thing(area.parts, rule, way.tags.get("name", ""))
+        else:
+            notes.add(SHORTENED, int(len(places) < len(way.nodes)), example=called)
+            things["way", number] = _Thing([[places]], rule, way.tags.get("name", ""), is_line=True)
+    for number, relation in sorted(objects.relations.items()):
+        rule, called = matching(rules, relation.tags), f"relation {number}"
+        if relation.tags.get("type") not in ("multipolygon", "boundary"):
+            continue
+        notes.add(
+            NOT_IN_THE_WAY,
+            int(rule is None and is_passed_over(rules, relation.tags)),
+            example=called,
+        )
+        if rule is None:
+            continue
+        area = area_of_relation(relation, objects)
+        _note_area(area, called, (BROKEN_RELATIONS, LOST_MEMBERS, CUT_RELATIONS), notes)
+        if area.parts:
+            things["relation", number] = _Thing(area.parts, rule, relation.tags.get("name", ""))
+    return things
+
+
+def _note_area(area: Area, called: str, texts: tuple[str, str, str], notes: Notes) -> None:
+    """Notes what was odd: texts are for open rings, for a loss without a rest, and with one."""
+    unclosed, lost, cut = texts
+    notes.add(BROKEN_WAYS, int(area.crosses and called.startswith("way")), example=called)
+    if area.has_losses:
+        notes.add(cut if area.parts else lost, example=called)
+    else:
+        notes.add(unclosed, int(area.is_open), example=called)
 
 
 def _shape(name: _Name, thing: _Thing, projection: Projection, notes: Notes) -> Shape:
@@ -178,22 +157,26 @@ def _shape(name: _Name, thing: _Thing, projection: Projection, notes: Notes) -> 
     return Shape(parts, called, options)
 
 
-def _places(nodes: Any) -> list[tuple[float, float]]:
-    return [(node.lon, node.lat) for node in nodes]
-
-
 def _in_order(name: _Name) -> tuple[bool, int]:
     return name[0] == "relation", name[1]
 
 
-def _box(osmium: Any, path: str, found: _Found, notes: Notes) -> np.ndarray:
-    """Returns the corners [2, 2] of the extract in degrees, south-west first."""
-    box = osmium.io.Reader(path).header().box()
-    if box.valid() and box.size() > 0:
-        return np.array([(corner.lon, corner.lat) for corner in (box.bottom_left, box.top_right)])
+def _box(path: str, objects: Objects, things: dict[_Name, _Thing], notes: Notes) -> np.ndarray:
+    """Returns the corners [2, 2] of the extract in degrees, south-west first.
+
+    The eastern longitude is the larger one, beyond 180 where the box lies across that meridian.
+    """
+    boxes = [box for box in objects.boxes if box[0] != box[2] and box[1] != box[3]]
+    if boxes:
+        (
+            notes.tell("the file names several bounds: the box around all of them is taken")
+            if len(boxes) > 1
+            else None
+        )
+        return joined_box(boxes)
     places = [
         place
-        for thing in found.things.values()
+        for thing in things.values()
         for part in thing.parts
         for ring in part
         for place in ring
@@ -204,23 +187,21 @@ def _box(osmium: Any, path: str, found: _Found, notes: Notes) -> np.ndarray:
             " other rules"
         )
     notes.tell("the file names no bounds: taken is the box around its obstacles")
-    return np.array([np.min(places, axis=0), np.max(places, axis=0)])
+    return joined_box(np.tile(places, 2))
 
 
 def _summarise(
     kept: dict[_Name, Obstacle],
-    found: _Found,
+    things: dict[_Name, _Thing],
     projection: Projection,
     box: np.ndarray,
     notes: Notes,
 ) -> None:
-    counts = Counter(found.things[name].rule.key for name in kept)
-    relations = Counter(found.things[name].rule.key for name in kept if name[0] == "relation")
+    counts = Counter(things[name].rule.key for name in kept)
+    relations = Counter(things[name].rule.key for name in kept if name[0] == "relation")
     for key, count in counts.items():
         several = f" ({relations[key]} of them multipolygons)" if relations[key] else ""
-        firm = sum(
-            not kept[name].destroyable for name in kept if found.things[name].rule.key == key
-        )
+        firm = sum(not kept[name].destroyable for name in kept if things[name].rule.key == key)
         notes.tell(f"{count} obstacles by the tag {key}{several}, {firm} of them firm")
     crooked = max(projection.error_at(latitude) for latitude in box[:, 1])
     notes.tell(
@@ -233,15 +214,3 @@ def _summarise(
             " border"
         )
     notes.tell(f"map data {ATTRIBUTION}")
-
-
-@contextlib.contextmanager
-def _told(osmium: Any, path: PathLike) -> Iterator[None]:
-    """Makes whatever osmium finds wrong with a file one ValueError."""
-    try:
-        yield
-    except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
-        raise ValueError(
-            f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind"
-            f" than its ending says ({error})"
-        ) from error

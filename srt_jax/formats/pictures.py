@@ -6,14 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
-from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
+from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
 
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")
 POLARITIES = ("light", "dark")
 _BETWEEN = 32
 """Shades from black or white within which a pixel is plainly one of them."""
+_ORIENTATION = 0x0112
+"""The EXIF tag that says how a picture is to be turned."""
 
 
 class Shades(NamedTuple):
@@ -25,24 +27,55 @@ class Shades(NamedTuple):
     is_clear: np.ndarray
 
 
-def read_shades(path: PathLike, kind: str) -> Shades:
+def read_shades(
+    path: PathLike, kind: str, *, takes_masks: bool = False, notes: Notes | None = None
+) -> Shades:
     """Returns the pixels of a picture in any form Pillow reads, row 0 on top.
+
+    A picture that says how it is to be turned (EXIF) is turned so. Floats go from 0 to 1, or to
+    255.
+
+    Args:
+      takes_masks: a picture of 0 and 1 alone is a mask: 1 is white. Else it is all but black.
+      notes: receives whether the picture was turned, is a mask, or holds further pictures.
 
     Raises:
       ValueError: the file is missing, cut off, or no picture.
     """
     image_module = needed("PIL.Image", extra="image", what="reading pictures")
+    turn = needed("PIL.ImageOps", extra="image", what="reading pictures").exif_transpose
     content = read_bytes(path, kind)
+    notes = Notes() if notes is None else notes
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of pictures too large, or damaged
+            warnings.simplefilter("error")  # of damaged pictures
+            # the limit here is `require_size`
+            warnings.simplefilter("ignore", image_module.DecompressionBombWarning)
             with image_module.open(io.BytesIO(content)) as picture:
+                # only its head has been read
+                require_size(str(path), picture.height, picture.width)
+                num_pictures = getattr(picture, "n_frames", 1)
+                orientation = picture.getexif().get(_ORIENTATION, 1)
                 picture.load()
-                return _shades(picture)
+                turned = turn(picture)
+                if orientation in range(2, 9):
+                    notes.tell("the picture is turned as it says itself (EXIF orientation)")
+                if num_pictures > 1:
+                    notes.tell(f"the file holds {num_pictures} pictures: the first is read")
+                shades = _shades(turned, notes)
+                return (
+                    shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
+                )
+    except (TooLargeError, MemoryError):
+        raise
+    # Pillow's own limit, which its user may have lowered
+    except image_module.DecompressionBombError as error:
+        told = f"no whole picture is read of more than {MOST_CELLS} pixels: scale it down"
+        raise TooLargeError(f"{path}: {told} ({plain_reason(error)})") from error
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
-            f"{path}: no whole picture: it is cut off, damaged, too large, or of another kind"
-            f" ({error})"
+            f"{path}: no whole picture: it is cut off, damaged, or of another kind"
+            f" ({plain_reason(error)})"
         ) from error
 
 
@@ -74,7 +107,7 @@ def read_image(
             f"the threshold must lie above 0 (black) and at most at 255 (white), got {threshold:g}"
         )
     notes = Notes() if notes is None else notes
-    shade, is_clear = read_shades(path, "picture of a map")
+    shade, is_clear = read_shades(path, "picture of a map", takes_masks=True, notes=notes)
     notes.add("pixels that are not opaque, seen on white", int(is_clear.sum()))
     notes.add(
         f"pixels in between, parted at {threshold:g}",
@@ -100,15 +133,48 @@ def write_image(path: PathLike, free: np.ndarray) -> None:
         image_module.fromarray(np.where(free, np.uint8(255), np.uint8(0))).save(file, format=form)
 
 
-def _shades(picture: Any) -> Shades:
+def _shades(picture: Any, notes: Notes) -> Shades:
     """Returns a picture's shades; the colours of what is not opaque are mixed with white."""
-    if picture.mode.startswith("I") or picture.mode == "F":
-        deep = np.asarray(picture, np.float64)
-        largest = 65535.0 if deep.max(initial=0) > 255 or picture.mode.startswith("I;16") else 255.0
-        return Shades(deep / largest * 255.0, np.zeros(deep.shape, bool))
-    if picture.mode in ("1", "L"):
+    if picture.mode == "F" or picture.mode.startswith("I"):
+        return _of_deep(picture, notes)
+    if picture.mode in ("1", "L") and "transparency" not in picture.info:
         shade = np.asarray(picture.convert("L"), np.float64)
         return Shades(shade, np.zeros(shade.shape, bool))
-    colours = np.asarray(picture.convert("RGBA"), np.float64)
-    opacity = colours[..., 3] / 255.0
-    return Shades(colours[..., :3].mean(axis=2) * opacity + 255.0 * (1.0 - opacity), opacity < 1.0)
+    colours = np.asarray(picture.convert("RGBA"))
+    shade, is_clear = np.empty(colours.shape[:2]), colours[..., 3] < 255
+    # row by row: floats of a whole picture take eight times its memory
+    for row, line in enumerate(colours):
+        opacity = line[:, 3] / 255.0
+        shade[row] = line[:, :3].mean(axis=1) * opacity + 255.0 * (1.0 - opacity)
+    return Shades(shade, is_clear)
+
+
+def _of_deep(picture: Any, notes: Notes) -> Shades:
+    """Returns the shades of whole numbers of more than 8 bits, or of floats."""
+    deep = np.asarray(picture, np.float64)
+    if not np.isfinite(deep).all():
+        notes.add("pixels that are no number, taken as black", int((~np.isfinite(deep)).sum()))
+        deep = np.where(np.isfinite(deep), deep, 0.0)
+    low, high = float(deep.min(initial=0)), float(deep.max(initial=0))
+    if low < 0:
+        raise ValueError(
+            f"its pixels go from {low:g} to {high:g}: give shades from 0 to 1, 255 or 65535"
+        )
+    if picture.mode == "F" and high <= 1:
+        notes.tell("pixels are floats from 0, black, to 1, white")
+        return Shades(deep * 255.0, np.zeros(deep.shape, bool))
+    if high > 65535:
+        raise ValueError(f"its pixels go up to {high:g}: give shades from 0 to 1, 255 or 65535")
+    is_wide = high > 255 or (picture.mode.startswith("I;16") and high > 1)
+    largest = 65535.0 if is_wide else 255.0
+    return Shades(deep / largest * 255.0, np.zeros(deep.shape, bool))
+
+
+def _of_mask(shade: np.ndarray, notes: Notes) -> np.ndarray:
+    """Returns the shades; those of a mask of 0 and 1, which as shades would all be black, as 0
+    and 255.
+    """
+    if shade.max(initial=0) != 1 or not np.isin(shade, (0, 1)).all():
+        return shade
+    notes.tell("the picture holds 0 and 1 alone: taken as a mask, 1 is white")
+    return shade * 255.0

@@ -4,16 +4,16 @@ it.
 
 import dataclasses
 import pathlib
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from srt_jax.formats import geojson, osm, pictures
 from srt_jax.formats.batch import read_batch
-from srt_jax.formats.files import read_bytes
+from srt_jax.formats.files import plain_reason, read_bytes, require_regular
 from srt_jax.formats.gridmap import GridMap, free_map
-from srt_jax.formats.movingai import read_map, read_scen
+from srt_jax.formats.movingai import ScenRow, read_map, read_scen, scaled
 from srt_jax.formats.namo_svg import read_namo
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.opposite_cells import opposite_cells
@@ -27,6 +27,19 @@ from srt_jax.geometry.world import World
 from srt_jax.task import NamedTask, make_task, unstack
 from srt_jax.types import FREE, Cell, Task
 
+Item = TypeVar("Item")
+_FOREIGN = {
+    '"elements":[': (
+        "Overpass's own JSON, which is not read: ask it for [out:xml], or make GeoJSON of it by"
+        " osmtogeojson"
+    ),
+    '"type":"Topology"': "TopoJSON, which is not read: make GeoJSON of it by topo2geo or ogr2ogr",
+    '"esriGeometry': (
+        "ArcGIS's own JSON, which is not read: ask the server for f=geojson, or make GeoJSON of it"
+        " by ogr2ogr"
+    ),
+}
+"""JSON of other programs, by what stands in its beginning, with the remedy."""
 SIZE = 500
 """Cells a side of a place where nobody asks for others, as in the paper."""
 
@@ -49,6 +62,9 @@ class Reading:
       instead of refused.
     chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps
       and places do so anyway.
+    limit, rows: of the rows of a scenario or the tasks of a batch, the first so many; those from
+      rows[0] on, before rows[1], counted from 0 as in the names of the tasks (None: from the first,
+      to the last).
     """
 
     start: Cell | None = None
@@ -64,6 +80,21 @@ class Reading:
     block: str | None = None
     repair: bool = False
     chooses: bool = False
+    limit: int | None = None
+    rows: tuple[int | None, int | None] | None = None
+
+    def chosen(self, path: str, items: Sequence[Item]) -> list[tuple[int, Item]]:
+        """Returns the rows that are to be read, each with its number; ValueError where none is."""
+        numbered = list(enumerate(items))
+        if self.rows is not None:
+            numbered = numbered[slice(*self.rows)]
+            if not numbered and len(items):
+                first, last = ("" if end is None else str(end) for end in self.rows)
+                raise ValueError(
+                    f"{path}: --rows {first}:{last} holds no row: they are numbered 0 to"
+                    f" {len(items) - 1}"
+                )
+        return numbered[: self.limit]
 
 
 class Source(NamedTuple):
@@ -85,12 +116,9 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
     """Returns what a file holds, by the ending of its name; errors as for
     `task_files.read_tasks`.
     """
+    require_file(path)
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)
-    if pathlib.Path(path).is_dir():
-        raise ValueError(
-            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
-        )
     if ending is None:
         raise ValueError(
             f"{path}: cannot tell the format from the ending {pathlib.Path(path).suffix!r}: use one"
@@ -105,31 +133,85 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         raise ValueError(
             f"{path}: --start and --goal are for maps and places; this file has its own"
         )
-    return reader(path, how, notes)
+    try:
+        return reader(path, how, notes)
+    except RecursionError as error:
+        raise ValueError(f"{path}: nested too deeply to be read: write it flatter") from error
+    except OverflowError as error:
+        raise ValueError(f"{path}: a number in it is too large ({plain_reason(error)})") from error
 
 
-def read_scenario_map(scen_path: str, map_path: str | None) -> np.ndarray:
-    """Returns the map, bool [H, W], that every row of a scenario is on; without `map_path` it is
-    looked for beside it.
+def require_file(path: str) -> None:
+    """Raises ValueError where there is no such file, or it is a folder, a device or a pipe;
+    opens nothing.
+    """
+    if pathlib.Path(path).is_dir():
+        raise ValueError(
+            f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
+        )
+    require_regular(path, what="map, place or task")
+
+
+def scenario_maps(
+    path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str | None, notes: Notes
+) -> list[np.ndarray]:
+    """Returns for each row of a scenario the map, bool [H, W], that it is on; rows on one map share
+    it.
+
+    A map of another size than its row names is scaled to that, as the format has it, where the
+    sides keep their ratio; where they do not it is another map.
+
+    Args:
+      rows: with their numbers, counted from 0.
+      map_path: of the map, where it does not lie beside the scenario; where rows name several maps,
+        for those rows that name this one.
 
     Raises:
-      ValueError: it is not there, or a row is for a map of another size, or starts or ends on no
-        free cell.
+      ValueError: a map is not there, or a row starts or ends on no free cell.
     """
-    rows = read_scen(scen_path)
-    if map_path is None:
-        map_path = str(pathlib.Path(scen_path).parent / rows[0].map_name) if rows else scen_path
-    free = read_map(map_path)
-    for number, row in enumerate(rows, start=2):
-        if (row.height, row.width) != free.shape:
-            raise ValueError(
-                f"{scen_path}:{number}: the row is for a map {row.width} wide and {row.height}"
-                f" high, but {map_path} is {free.shape[1]} wide and {free.shape[0]} high: give the"
-                " map it was made for"
+    folder = pathlib.Path(path).parent
+    is_single = len({row.map_name for _, row in rows}) == 1
+    maps: dict[tuple[str, int, int], np.ndarray] = {}
+    for number, row in rows:
+        key = (row.map_name, row.height, row.width)
+        if key not in maps:
+            is_given = map_path is not None and (
+                is_single or pathlib.Path(map_path).name == row.map_name
             )
+            where = str(map_path) if is_given else str(folder / row.map_name)
+            if not pathlib.Path(where).is_file():
+                raise ValueError(
+                    f"{path}:{number + 2}: the row is on the map {row.map_name}, and there is no"
+                    f" such file as {where}: put the map beside the scenario"
+                )
+            free = read_map(where, notes=notes)
+            _require_scale(f"{path}:{number + 2}", row, where, free)
+            maps[key] = scaled(free, row.height, row.width)
+            if maps[key].shape != free.shape:
+                notes.tell(
+                    f"{pathlib.Path(where).name}, {free.shape[1]} wide and {free.shape[0]} high, is"
+                    f" scaled to {row.width} x {row.height} cells, as the rows have it"
+                )
         for what, cell in (("start", row.start), ("goal", row.goal)):
-            _require_free(f"{scen_path}:{number}: {what}", free, cell)
-    return free
+            _require_free(f"{path}:{number + 2}: {what}", maps[key], cell)
+    return [maps[row.map_name, row.height, row.width] for _, row in rows]
+
+
+def _require_scale(where: str, row: ScenRow, map_path: str, free: np.ndarray) -> None:
+    """Raises ValueError where a map cannot be the one that a row was made for, at whatever
+    scale.
+    """
+    height, width = free.shape
+    away = (
+        abs(row.height - height * row.width / width),
+        abs(row.width - width * row.height / height),
+    )
+    if min(away) > 0.5:  # a side is rounded to whole cells
+        raise ValueError(
+            f"{where}: the row is for a map {row.width} wide and {row.height} high, but {map_path}"
+            f" is {width} wide and {height} high, and no scale makes them equal: give the map it"
+            " was made for"
+        )
 
 
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
@@ -142,25 +224,34 @@ def _read_map(path: str, how: Reading, notes: Notes) -> Source:
 
 
 def _read_scen(path: str, how: Reading, notes: Notes) -> Source:
-    rows = read_scen(path)
-    free = read_scenario_map(path, None)
+    rows = how.chosen(path, read_scen(path))
     if not rows:
-        return Source([])
-    on_map = make_task(free, rows[0].start, rows[0].goal)
-    ends = [(np.array(row.start, np.int32), np.array(row.goal, np.int32)) for row in rows]
-    tasks = [on_map.replace(start=start, goal=goal) for start, goal in ends]
-    return Source([NamedTask(f"{_stem(path)}-{index}", task) for index, task in enumerate(tasks)])
+        raise ValueError(f"{path}: the scenario has no row")
+    on_map: dict[int, Task] = {}
+    tasks = []
+    for (number, row), free in zip(rows, scenario_maps(path, rows, None, notes)):
+        if id(free) not in on_map:  # the labels of a map are made once
+            on_map[id(free)] = make_task(free, row.start, row.goal)
+        start, goal = np.array(row.start, np.int32), np.array(row.goal, np.int32)
+        tasks.append(
+            NamedTask(f"{_stem(path)}-{number}", on_map[id(free)].replace(start=start, goal=goal))
+        )
+    return Source(tasks)
 
 
 def _read_batch(path: str, how: Reading, notes: Notes) -> Source:
     batch = read_batch(path)
-    return Source([NamedTask(name, task) for name, task in zip(batch.names, unstack(batch.tasks))])
+    named = [NamedTask(name, task) for name, task in zip(batch.names, unstack(batch.tasks))]
+    return Source([task for _, task in how.chosen(path, named)])
 
 
 def _read_world(path: str, how: Reading, notes: Notes) -> Source:
     try:
         world = read_world(path, repair=how.repair)
     except ValueError as error:
+        foreign = next((told for sign, told in _FOREIGN.items() if sign in _head(path)), None)
+        if foreign:
+            raise ValueError(f"{path}: this is {foreign}") from error
         raise ValueError(str(error).replace("ask for repair=True", "ask for --repair")) from error
     return _of_world(path, world, how)
 
@@ -230,8 +321,8 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
     free.
     """
     start, goal = _ends(path, grid_map.free, how, notes)
-    _require_free(f"{path}: start", grid_map.free, start)
-    _require_free(f"{path}: goal", grid_map.free, goal)
+    for what, cell in (("start", start), ("goal", goal)):
+        _require_free(f"{path}: {what}", grid_map.free, cell, grid_map.unknown)
     task = make_task(grid_map.free, start, goal)
     try:
         grid = grid_map.grid
@@ -288,12 +379,19 @@ def _ends(path: str, free: np.ndarray, how: Reading, notes: Notes) -> tuple[Cell
     return start, goal
 
 
-def _require_free(what: str, free: np.ndarray, cell: Cell) -> None:
+def _require_free(
+    what: str, free: np.ndarray, cell: Cell, unknown: np.ndarray | None = None
+) -> None:
     height, width = free.shape
     if not (0 <= cell[0] < height and 0 <= cell[1] < width):
         raise ValueError(
             f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to"
             f" {width - 1}"
+        )
+    if not free[cell] and unknown is not None and unknown[cell]:
+        raise ValueError(
+            f"{what} {cell} is an unknown cell, and such cells count as blocked: choose a free"
+            " cell, or let them count as free by --unknown free"
         )
     if not free[cell]:
         raise ValueError(
@@ -315,11 +413,14 @@ def _with_free_start(path: str, task: Task) -> Task:
 
 def _is_geojson(path: str) -> bool:
     """Whether a .json file looks like GeoJSON: the first "type" in it is one of GeoJSON's."""
-    head = read_bytes(path, "world")[:4096].decode("utf-8", errors="replace")
-    return (
-        any(f'"type":"{kind}"' in "".join(head.split()) for kind in geojson.TYPES)
-        and "srt-jax world" not in head
-    )
+    head = _head(path)
+    is_other = "srt-jaxworld" in head or any(sign in head for sign in _FOREIGN)
+    return any(f'"type":"{kind}"' in head for kind in geojson.TYPES) and not is_other
+
+
+def _head(path: str) -> str:
+    """Returns how a file begins, without blanks."""
+    return "".join(read_bytes(path, "world")[:4096].decode("utf-8", errors="replace").split())
 
 
 def _stem(path: str) -> str:

@@ -6,6 +6,9 @@ A pixel's occupancy is p = (255 - shade) / 255, or shade / 255 where the file sa
 are not opaque. Mode `scale` asks the same of a cell, as what lies between the thresholds is
 neither; in mode `raw` the shade itself is the occupancy in percent, unknown above 100. The
 picture's first row is the northern one, and `origin` the outer corner of the lower left pixel.
+
+Every value is taken as text and read as map_server reads it, since the versions of YAML disagree:
+in 1.1 "5e-2" is a text and "010" is 8, for map_server these are the numbers 0.05 and 10.
 """
 
 import math
@@ -14,15 +17,24 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
+from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
 from srt_jax.formats.gridmap import GridMap, decided
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
 
 MODES = ("trinary", "scale", "raw")
-_REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
+_REQUIRED = ("image", "resolution", "origin")
+_DEFAULTS = {"negate": "0", "occupied_thresh": "0.65", "free_thresh": "0.196"}
+"""What map_server's own files hold, where a file lacks them."""
+_KNOWN = (*_REQUIRED, *_DEFAULTS, "mode")
+_YES, _NO = ("1", "true", "yes", "on", "y"), ("0", "false", "no", "off", "n")
+_MOST_DEPTH = 20
+"""Lists within lists; a map has one."""
 _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 """The shades that map_server's own saver writes."""
+_MOST_BYTES = 1 << 14
+"""Of the YAML file, which has a few lines."""
+_MOST_BRACKETS = 100
 _THRESHOLDS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
 
 
@@ -42,7 +54,7 @@ def read_ros_map(
     notes = Notes() if notes is None else notes
     fields = _fields(path, _document(path), notes)
     picture = pathlib.Path(path).parent / fields["image"]
-    shade, is_clear = read_shades(picture, f"picture of the map {path}")
+    shade, is_clear = read_shades(picture, f"picture of the map {path}", notes=notes)
     if fields["mode"] == "raw":
         occupancy, is_known = shade / 100.0, shade <= 100
     else:
@@ -88,32 +100,70 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
 
 
 def _document(path: PathLike) -> Any:
+    """Returns the values in a YAML file as texts, lists, objects, and None for null."""
     yaml = needed("yaml", extra="ros", what="reading ROS maps")
-    content = read_bytes(path, "ROS map")
+    content = read_bytes(path, "ROS map", most=_MOST_BYTES)
+    # its reader takes time by the square of their number
+    if content.count(b"[") + content.count(b"{") > _MOST_BRACKETS:
+        raise ValueError(
+            f"{path}: no YAML of a ROS map: nested too deeply, more than {_MOST_BRACKETS} brackets"
+            " are in it"
+        )
     try:
-        return yaml.safe_load(content)
+        node = yaml.compose(content, Loader=yaml.SafeLoader)
+        return _value(yaml, node, 0)
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: no YAML: {' '.join(str(error).split())}") from error
+        raise ValueError(f"{path}: no YAML: {plain_reason(error)}") from error
+
+
+def _value(yaml: Any, node: Any, depth: int) -> Any:
+    if node is not None and not node.tag.startswith("tag:yaml.org,2002:"):
+        raise ValueError(f"the tag {node.tag!r} is not read: maps hold plain values")
+    if node is not None and (
+        node.tag.startswith("tag:yaml.org,2002:python") or depth > _MOST_DEPTH
+    ):
+        raise ValueError("maps hold plain values, not objects or lists within lists")
+    if node is None or node.tag == "tag:yaml.org,2002:null":
+        return None
+    if isinstance(node, yaml.ScalarNode):
+        return node.value
+    if isinstance(node, yaml.SequenceNode):
+        return [_value(yaml, item, depth + 1) for item in node.value]
+    names = [str(_value(yaml, name, depth + 1)) for name, _ in node.value]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"the member {name!r} stands twice")
+    return dict(zip(names, (_value(yaml, item, depth + 1) for _, item in node.value)))
 
 
 def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
     if not isinstance(document, dict):
-        raise ValueError(f"{path}: no ROS map: a YAML file with {', '.join(_REQUIRED)}")
-    unknown = [str(name) for name in document if name not in (*_REQUIRED, "mode")]
+        raise ValueError(
+            f"{path}: no ROS map: a YAML file with {', '.join((*_REQUIRED, *_DEFAULTS))}"
+        )
+    unknown = [name for name in document if name not in _KNOWN]
+    given = {name: value for name, value in document.items() if value is not None}
     for name in _REQUIRED:
-        if name not in document:
+        if name not in given:
             told = f"; {', '.join(unknown)} is not known" if unknown else ""
-            raise ValueError(f"{path}: the map lacks {name!r}: it has {', '.join(_REQUIRED)}{told}")
+            raise ValueError(
+                f"{path}: the map lacks {name!r}: it has"
+                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{told}"
+            )
     notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
-    fields: dict[str, Any] = {"mode": "trinary"} | {
-        name: document[name] for name in (*_REQUIRED, "mode") if name in document
-    }
-    if not isinstance(fields["image"], str):
+    for name, value in _DEFAULTS.items():
+        if name not in given:
+            notes.tell(f"the map lacks {name}: taken as {value}")
+    fields: dict[str, Any] = (
+        {"mode": "trinary"} | _DEFAULTS | {name: given[name] for name in _KNOWN if name in given}
+    )
+    if not isinstance(fields["image"], str) or not fields["image"].strip():
         raise ValueError(f"{path}: image must be the name of a picture, got {fields['image']!r}")
+    mode = fields["mode"]
+    fields["mode"] = mode.strip().lower() if isinstance(mode, str) else mode
     if fields["mode"] not in MODES:
-        raise ValueError(f"{path}: mode must be one of {', '.join(MODES)}, got {fields['mode']!r}")
-    if fields["negate"] not in (0, 1):
-        raise ValueError(f"{path}: negate must be 0 or 1, got {fields['negate']!r}")
+        raise ValueError(f"{path}: mode must be one of {', '.join(MODES)}, got {mode!r}")
+    fields["negate"] = _flag(path, fields["negate"])
     if not (isinstance(fields["origin"], list) and len(fields["origin"]) == 3):
         raise ValueError(
             f"{path}: origin must be [x, y, yaw] of the lower left pixel, got {fields['origin']!r}"
@@ -133,7 +183,19 @@ def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
     return fields
 
 
+def _flag(path: PathLike, value: Any) -> bool:
+    text = value.strip().lower() if isinstance(value, str) else ""
+    text = {"0.0": "0", "1.0": "1"}.get(text, text)
+    if text not in (*_YES, *_NO):
+        raise ValueError(f"{path}: negate must be 0 or 1, got {value!r}")
+    return text in _YES
+
+
 def _number(what: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    try:
+        number = float(value) if isinstance(value, str) and "_" not in value else math.nan
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
         raise ValueError(f"{what} must be a finite number, got {value!r}")
-    return float(value)
+    return number

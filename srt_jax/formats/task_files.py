@@ -2,14 +2,14 @@
 (`reading`).
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Cell as Cell
 from srt_jax.formats.reading import Reading, read_source
-from srt_jax.instances.paper_blockers import block
+from srt_jax.instances.paper_blockers import block, require_kind
 from srt_jax.task import NamedTask
 from srt_jax.types import Task
 
@@ -35,11 +35,42 @@ def read_tasks(
       ValueError: the file cannot be read, or start or goal cannot be where they are.
     """
     how = reading or Reading(start=start, goal=goal, repair=repair)
-    source = read_source(path, how, Notes() if notes is None else notes)
-    return [
-        named._replace(task=prepared(path, named.task, destroyable, how.block))
-        for named in source.tasks
-    ]
+    notes = Notes() if notes is None else notes
+    return all_prepared(path, read_source(path, how, notes).tasks, destroyable, how.block, notes)
+
+
+def all_prepared(
+    path: str, tasks: Sequence[NamedTask], destroyable: str | None, kind: str | None, notes: Notes
+) -> list[NamedTask]:
+    """Returns the tasks of a file, with obstacles destroyable and the goal cut off as `read_tasks`
+    has it.
+
+    Of several tasks those that no blocker fits are left out and noted.
+
+    Raises:
+      ValueError: no blocker fits any of them, or there is but one; or what is wrong for every task.
+    """
+    kept, unfit = [], []
+    for named in tasks:
+        try:
+            kept.append(named._replace(task=prepared(path, named.task, destroyable, kind)))
+        except UnfitBlocker as error:
+            unfit.append((named.name, error))
+    if unfit and not kept:
+        raise ValueError(
+            str(unfit[0][1])
+            + (f"; nor does it fit any other of the {len(unfit)} tasks" if unfit[1:] else "")
+        )
+    notes.add(
+        f"tasks left out: --block {kind} does not fit between start and goal",
+        len(unfit),
+        example=unfit[0][0] if unfit else "",
+    )
+    return kept
+
+
+class UnfitBlocker(ValueError):
+    """A blocker of this kind does not fit between the start and the goal of one task."""
 
 
 def prepared(path: str, task: Task, destroyable: str | None, kind: str | None) -> Task:
@@ -54,9 +85,13 @@ def _with_blocker(path: str, task: Task, kind: str) -> Task:
     num_obstacles = len(task.destroyable)
     start, goal = ((int(row), int(col)) for row, col in (task.start, task.goal))
     try:
-        labels, blocker = block(task.labels, start, goal, kind)
+        require_kind(kind)
     except ValueError as error:
         raise ValueError(f"{path}: --block {error}") from error
+    try:
+        labels, blocker = block(task.labels, start, goal, kind)
+    except ValueError as error:
+        raise UnfitBlocker(f"{path}: --block {error}") from error
     # ids in between belong to obstacles that cover no cell
     labels[labels == blocker] = num_obstacles
     flags, costs = np.append(task.destroyable, True), np.append(task.removal_cost, np.float32(1))

@@ -3,8 +3,9 @@
 import json
 from typing import Any
 
+from srt_jax.formats.containers.json_text import fields_of, read_json
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.json_text import fields_of, read_json
+from srt_jax.geometry.rings import Parts, as_rings, conflicts
 from srt_jax.geometry.world import Obstacle, World
 
 FORMAT, VERSION = "srt-jax world", 1
@@ -77,23 +78,48 @@ def _world(document: object, repair: bool) -> World:
         raise ValueError("obstacles must be a list")
     return World(
         bounds=fields["bounds"],
-        obstacles=tuple(
-            _obstacle(f"obstacles[{index}]", item, repair)
-            for index, item in enumerate(fields["obstacles"])
-        ),
+        obstacles=_obstacles(fields["obstacles"], repair),
         position=agent["position"],
         radius=agent["radius"],
         goal=goal,
     )
 
 
-def _obstacle(where: str, item: object, repair: bool) -> Obstacle:
+def _obstacles(items: list[Any], repair: bool) -> tuple[Obstacle, ...]:
+    """Returns the obstacles, their polygons checked all at once; one by one only where something
+    is odd.
+    """
+    shapes = [_parts_of(item) for item in items]
+    checked = iter(as_rings([ring for parts in shapes for part in parts for ring in part]))
+    whole = [tuple(tuple(next(checked) or () for _ in part) for part in parts) for parts in shapes]
+    is_plain = [bool(parts) and all(part and all(part) for part in parts) for parts in whole]
+    reasons = iter(conflicts([parts for parts, plain in zip(whole, is_plain) if plain]))
+    made = []
+    for index, (item, parts, plain) in enumerate(zip(items, whole, is_plain)):
+        is_right = plain and not next(reasons)
+        made.append(_obstacle(f"obstacles[{index}]", item, repair, parts if is_right else None))
+    return tuple(made)
+
+
+def _parts_of(item: Any) -> list[list[Any]]:
+    """Returns an obstacle's polygons as lists of rings; [] where it has none of that form."""
+    if not isinstance(item, dict):
+        return []
+    parts = item.get("multipolygon", [item.get("polygon")])
+    is_nested = isinstance(parts, list) and all(isinstance(part, list) for part in parts)
+    return parts if is_nested else []
+
+
+def _obstacle(where: str, item: object, repair: bool, checked: Parts | None = None) -> Obstacle:
+    """Returns one obstacle; `checked` are its polygons where they have been found right."""
     shape = "multipolygon" if isinstance(item, dict) and "multipolygon" in item else "polygon"
     fields = fields_of(where, item, shape, name="", destroyable=True, removal_cost=1.0)
     if not isinstance(fields["name"], str):
         raise ValueError(f"{where}: name must be a text, got {fields['name']!r}")
     parts = fields.pop(shape)
     try:
+        if checked is not None:
+            return Obstacle(parts=checked, checked=True, **fields)
         return Obstacle(
             parts=parts if shape == "multipolygon" else (parts,), repair=repair, **fields
         )

@@ -11,10 +11,10 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
+from srt_jax.formats.containers.xml_text import read_xml
 from srt_jax.formats.files import PathLike, written
-from srt_jax.formats.gridmap import GridMap, decided
+from srt_jax.formats.gridmap import MOST_DIGITS, GridMap, decided, require_size
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.xml_text import read_xml
 
 _OURS = {"allowdiagonal": "true", "cutcorners": "false", "allowsqueeze": "false"}
 """Our moves in their words; these are their defaults, too."""
@@ -39,6 +39,7 @@ def read_xml_map(path: PathLike, *, notes: Notes | None = None) -> GridMap:
             f"{path}: no map in it: a <root> holds a <map> with width, height and grid"
         )
     height, width = (_whole(path, element, name, least=1) for name in ("height", "width"))
+    require_size(str(path), int(height or 0), int(width or 0))
     numbers = _grid(path, element, int(height or 0), int(width or 0))
     notes.add(
         "cells that are neither 0 nor 1, blocked", int(((numbers != "0") & (numbers != "1")).sum())
@@ -133,10 +134,18 @@ def _whole(
     text = element.findtext(name)
     if text is None and optional:
         return None
-    if text is None or not (text.strip().isascii() and text.strip().isdigit()) or int(text) < least:
+    digits = (text or "").strip()
+    if (
+        text is None
+        or not (digits.isascii() and digits.isdigit() and len(digits) <= MOST_DIGITS)
+        or int(digits) < least
+    ):
         got = "it is missing" if text is None else f"got {text.strip()[:20]!r}"
-        raise ValueError(f"{path}: <{name}> must be a whole number from {least}: {got}")
-    return int(text)
+        raise ValueError(
+            f"{path}: <{name}> must be a whole number from {least} with at most {MOST_DIGITS}"
+            f" digits: {got}"
+        )
+    return int(digits)
 
 
 def _cell_side(path: PathLike, element: ElementTree.Element) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, for_products
+from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, for_products, points_of
 from srt_jax.geometry.scanlines import Edges, cells_of, centred, touched
 from srt_jax.geometry.world import Obstacle, World, as_bounds
 from srt_jax.task import make_task
@@ -214,7 +214,7 @@ def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
     ]
     sizes = np.array([len(ring) for _, ring in rings], np.int64)
     owner = np.array([owner for owner, _ in rings], np.int64)
-    points = np.array([point for _, ring in rings for point in ring], np.float64).reshape(-1, 2)
+    points = points_of(ring for _, ring in rings)
     steps = 2 * (as_units(points) - as_units(grid.origin)) * np.array([1, -1])
     half_cell = int(as_units(grid.side))
     is_near = _reach_the_grid(steps, sizes, 2 * half_cell * np.array([grid.width, grid.height]))
@@ -229,7 +229,9 @@ def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
         np.where(is_down, steps, steps[successor]),
         np.where(is_down, steps[successor], steps),
     )
-    largest = max((dy * (cell + abs(dx)) for dx, dy in (head - tail).tolist()), default=0)
+    dx, dy = np.abs(head - tail).astype(np.float64).T
+    # no less than the exact one, for all its rounding
+    largest = int((dy * (cell + dx)).max(initial=0) * (1 + 1e-9)) + 1
     return Edges(
         for_products(tail, largest),
         for_products(head, largest),

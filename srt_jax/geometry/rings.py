@@ -5,7 +5,9 @@ whole numbers, so that no answer hangs on rounding. Python's own integers step i
 might not fit into 64 bits.
 """
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +19,8 @@ _FINEST_METRES = 9e6
 """Farther out float64 is coarser than a nanometre, and there is nothing to round."""
 _MAX_PAIRS = 1 << 20
 """Pairs of edges held in memory at once."""
+_FEW = 16
+"""Edges of an owner of which all pairs are looked at."""
 
 Ring = tuple[tuple[float, float], ...]
 Parts = tuple[tuple[Ring, ...], ...]
@@ -49,7 +53,11 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
         raise ValueError(
             f"{name} holds {array[wrong][0]}: coordinates must be finite and at most 1e9 metres"
         )
-    return np.where(np.abs(array) < _FINEST_METRES, np.round(array, 9), array) + 0.0
+    return _to_nanometres(array)
+
+
+def _to_nanometres(metres: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(metres) < _FINEST_METRES, np.round(metres, 9), metres) + 0.0
 
 
 def as_units(metres: ArrayLike) -> np.ndarray:
@@ -80,6 +88,42 @@ def as_ring(name: str, points: ArrayLike) -> Ring:
     return tuple(point for point, after in zip(given, given[1:] + given[:1]) if point != after)
 
 
+def as_rings(many: Sequence[ArrayLike]) -> list[Ring | None]:
+    """Returns `as_ring` of each of many rings, all at once; None where `as_ring` would raise."""
+    arrays = [_numbers(points) for points in many]
+    kept = [index for index, array in enumerate(arrays) if array is not None]
+    found: list[Ring | None] = [None] * len(arrays)
+    if not kept:
+        return found
+    sizes = np.array([len(arrays[index]) for index in kept])  # type: ignore[arg-type]
+    flat = np.concatenate([arrays[index] for index in kept], dtype=np.float64)  # type: ignore[list-item]
+    is_wrong = ~(np.abs(flat) <= _MAX_METRES).all(axis=1)
+    metres = _to_nanometres(np.where(is_wrong[:, None], 0.0, flat))
+    ends = np.cumsum(sizes)
+    following = np.arange(1, len(metres) + 1)
+    following[ends - 1] = ends - sizes
+    repeats = (metres == metres[following]).all(axis=1).tolist()
+    points = list(zip(metres[:, 0].tolist(), metres[:, 1].tolist()))
+    has_wrong = np.logical_or.reduceat(is_wrong, ends - sizes).tolist()
+    for index, first, end, wrong in zip(kept, (ends - sizes).tolist(), ends.tolist(), has_wrong):
+        if not wrong and len(set(points[first:end])) >= 3:
+            found[index] = tuple(points[place] for place in range(first, end) if not repeats[place])
+    return found
+
+
+def _numbers(points: ArrayLike) -> np.ndarray | None:
+    """Returns [K, 2] numbers, K at least 1; None for anything else."""
+    try:
+        array = np.asarray(points)
+    except (ValueError, TypeError, OverflowError):
+        return None
+    return (
+        array
+        if array.ndim == 2 and array.shape[1] == 2 and len(array) and array.dtype.kind in "iuf"
+        else None
+    )
+
+
 def conflict(parts: Parts) -> str:
     """Returns what keeps the rings from bounding polygons, in words; "" where nothing does.
 
@@ -101,7 +145,7 @@ def repaired(parts: Parts) -> Parts:
     they enclose nothing.
 
     A bow-tie becomes two triangles, a ring that runs over itself is cut there, and lines without
-    area vanish.
+    area vanish. A hole takes away what it shares with its polygon; what lies outside adds nothing.
     """
     try:
         import shapely
@@ -109,8 +153,16 @@ def repaired(parts: Parts) -> Parts:
         raise ImportError(
             "repairing polygons needs shapely: pip install 'srt-jax[world]'"
         ) from error
-    polygons = [shapely.Polygon(rings[0], rings[1:]) for rings in parts]
-    valid = shapely.union_all([shapely.make_valid(polygon) for polygon in polygons])
+
+    def filled(ring: Ring) -> Any:
+        valid = shapely.get_parts(shapely.get_parts(shapely.make_valid(shapely.Polygon(ring))))
+        return shapely.union_all([one for one in valid if isinstance(one, shapely.Polygon)])
+
+    polygons = [
+        filled(outer).difference(shapely.union_all([filled(hole) for hole in holes]))
+        for outer, *holes in parts
+    ]
+    valid = shapely.union_all(polygons)
     snapped = shapely.get_parts(
         shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE))
     )
@@ -130,7 +182,7 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     if not rings:
         return {}
     sizes = np.array([len(ring) for _, ring in rings])
-    tails = as_units([point for _, ring in rings for point in ring])
+    tails = as_units(points_of(ring for _, ring in rings))
     ring_of = np.repeat(np.arange(len(rings)), sizes)
     owner = np.array([owner for owner, _ in rings])[ring_of]
     ends = np.cumsum(sizes)
@@ -165,12 +217,42 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     return found
 
 
+def points_of(rings: Iterable[Ring]) -> np.ndarray:
+    """Returns the points of all rings, one ring after the other, float64 [K, 2]."""
+    numbers = itertools.chain.from_iterable(itertools.chain.from_iterable(rings))
+    return np.fromiter(numbers, np.float64).reshape(-1, 2)
+
+
 def _close_pairs(
     low: np.ndarray, high: np.ndarray, owner: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yields pairs of edges of one owner whose bounding boxes meet, in blocks: a sweep from left to
-    right, owner by owner.
+    """Yields pairs of edges of one owner, whose edges follow one another, whose bounding boxes
+    meet, in blocks.
+
+    All pairs of an owner with few edges, which costs less than sorting them; for the others a sweep
+    from left to right.
     """
+    sizes = np.bincount(owner)
+    starts = np.cumsum(sizes) - sizes
+    for size in range(2, _FEW + 1):
+        firsts, seconds = np.triu_indices(size, 1)
+        alike = starts[sizes == size]
+        at_once = max(1, _MAX_PAIRS // len(firsts))
+        for part in range(0, len(alike), at_once):
+            begin = alike[part : part + at_once, None]
+            a, b = (begin + firsts).ravel(), (begin + seconds).ravel()
+            is_close = ((low[a] <= high[b]) & (low[b] <= high[a])).all(axis=1)
+            yield a[is_close], b[is_close]
+    many = np.flatnonzero(sizes[owner] > _FEW)
+    if len(many):
+        for a, b in _swept_pairs(low[many], high[many], owner[many]):
+            yield many[a], many[b]
+
+
+def _swept_pairs(
+    low: np.ndarray, high: np.ndarray, owner: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yields what `_close_pairs` does, by a sweep from left to right, owner by owner."""
     _, rank = np.unique(np.concatenate([low[:, 0], high[:, 0]]), return_inverse=True)
     left, right = (owner * len(rank) + ranks for ranks in np.split(rank.reshape(-1), 2))
     order = np.argsort(left, kind="stable")

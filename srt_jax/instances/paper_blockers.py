@@ -59,6 +59,12 @@ def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.nd
     return layers, blocker
 
 
+def require_kind(kind: str) -> None:
+    """Raises ValueError where there is no such blockage."""
+    if kind not in ("half", "quarter"):
+        _ring_side(kind)
+
+
 def pick_start_goal(free: np.ndarray, *, apart: int, seed: int) -> tuple[Cell, Cell]:
     """Returns two cells on opposite sides of the largest free region, at least `apart` rows or
     columns from each other.

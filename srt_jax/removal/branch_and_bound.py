@@ -11,6 +11,8 @@ are needed twice, or apart where they are needed together. So branch and bound:
 - the shortest route over all that is tight there (a member of some cheapest chain) needs some
   obstacles: an answer, and if it costs no more than the bound, the least, and of the least sets the
   one with the shortest route, for all of these are tight;
+- an answer that costs more is thinned: what it does not need, dearest first, stays, and the route
+  goes round;
 - else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
   Of least sets found only then, the first is taken: a shorter route through another is passed over
   in 2 or 3 of 100 random tasks that need opening (`python -m experiments.campaigns.removal`).
@@ -18,7 +20,8 @@ are needed twice, or apart where they are needed together. So branch and bound:
 The node of the least bound is next, the latest of several: children in which one more obstacle is
 gone come first. Where the price is the optimum, such a dive keeps the bound and ends with it. If
 the nodes allowed do not suffice, the least bound of those left is proven all the same, and the best
-answer found stands beside it.
+answer found stands beside it. Costs and bounds are exact sums (`sums`): only what is returned is
+rounded, down.
 """
 
 import functools
@@ -28,16 +31,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array, lax
 
-from sign_model.ground.loops import least, total
 from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.obstacles import Labels
+from srt_jax.removal import sums
 from srt_jax.removal.prices import Prices, Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
+from srt_jax.removal.sums import Costs
 from srt_jax.types import Task
-
-_EQUAL = 1e-6
-"""Sums of the same costs in another order may differ by this part."""
 
 
 class Removal(NamedTuple):
@@ -46,6 +47,7 @@ class Removal(NamedTuple):
     reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
     bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf
       where nothing helps.
+    cost: float32 [B], of the best set found, inf where none was. Both are exact sums, rounded down.
     route: of the best set found; `num_cells` 0 where none was.
     needed: int32 [B, M], the index into the route from which each obstacle must be destroyed, NEVER
       if it need not.
@@ -53,6 +55,7 @@ class Removal(NamedTuple):
 
     reached: Array
     bound: Array
+    cost: Array
     route: Route
     needed: Array
 
@@ -68,12 +71,14 @@ def least_removal(
     """
 
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
-    cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    return Removal(*obstacles.of_all(search, task.labels, cost, task.start, task.goal, room, among))
+    args = (task.destroyable, task.removal_cost, task.start, task.goal, room, among)
+    return Removal(*obstacles.of_all(search, task.labels, *args))
 
 
 class _Best(NamedTuple):
-    """The best answer so far. cost: float32 [], of the obstacles; inf while there is none."""
+    """The best answer so far. cost: of the obstacles, a number of `sums`; `never` while there is
+    none.
+    """
 
     cost: Array
     route: Route
@@ -81,39 +86,58 @@ class _Best(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """Open nodes in the order they were made; each settles one obstacle more than its parent, the
-    first node none.
+    """Nodes in the order they were made; each settles one obstacle more than its parent, the first
+    none.
 
     parent: int32 [n], a node, -1 of the first. obstacle: int32 [n]. is_gone: bool [n], else it
       stays.
-    bound: float32 [n], inf where closed.
+    paid, bound: uint32 [WORDS, n], numbers of `sums`: what is gone costs, and the bound, `never`
+      where a node is closed.
     """
 
     parent: Array
     obstacle: Array
     is_gone: Array
+    paid: Array
     bound: Array
 
 
 class _State(NamedTuple):
-    """The search under way.
+    """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed.
+    is_too_long: bool [].
 
-    num: int32 [], nodes expanded. best: the best answer so far. reached: the mask of cells reached
-      with nothing destroyed.
-    least_bound: float32 [], of all open nodes. is_too_long: bool [], whether the route of the last
-      node needs more room.
+    low: the least bound of the open nodes, a number of `sums`. at: int32 [], the node that is next.
     """
 
     num: Array
     nodes: _Nodes
     best: _Best
     reached: Array
-    least_bound: Array
     is_too_long: Array
+    low: Array
+    at: Array
+
+
+class _Walk(NamedTuple):
+    """One answer: over tight obstacles, else over all that can be had; then without one or another
+    that it may not need.
+
+    num_tried: int32 []. left: bool [M], what it may not need. is_thinning, goes_on: bool [].
+    needed: as in `Removal`. cost: of these, a number of `sums`.
+    """
+
+    num_tried: Array
+    route: Route
+    needed: Array
+    cost: Array
+    left: Array
+    is_thinning: Array
+    goes_on: Array
 
 
 def _search(
     labels: Labels,
+    may_go: Array,
     cost: Array,
     start: Array,
     goal: Array,
@@ -123,110 +147,173 @@ def _search(
     capacity: int,
     max_nodes: int,
 ) -> tuple:
-    """The search on one map; cost float32 [M], inf for what must stay."""
+    """The search on one map; may_go bool [M], cost float32 [M]."""
     num_obstacles = len(cost)
     height, width = labels.all.shape[2:]
-
-    def sum_of(which: Array) -> Array:
-        return total(jnp.where(which, cost, jnp.float32(0)))
+    costs = sums.costs_of(cost, may_go)
+    nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 
     def expanded(state: _State) -> _State:
-        nodes, best = state.nodes, state.best
-        at = _next(nodes.bound, state.least_bound)
+        nodes, best, at = state.nodes, state.best, state.at
         gone, stays = _settled(nodes, at, num_obstacles)
-        paid = sum_of(gone)
-        terms = Terms(start, goal, jnp.where(stays, jnp.inf, cost))
-        prices = prices_of(labels, terms, gone, best.cost - paid)
-        bound = jnp.maximum(_entry(nodes.bound, at), paid + prices.goal)
-        is_open = bound * (1 + _EQUAL) < best.cost
+        paid = _column(nodes.paid, at)
+        prices = prices_of(
+            labels, Terms(start, goal, costs, may_go & ~stays), gone, paid, best.cost
+        )
+        bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
+        is_open = sums.is_less(bound, best.cost)
         new = lax.cond(
-            is_open, tried, lambda *_: (best, jnp.int32(-1), jnp.bool_(False)), best, gone, prices
+            is_open,
+            tried,
+            lambda *_: (best, jnp.int32(-1), jnp.bool_(False)),
+            best,
+            gone,
+            prices,
+            bound,
         )
         best, branch, is_too_long = new
-        nodes = nodes._replace(bound=_put(nodes.bound, jnp.where(is_too_long, bound, jnp.inf), at))
-        nodes = _branched(nodes, state.num, at, branch, jnp.where(branch >= 0, bound, jnp.inf))
+        # Closed, unless the search ends here: then its bound holds on.
+        nodes = nodes._replace(
+            bound=_put_column(nodes.bound, jnp.where(is_too_long, bound, sums.never()), at)
+        )
+        child_bound = jnp.where(branch >= 0, bound, sums.never())
+        nodes = _branched(nodes, state.num, at, paid, branch, child_bound, costs)
         reached = jnp.where(state.num == 0, prices.reached, state.reached)
-        return _State(state.num + 1, nodes, best, reached, least(nodes.bound), is_too_long)
+        return _State(state.num + 1, nodes, best, reached, is_too_long, *_next(nodes.bound, costs))
 
-    def tried(best: _Best, gone: Array, prices: Prices) -> tuple:
-        """The best answer with this node's, the obstacle to branch on (-1 none), whether its route
-        is too long to be told.
+    def tried(best: _Best, gone: Array, prices: Prices, bound: Array) -> tuple:
+        """The best answer with this node's, the obstacle to branch on (-1 none), whether its
+        route is too long to be told.
         """
 
-        def walk(state: tuple) -> tuple:
-            num_tried, _, _ = state
-            opened = gone | jnp.where(num_tried == 0, prices.tight, prices.affordable)
-            return num_tried + 1, *route_through(
+        def walk(state: _Walk) -> _Walk:
+            spared = _dearest(state.left, cost)
+            without = (state.needed < NEVER) & ~spared
+            tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
+            opened = jnp.where(state.is_thinning, without, tight_or_more)
+            found = route_through(
                 labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity
             )
+            is_there = found[0].num_cells > 0
+            is_kept = state.is_thinning & ~is_there
+            route, needed = jax.tree.map(
+                lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found
+            )
+            own = sums.total(costs, needed < NEVER)
+            left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
+            # What costs no more than any answer needs all that it destroys, if nothing is to be had
+            # for nothing.
+            is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (costs.digits == 0))
+            is_thinning = (
+                (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
+            )
+            goes_on = is_thinning | (~is_there & (state.num_tried == 0))
+            return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, goes_on)
 
-        none = (jnp.int32(0), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
-        _, route, needed = lax.while_loop(lambda s: (s[0] < 2) & (s[1].num_cells == 0), walk, none)
-        own = sum_of(needed < NEVER)
-        is_too_long = route.num_cells > room
-        is_better = (own < best.cost) & ~is_too_long
-        is_told = is_better | (is_too_long & ~jnp.isfinite(best.cost))
-        route, best_needed = jax.tree.map(
-            lambda a, b: jnp.where(is_told, a, b), (route, needed), (best.route, best.needed)
+        none = jnp.zeros(num_obstacles, bool)
+        begin = _Walk(
+            jnp.int32(0),
+            *nowhere,
+            sums.zero(),
+            none,
+            is_thinning=jnp.bool_(False),
+            goes_on=jnp.bool_(True),
         )
-        order = jnp.where(gone, NEVER, needed)
-        first = lax.argmin(order, 0, jnp.int32)
+        # Ends: after the second set of obstacles; or thinning, where each time there is one less
+        # that may not be needed.
+        own = lax.while_loop(lambda state: state.goes_on, walk, begin)
+        is_too_long = own.route.num_cells > room
+        is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
+        is_told = is_better | (is_too_long & (best.route.num_cells == 0))
+        pairs = ((own.route, own.needed), (best.route, best.needed))
+        route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), *pairs)
+        order = jnp.where(gone, NEVER, own.needed)
+        first = jnp.argmin(order).astype(jnp.int32)
         is_settled = jnp.min(order) == NEVER
         branch = jnp.where(is_settled | is_too_long, -1, first)
-        return _Best(jnp.where(is_better, own, best.cost), route, best_needed), branch, is_too_long
-
-    size = 2 * max_nodes + 1
-    bounds = _put(
-        jnp.full(size, jnp.inf, jnp.float32),
-        jnp.where(is_asked, jnp.float32(0), jnp.inf),
-        jnp.int32(0),
-    )
-    nodes = _Nodes(
-        jnp.full(size, -1, jnp.int32), jnp.full(size, -1, jnp.int32), jnp.zeros(size, bool), bounds
-    )
-    best = _Best(
-        jnp.float32(jnp.inf), _nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32)
-    )
-    reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
+        return (
+            _Best(jnp.where(is_better, own.cost, best.cost), route, best_needed),
+            branch,
+            is_too_long,
+        )
 
     def goes_on(state: _State) -> Array:
-        is_open = state.least_bound * (1 + _EQUAL) < state.best.cost
-        return (state.num < max_nodes) & is_open & ~state.is_too_long
+        return (
+            (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
+        )
 
-    end = lax.while_loop(
-        goes_on, expanded, _State(jnp.int32(0), nodes, best, reached, bounds[0], jnp.bool_(False))
-    )
-    return end.reached, jnp.minimum(end.least_bound, end.best.cost), end.best.route, end.best.needed
+    size = 2 * max_nodes + 1
+    none = jnp.full(size, -1, jnp.int32)
+    closed = jnp.broadcast_to(sums.never()[:, None], (sums.WORDS, size))
+    low = jnp.where(is_asked, sums.zero(), sums.never())
+    bounds = _put_column(closed, low, jnp.int32(0))
+    nodes = _Nodes(none, none, jnp.zeros(size, bool), jnp.zeros_like(closed), bounds)
+    best = _Best(sums.never(), *nowhere)
+    reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
+    begin = _State(jnp.int32(0), nodes, best, reached, jnp.bool_(False), low, jnp.int32(0))
+    end = lax.while_loop(goes_on, expanded, begin)
+    bound = jnp.where(sums.is_less(end.low, end.best.cost), end.low, end.best.cost)
+    bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), costs)
+    return end.reached, bound, cost, end.best.route, end.best.needed
+
+
+def _dearest(among: Array, cost: Array) -> Array:
+    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several: bool
+    [M].
+    """
+    # As whole numbers the bits of floats that are not negative have the same order.
+    dearness = lax.bitcast_convert_type(cost, jnp.uint32) // 2 + 1
+    return (
+        jnp.arange(len(cost), dtype=jnp.int32)
+        == jnp.argmax(jnp.where(among, dearness, jnp.uint32(0)))
+    ) & among
+
+
+class _Settling(NamedTuple):
+    """On the way from a node to the first one. at: int32 []. settled: uint8 [M], 1 gone, 2 stays."""
+
+    at: Array
+    settled: Array
 
 
 def _settled(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
     """The obstacles that are gone at a node, and those that stay there: bool [M] each."""
 
-    def note(state: tuple) -> tuple:
-        at, settled = state
-        place = _entry(nodes.obstacle, at)
-        return _entry(nodes.parent, at), _put(
-            settled, jnp.where(_entry(nodes.is_gone, at), jnp.uint8(1), jnp.uint8(2)), place
-        )
+    def note(state: _Settling) -> _Settling:
+        what = jnp.where(_entry(nodes.is_gone, state.at), jnp.uint8(1), jnp.uint8(2))
+        settled = _put(state.settled, what, _entry(nodes.obstacle, state.at))
+        return _Settling(_entry(nodes.parent, state.at), settled)
 
-    nothing = jnp.zeros(num_obstacles, jnp.uint8)
+    begin = _Settling(at, jnp.zeros(num_obstacles, jnp.uint8))
     # Ends: every parent was made before its children; the first node settles nothing.
-    _, settled = lax.while_loop(lambda state: state[0] > 0, note, (at, nothing))
-    return settled == 1, settled == 2
+    end = lax.while_loop(lambda state: state.at > 0, note, begin)
+    return end.settled == 1, end.settled == 2
 
 
-def _branched(nodes: _Nodes, num: Array, at: Array, branch: Array, bound: Array) -> _Nodes:
-    """Adds both children of node `at`, the `num`-th expanded; closed ones where `bound` is inf."""
-    for child, is_gone in enumerate((False, True)):
-        new = _Nodes(at, branch, jnp.bool_(is_gone), bound)
-        nodes = _Nodes(*(_put(old, value, 2 * num + 1 + child) for old, value in zip(nodes, new)))
+def _branched(
+    nodes: _Nodes, num: Array, at: Array, paid: Array, branch: Array, bound: Array, costs: Costs
+) -> _Nodes:
+    """Adds both children of node `at`, the `num`-th expanded, closed ones where `bound` is; the one
+    with more gone is later.
+    """
+    more_paid = sums.with_cost(paid, costs, branch.clip(0))
+    for child, (is_gone, cost) in enumerate(((False, paid), (True, more_paid))):
+        place = 2 * num + 1 + child
+        nodes = _Nodes(
+            _put(nodes.parent, at, place),
+            _put(nodes.obstacle, branch, place),
+            _put(nodes.is_gone, jnp.bool_(is_gone), place),
+            _put_column(nodes.paid, cost, place),
+            _put_column(nodes.bound, bound, place),
+        )
     return nodes
 
 
-def _next(bound: Array, least_bound: Array) -> Array:
-    """The latest of the nodes of least bound."""
-    ids = jnp.arange(len(bound), dtype=jnp.int32)
-    return jnp.max(jnp.where(bound == least_bound, ids, -1))
+def _next(bound: Array, costs: Costs) -> tuple[Array, Array]:
+    """The least bound, and the latest of the nodes that have it."""
+    low, are_least = sums.least(bound, jnp.ones(bound.shape[1], bool), costs.num_words)
+    ids = jnp.arange(bound.shape[1], dtype=jnp.int32)
+    return low, jnp.max(jnp.where(are_least, ids, -1))
 
 
 def _entry(array: Array, at: Array) -> Array:
@@ -235,6 +322,14 @@ def _entry(array: Array, at: Array) -> Array:
 
 def _put(array: Array, value: Array, at: Array) -> Array:
     return lax.dynamic_update_index_in_dim(array, value, at, 0)
+
+
+def _column(numbers: Array, at: Array) -> Array:
+    return lax.dynamic_index_in_dim(numbers, at, axis=1, keepdims=False)
+
+
+def _put_column(numbers: Array, number: Array, at: Array) -> Array:
+    return lax.dynamic_update_slice(numbers, number[:, None], (jnp.int32(0), at))
 
 
 def _nowhere(capacity: int) -> Route:

@@ -2,8 +2,8 @@
 
 Destroying obstacle after obstacle is a shortest-path problem over {free regions, obstacles}, solved
 by flooding in levels: with what can be afforded for a price, flood; every obstacle that the flood
-meets by a side can be had for the price plus its own cost; raise the price to the next such sum;
-until the target is flooded. That price is
+meets by a side can be had for the price plus its own cost; raise the price to the least such sum of
+what is not open yet; until the target is flooded. That price is
 
 - a lower bound on the cost of every solution, whatever the obstacles look like: whoever walks to
   the target has met by a side, and paid for, each obstacle on the way, and the flood is never
@@ -12,7 +12,8 @@ until the target is flooded. That price is
   obstacles, each paying for the next, opens a way at that very price.
 
 By a side, not a corner: a diagonal move needs both side cells free, so whatever can be entered can
-be entered from the side.
+be entered from the side. Prices are exact sums (`sums`), so that no cost is too small beside
+another.
 """
 
 from typing import NamedTuple
@@ -20,34 +21,31 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array, lax
 
-from sign_model.ground.loops import least
 from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
 from srt_jax.obstacles import Labels
 from srt_jax.paths.reach import flood_group
+from srt_jax.removal import sums
+from srt_jax.removal.sums import Costs
 from srt_jax.types import Task
-
-_SLACK = 1e-5
-"""Sums of the same costs in another order may differ by this part; an obstacle too many among the
-tight ones does no harm.
-"""
 
 
 class Terms(NamedTuple):
-    """Between which cells of one map, int32 [2] inside it, and at which costs, float32 [M], inf for
-    what must stay.
+    """Between which cells of one map, int32 [2] inside it, at which costs, and what may go: bool
+    [M].
     """
 
     start: Array
     goal: Array
-    cost: Array
+    costs: Costs
+    may_go: Array
 
 
 class Prices(NamedTuple):
     """reached: the mask of cells reached before any price is paid.
 
-    goal: float32 [], the price of the goal: 0 where a path exists, inf where none can be opened (or
-      only for `most` and more).
+    goal: the price of the goal, a number of `sums`: `never` where none can be opened (or only for
+      `most` and more).
     affordable: bool [M], what can be had for that price; all of these gone, the goal is reached.
     tight: bool [M], what can be had and leads on to the goal within that price: all members of the
       cheapest chains.
@@ -66,105 +64,167 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
     Their start is free and their goal on the map; for the others: no cell, and inf.
 
     Returns:
-      uint32 [B, H, words], packed; float32 [B].
+      uint32 [B, H, words], packed; float32 [B], rounded down.
     """
 
     def one_map(
-        labels: Labels, cost: Array, start: Array, goal: Array, is_asked: Array
+        labels: Labels, may_go: Array, cost: Array, start: Array, goal: Array, is_asked: Array
     ) -> tuple[Array, Array]:
-        never, nothing = jnp.full(cost.shape, jnp.inf, jnp.float32), jnp.zeros(cost.shape, bool)
-        most = jnp.where(is_asked, jnp.float32(jnp.inf), jnp.float32(0))
-        reached, _, price = _levels(labels, start, goal, nothing, cost, never, most)
-        return jnp.where(is_asked, reached, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
+        terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
+        nothing = jnp.zeros(cost.shape, bool)
+        most = jnp.where(is_asked, sums.never(), sums.zero())
+        found = _levels(labels, start, goal, nothing, terms, nothing, sums.zero(), most)
+        (price,) = sums.to_float32(found.price[:, None], terms.costs)
+        return jnp.where(is_asked, found.first, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
 
-    cost = jnp.where(task.destroyable, task.removal_cost, jnp.inf)
-    return obstacles.of_all(one_map, task.labels, cost, task.start, task.goal, among)
+    return obstacles.of_all(
+        one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among
+    )
 
 
-def prices_of(labels: Labels, terms: Terms, gone: Array, most: Array) -> Prices:
-    """Returns the prices once the obstacles `gone` (bool [M]) are, without theirs; `terms.start` is
-    a free cell.
+def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Array) -> Prices:
+    """Returns the prices once the obstacles `gone` (bool [M]) are, with the cost `paid` for them;
+    `terms.start` is free.
 
     First from the start until the goal is reached, then from the goal as far as that price goes.
     """
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
-    nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
-    cost = jnp.where(gone, jnp.inf, terms.cost)
     in_goal = obstacles.owners_of(labels, terms.goal, num_obstacles)
-    never = jnp.full(num_obstacles, jnp.inf, jnp.float32)
 
-    def one_way(state: tuple) -> tuple:
-        direction, reached, price, forth, _ = state
-        is_back = direction == 1
+    def one_way(state: _Ways) -> _Ways:
+        is_back = state.direction == 1
         source, target = (
             jnp.where(is_back, *ends)
             for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
         )
-        met = jnp.where(is_back & in_goal & jnp.isfinite(cost), jnp.float32(0), never)
-        first, met, found = _levels(
-            labels, source, target, gone, cost, met, jnp.where(is_back, price, most)
+        limit = jnp.where(is_back, state.forth.price, most)
+        found = _levels(labels, source, target, gone, terms, in_goal & is_back, paid, limit)
+        forth, back = (
+            _selected(state.forth, found, ~is_back),
+            _selected(state.back, found, is_back),
         )
-        return (
-            direction + 1,
-            jnp.where(is_back, reached, first),
-            jnp.where(is_back, price, found),
-            jnp.where(is_back, forth, met),
-            jnp.where(is_back, met, never),
-        )
+        return _Ways(state.direction + 1, forth, back)
 
-    def goes_on(state: tuple) -> Array:
-        direction, _, price, _, _ = state
-        return (direction == 0) | ((direction == 1) & (price > 0) & jnp.isfinite(price))
+    def goes_on(state: _Ways) -> Array:
+        is_closed = state.forth.is_there & ~obstacles.holds(state.forth.first, terms.goal)
+        return (state.direction == 0) | ((state.direction == 1) & is_closed)
 
-    state = (jnp.int32(0), nothing, jnp.float32(jnp.inf), never, never)
-    _, reached, price, forth, back = lax.while_loop(goes_on, one_way, state)
-    affordable = forth + cost <= price
-    tight = affordable & (forth + cost + back <= price * jnp.float32(1 + _SLACK)) & (price > 0)
-    is_there = jnp.isfinite(price)
-    return Prices(reached, price, affordable & is_there, tight & is_there)
+    nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
+    none, numbers = (
+        jnp.zeros(num_obstacles, bool),
+        jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32),
+    )
+    nowhere = _Found(nothing, sums.never(), jnp.bool_(False), numbers, none, none)
+    _, forth, back = lax.while_loop(goes_on, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
+    affordable = forth.is_open & forth.is_there
+    # An obstacle's number from either side holds `paid` and its own cost, which count once.
+    is_short = sums.are_within(forth.open_at, back.open_at, terms.costs, forth.price, paid)
+    return Prices(forth.first, forth.price, affordable, affordable & back.is_met & is_short)
+
+
+class _Found(NamedTuple):
+    """What the floods in one direction found.
+
+    first: the mask reached before any price is paid. price: the number at which the target is
+      reached, else `never`.
+    is_there: bool [], whether it is. open_at: uint32 [WORDS, M], the number at which each obstacle
+      opens that is_met, bool [M].
+    is_open: bool [M], whether it was opened.
+    """
+
+    first: Array
+    price: Array
+    is_there: Array
+    open_at: Array
+    is_met: Array
+    is_open: Array
+
+
+class _Ways(NamedTuple):
+    direction: Array
+    forth: _Found
+    back: _Found
+
+
+class _Level(NamedTuple):
+    """price: the number that is paid. reached: the mask. is_first, goes_on: bool []. The others
+    as in `_Found`.
+    """
+
+    price: Array
+    first: Array
+    reached: Array
+    open_at: Array
+    is_met: Array
+    is_open: Array
+    is_first: Array
+    is_there: Array
+    goes_on: Array
 
 
 def _levels(
-    labels: Labels, source: Array, target: Array, gone: Array, cost: Array, met: Array, most: Array
-) -> tuple[Array, Array, Array]:
+    labels: Labels,
+    source: Array,
+    target: Array,
+    gone: Array,
+    terms: Terms,
+    met: Array,
+    paid: Array,
+    most: Array,
+) -> _Found:
     """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or
     more.
 
     Args:
-      met: float32 [M], the price at which each obstacle is met from the beginning.
-
-    Returns:
-      the mask reached at price 0; the prices at which obstacles are met, float32 [M]; that of the
-      target, float32 [].
+      met: bool [M], obstacles that are met from the beginning.
+      paid: the number to begin with. most: a number.
     """
+    costs, may_go = terms.costs, terms.may_go & ~gone
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
     at_source = obstacles.only(source, height, num_words(width))
 
-    def level(state: tuple) -> tuple:
-        price, met, first, reached, _, _ = state
-        passable = obstacles.open_cells(labels, gone | (met + cost <= price))
+    def level(state: _Level) -> _Level:
+        passable = obstacles.open_cells(labels, gone | state.is_open)
         reached = flood_group(
-            passable, (reached | at_source) & passable, group=1, through_corners=False
+            passable, (state.reached | at_source) & passable, group=1, through_corners=False
         )
         is_there = obstacles.holds(reached, target)
 
-        def noted(met: Array) -> Array:
+        def beside() -> Array:
             border = obstacles.beside(reached) & ~passable
-            is_new = obstacles.met_by(labels, border, num_obstacles) & jnp.isfinite(cost)
-            return jnp.where(is_new, jnp.minimum(met, price), met)
+            return (obstacles.met_by(labels, border, num_obstacles) | met) & may_go & ~state.is_met
 
-        met = lax.cond(is_there, lambda met: met, noted, met)
-        open_at = met + cost
-        next_price = least(jnp.where(open_at > price, open_at, jnp.inf))
-        goes_on = ~is_there & (next_price < most)
-        found = jnp.where(is_there, price, jnp.inf)
-        first = jnp.where(price == 0, reached, first)
-        return jnp.where(goes_on, next_price, price), met, first, reached, found, goes_on
+        is_new = lax.cond(is_there, lambda: jnp.zeros(num_obstacles, bool), beside)
+        open_at = sums.with_costs(state.open_at, is_new, state.price, costs)
+        is_met = state.is_met | is_new
+        # Also an obstacle that costs nothing, or nothing more, opens at a level of its own.
+        price, is_next = sums.least(open_at, is_met & ~state.is_open, costs.num_words)
+        goes_on = ~is_there & sums.is_less(price, most)
+        return _Level(
+            price=jnp.where(goes_on, price, state.price),
+            first=jnp.where(state.is_first, reached, state.first),
+            reached=reached,
+            open_at=open_at,
+            is_met=is_met,
+            is_open=state.is_open | (is_next & goes_on),
+            is_first=jnp.bool_(False),
+            is_there=is_there,
+            goes_on=goes_on,
+        )
 
-    nothing = jnp.zeros_like(at_source)
-    state = (jnp.float32(0), met, nothing, nothing, jnp.float32(jnp.inf), jnp.bool_(True))
+    nothing, none = jnp.zeros_like(at_source), jnp.zeros(num_obstacles, bool)
+    numbers = jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
+    yes, no = jnp.bool_(True), jnp.bool_(False)
+    begin = _Level(
+        paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, goes_on=yes
+    )
     # Ends: each level opens at least one more obstacle.
-    _, met, first, _, found, _ = lax.while_loop(lambda state: state[5], level, state)
-    return first, met, found
+    end = lax.while_loop(lambda state: state.goes_on, level, begin)
+    price = jnp.where(end.is_there, end.price, sums.never())
+    return _Found(end.first, price, end.is_there, end.open_at, end.is_met, end.is_open)
+
+
+def _selected(old: _Found, new: _Found, is_new: Array) -> _Found:
+    return _Found(*(jnp.where(is_new, after, before) for before, after in zip(old, new)))

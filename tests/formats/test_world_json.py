@@ -95,7 +95,7 @@ def changed(*places, to):
         (":1: no whole JSON file", json.dumps(DOCUMENT)[:100]),
         (":10: no whole JSON file", json.dumps(DOCUMENT, indent=1)[:90]),
         (": the file must be an object", "[]"),
-        (": no JSON text in UTF-8", "[" * 100_000),
+        (": nested too deeply", "[" * 100_000),
         (": the member 'a' stands twice", '{"a": 1, "a": 2}'),
         (": NaN is no coordinate", changed("bounds", 0, to=float("nan"))),
         (": the file lacks 'goal'", changed("goal", to=None)),

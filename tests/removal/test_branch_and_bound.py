@@ -13,6 +13,7 @@ from experiments.campaigns.integer_programming import exact_removal
 from srt_jax import Status, check, solve, stack
 from srt_jax.obstacles import Labels
 from srt_jax.reference.brute_force import least_removal
+from srt_jax.removal import sums
 from srt_jax.removal.prices import Terms, goal_prices, prices_of
 from tests.helpers.labelled import random_tasks, walled_tasks
 
@@ -134,9 +135,13 @@ def test_tight_are_the_members_of_least_sets_and_what_is_gone_costs_nothing_more
     @jax.jit
     def all_prices(labels, cost, start, goal, gone):
         def one(which, cost, start, goal, gone):
-            return prices_of(
-                Labels(labels, which), Terms(start, goal, cost), gone, jnp.float32(jnp.inf)
+            may_go = jnp.isfinite(cost)
+            costs = sums.costs_of(cost, may_go)
+            paid = sums.zero()  # what is gone is given
+            found = prices_of(
+                Labels(labels, which), Terms(start, goal, costs, may_go), gone, paid, sums.never()
             )
+            return found._replace(goal=sums.to_float32(found.goal[:, None], costs)[0])
 
         return jax.lax.map(
             lambda entry: one(*entry),

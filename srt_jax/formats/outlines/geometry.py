@@ -2,7 +2,7 @@
 counted and told.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from srt_jax.formats.files import needed
 from srt_jax.formats.notes import Notes
 from srt_jax.geometry.place import Place
-from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, conflicts, repaired
+from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, as_rings, conflicts, repaired
 from srt_jax.geometry.world import Obstacle
 
 CROSSING = "polygons whose rings cross, made valid"
@@ -43,7 +43,8 @@ def obstacles_of_shapes(shapes: Sequence[Shape], notes: Notes) -> list[Obstacle 
       ValueError: a coordinate is NaN or too large, or an option is wrong; the message begins with
         what the shape is called.
     """
-    rings = [_rings(shape, notes) for shape in shapes]
+    checked = iter(as_rings([ring for shape in shapes for part in shape.parts for ring in part]))
+    rings = [_rings(shape, checked, notes) for shape in shapes]
     return [_obstacle(*each, notes) for each in zip(shapes, rings, conflicts(rings))]
 
 
@@ -128,21 +129,30 @@ def count_outside(place: Place, notes: Notes) -> None:
     """Notes how many obstacles lie wholly beyond the bounds; they keep their ids and cover no
     cell.
     """
+    if not place.obstacles:
+        return
     x_min, y_min, x_max, y_max = place.bounds
-    for obstacle in place.obstacles:
-        low, high = np.reshape(box_around([obstacle]), (2, 2))
-        if (high <= (x_min, y_min)).any() or (low >= (x_max, y_max)).any():
-            notes.add(
-                "obstacles wholly outside the bounds, kept; they cover no cell",
-                example=obstacle.name,
-            )
+    outer = [
+        [point for part in obstacle.parts for point in part[0]] for obstacle in place.obstacles
+    ]
+    starts = np.cumsum([0, *map(len, outer[:-1])])
+    points = np.array([point for one in outer for point in one])
+    low, high = (extreme.reduceat(points, starts, axis=0) for extreme in (np.minimum, np.maximum))
+    is_outside = (high <= (x_min, y_min)).any(axis=1) | (low >= (x_max, y_max)).any(axis=1)
+    for index in np.flatnonzero(is_outside).tolist():
+        notes.add(
+            "obstacles wholly outside the bounds, kept; they cover no cell",
+            example=place.obstacles[index].name,
+        )
 
 
-def _rings(shape: Shape, notes: Notes) -> Parts:
-    """Returns the rings of a shape that have at least three different points."""
+def _rings(shape: Shape, checked: Iterator[Ring | None], notes: Notes) -> Parts:
+    """Returns the rings of a shape that have at least three different points; `checked` goes on
+    with `as_rings` of them.
+    """
     kept = []
     for part in shape.parts:
-        rings = [_ring(ring, shape.called, notes) for ring in part]
+        rings = [next(checked) or _ring(ring, shape.called, notes) for ring in part]
         if rings and rings[0]:
             kept.append(tuple(ring for ring in rings if ring))
     return tuple(kept)

@@ -47,6 +47,9 @@ class Projection:
         millimetre.
         """
         away = np.asarray(places, np.float64) - (self.longitude, self.latitude)
+        # across the meridian of 180 degrees the short way counts
+        turns = np.rint(away[..., 0] / 360)
+        away = away - np.stack([360 * turns, np.zeros_like(turns)], axis=-1)
         return np.round(away * self.metres_per_degree, 4)
 
     def to_degrees(self, points: ArrayLike) -> np.ndarray:
@@ -66,6 +69,34 @@ class Projection:
 def projection_over(low: ArrayLike, high: ArrayLike) -> Projection:
     """Returns the projection about the middle of the box from `low` to `high`, (longitude,
     latitude) each.
+
+    A box across the meridian of 180 degrees has its eastern side beyond 180 (`joined_box`).
     """
-    longitude, latitude = (np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2
-    return Projection(float(longitude), float(latitude))
+    longitude, latitude = (
+        (np.asarray(low, np.float64) + np.asarray(high, np.float64)) / 2
+    ).tolist()
+    is_across = longitude > 180 and np.asarray(high)[0] <= 360
+    return Projection(longitude - 360.0 * is_across, latitude)
+
+
+def joined_box(boxes: ArrayLike) -> np.ndarray:
+    """Returns the corners [2, 2] of the smallest box around all, (longitude, latitude), south-west
+    first.
+
+    Across the meridian of 180 degrees the eastern longitude comes out beyond 180.
+
+    Args:
+      boxes: float [..., 4], (west, south, east, north) in degrees; a box whose west is larger than
+        its east lies across that meridian. Points are boxes without an extent.
+    """
+    west, south, east, north = np.moveaxis(np.asarray(boxes, np.float64).reshape(-1, 4), -1, 0)
+    east = east + 360.0 * (west > east)
+    turned = 360.0 * (west < 0)
+    straight, across = ((np.min(west + turn), np.max(east + turn)) for turn in (0.0, turned))
+    # Only what is spread over more than half the globe is taken to lie across.
+    left, right = (
+        straight
+        if straight[1] - straight[0] <= 180
+        else min(straight, across, key=lambda side: side[1] - side[0])
+    )
+    return np.array([(left, south.min()), (right, north.max())])

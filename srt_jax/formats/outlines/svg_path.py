@@ -1,22 +1,24 @@
 """The outlines in the `d` of an SVG path, and what `transform` does to them; curves become short
 lines.
 
-Points are (x, y) as in the file, y downwards. Read are all commands of SVG 1.1 (M L H V C S Q T A
-Z, absolute and relative) and all transforms.
+Points are (x, y) as in the file, y downwards. Paths are read by svg.path, which knows all commands
+of SVG 1.1; it passes over letters that are none, so these are refused here. Transforms are read
+here: a library that takes an unknown one for the identity would move what stands in the way.
 """
 
 import math
 import re
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from srt_jax.formats.files import needed
+
 _PIECES = 16
 """Lines to a curve, or to a quarter of an arc's circle."""
-_ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_FLAG = re.compile("[01]")
-_GAPS = " \t\r\n\f,"
+_PATH = re.compile(r"\s*(?:[Mm](?:[MmLlHhVvCcSsQqTtAaZzeE0-9+\-.,\s])*)?")
+_AFTER_END = re.compile(r"[Zz][\s,]*[-+.0-9]")
 _TRANSFORM = re.compile(r"\s*,?\s*(matrix|translate|scale|rotate|skewX|skewY)\s*\(([^)]*)\)")
 
 
@@ -25,33 +27,40 @@ def outlines(text: str) -> list[np.ndarray]:
     [] for an empty path.
 
     Raises:
-      ValueError: a command that is not known, or a number that is missing or none.
+      ValueError: a command that is not known, or a number that is missing, none or too large.
     """
+    svg = needed("svg.path", extra="svg", what="reading SVG paths")
+    place = _PATH.match(text).end()  # type: ignore[union-attr]
+    if place < len(text):
+        if not text[:place].strip():
+            raise ValueError(f"a path begins with M or m, not {text.strip()[:12]!r}")
+        raise ValueError(f"a path command was expected, got {text[place : place + 12]!r}")
+    odd = _AFTER_END.search(text)
+    if odd:
+        raise ValueError(
+            f"a path command was expected, got {text[odd.end() - 1 : odd.end() + 11]!r}"
+        )
+    try:
+        segments = svg.parse_path(text)
+    except (ValueError, IndexError, ZeroDivisionError, OverflowError) as error:
+        raise ValueError(f"a path command lacks a number, or has one too many: {error}") from error
     drawn: list[list[complex]] = []
-    here = begin = control = 0j
-    last = ""
-    for command, numbers in _commands(text):
-        kind, is_relative = command.upper(), command.islower()
-        base = here if is_relative else 0j
-        points = [base + complex(x, y) for x, y in zip(numbers[::2], numbers[1::2])]
-        if kind == "M":
-            here = begin = points[0]
-            drawn.append([here])
-            last = kind
+    begins = True
+    for segment in segments:
+        if isinstance(segment, svg.Move):
+            drawn.append([segment.end])
+        elif isinstance(segment, svg.Close):
+            begins = True
             continue
-        if not drawn:
-            raise ValueError(f"a path begins with M or m, not {command!r}")
-        if kind == "Z":
-            here = begin
         else:
-            if last == "Z":
-                drawn.append([begin])
-            mirrored = 2 * here - control if last in _CURVES.get(kind, ()) else here
-            line, control = _drawn(kind, here, base, numbers, points, mirrored)
-            drawn[-1] += line
-            here = line[-1]
-        last = kind
-    return [np.array([(point.real, point.imag) for point in line]) for line in drawn]
+            if begins:  # after the end of an outline the next begins where that one began
+                drawn.append([segment.start])
+            drawn[-1] += _points(svg, segment)
+        begins = False
+    lines = [np.array([(point.real, point.imag) for point in line]) for line in drawn]
+    if not all(np.isfinite(line).all() for line in lines):
+        raise ValueError("a number in it is too large")
+    return lines
 
 
 def transform_of(text: str) -> np.ndarray:
@@ -106,105 +115,16 @@ _CURVES = {"S": ("C", "S"), "T": ("Q", "T")}
 """After which commands a smooth curve goes on from their last control point."""
 
 
-def _commands(text: str) -> Iterator[tuple[str, list[float]]]:
-    """Yields each command with its numbers; numbers beyond a command's own repeat it (after M as
-    L).
-    """
-    place, command = _skipped(text, 0), ""
-    while place < len(text):
-        if text[place].upper() in _ARGUMENTS:
-            command, place = text[place], place + 1
-        elif command in ("", "Z", "z"):
-            raise ValueError(f"a path command was expected, got {text[place : place + 12]!r}")
-        numbers = []
-        for index in range(_ARGUMENTS[command.upper()]):
-            place = _skipped(text, place)
-            is_flag = command in "Aa" and index in (3, 4)
-            match = (_FLAG if is_flag else _NUMBER).match(text, place)
-            if match is None:
-                raise ValueError(
-                    f"the path command {command!r} lacks a number at {text[place : place + 12]!r}"
-                )
-            numbers.append(float(match[0]))
-            place = match.end()
-        yield command, numbers
-        command = {"M": "L", "m": "l"}.get(command, command)
-        place = _skipped(text, place)
-
-
-def _skipped(text: str, place: int) -> int:
-    """Returns the place after blanks and commas."""
-    while place < len(text) and text[place] in _GAPS:
-        place += 1
-    return place
-
-
-def _drawn(
-    kind: str,
-    here: complex,
-    base: complex,
-    numbers: list[float],
-    points: list[complex],
-    mirrored: complex,
-):
-    """Returns the points a command adds, and its last control point."""
-    if kind == "H":
-        return [complex(base.real + numbers[0], here.imag)], here
-    if kind == "V":
-        return [complex(here.real, base.imag + numbers[0])], here
-    if kind == "L":
-        return points, here
-    if kind == "A":
-        return _arc(here, numbers, base + complex(numbers[5], numbers[6])), here
-    controls = [mirrored, *points] if kind in _CURVES else points
-    return _curve([here, *controls]), controls[-2]
-
-
-def _curve(controls: list[complex]) -> list[complex]:
-    """Returns points on the Bezier curve of any degree, without its first."""
-    share = np.arange(1, _PIECES + 1) / _PIECES
-    degree = len(controls) - 1
-    points = sum(
-        math.comb(degree, k) * share**k * (1 - share) ** (degree - k) * control
-        for k, control in enumerate(controls)
-    )
-    return [*np.asarray(points)[:-1].tolist(), controls[-1]]
-
-
-def _arc(here: complex, numbers: list[float], end: complex) -> list[complex]:
-    """Returns points on an elliptic arc, without its first (SVG 1.1, F.6: from endpoints to the
-    centre).
-    """
-    rx, ry, turn, is_large, is_sweep = (
-        abs(numbers[0]),
-        abs(numbers[1]),
-        math.radians(numbers[2]),
-        numbers[3],
-        numbers[4],
-    )
-    if here == end or rx == 0 or ry == 0:
-        return [end]
-    axis = complex(math.cos(turn), math.sin(turn))
-
-    def to_circle(point: complex) -> complex:
-        turned = point / axis
-        return complex(turned.real / rx, turned.imag / ry)
-
-    a, b = to_circle(here), to_circle(end)
-    half = abs(b - a) / 2
-    grown = max(1.0, half)  # radii too small for the way are enlarged until they fit
-    away = math.sqrt(max(0.0, grown**2 - half**2))
-    side = 1 if bool(is_large) != bool(is_sweep) else -1
-    centre = (a + b) / 2 + side * away * (b - a) / abs(b - a) * 1j
-    first = math.atan2((a - centre).imag, (a - centre).real)
-    sweep = (math.atan2((b - centre).imag, (b - centre).real) - first) % (2 * math.pi)
-    sweep = sweep if is_sweep else sweep - 2 * math.pi
-    steps = max(1, math.ceil(abs(sweep) / (math.pi / 2) * _PIECES - 1e-6))
-    points = [
-        centre + grown * complex(math.cos(t), math.sin(t))
-        for t in first + sweep * np.arange(1, steps) / steps
-    ]
-    return [*(complex(p.real * rx, p.imag * ry) * axis for p in points), end]
+def _points(svg: Any, segment: Any) -> list[complex]:
+    """Returns points on a line, curve or arc, without its first."""
+    if isinstance(segment, svg.Line):
+        return [segment.end]
+    pieces = _PIECES
+    if isinstance(segment, svg.Arc):
+        if segment.start == segment.end or 0 in (segment.radius.real, segment.radius.imag):
+            return [segment.end]
+        pieces = max(1, math.ceil(abs(segment.delta) / 90 * _PIECES - 1e-6))
+    return [*(segment.point(index / pieces) for index in range(1, pieces)), segment.end]
 
 
 def _matrix(name: str, numbers: list[float]) -> np.ndarray:

@@ -1,5 +1,5 @@
-"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data, not
-code.
+"""Which tagged things are obstacles, and which of them can be destroyed: rules that are data,
+not code.
 """
 
 import importlib.resources
@@ -7,8 +7,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
+from srt_jax.formats.containers.json_text import fields_of, read_json
 from srt_jax.formats.files import PathLike
-from srt_jax.formats.json_text import fields_of, read_json
 
 FORMAT, VERSION = "srt-jax tag rules", 1
 
@@ -19,12 +19,40 @@ class Tags(Protocol):
     def get(self, key: str, default: Any = None, /) -> Any: ...
 
 
+class Condition(NamedTuple):
+    """What a rule demands of one more tag.
+
+    values: of the tag that fit, None among them for things without the tag; empty: all but
+    `excepted`. below, at_least: the value is a number below, or at least, that.
+    """
+
+    key: str
+    values: tuple[str | None, ...] = ()
+    excepted: tuple[str | None, ...] = ()
+    below: float | None = None
+    at_least: float | None = None
+
+    def holds(self, tags: Tags) -> bool:
+        """Whether a thing with these tags meets the condition.
+
+        Of several values "a;b" one is enough to fit, but every number must lie where it should.
+        """
+        values = _values(tags.get(self.key)) or [None]
+        fits = [
+            v for v in values if v not in self.excepted and (not self.values or v in self.values)
+        ]
+        numbers = [_number(value) for value in values]
+        is_low = self.below is None or max(numbers) < self.below
+        return bool(fits) and is_low and (self.at_least is None or min(numbers) >= self.at_least)
+
+
 class TagRule(NamedTuple):
-    """Things with a tag `key` are obstacles.
+    """Things with a tag `key` are obstacles, where `also` holds.
 
     values: of the tag that count; empty: all but `excepted`. destroyable, removal_cost: as in
-      `Obstacle`.
-    width: metres; the thing is a line, such as a fence, made that wide. None: it is an area.
+    `Obstacle`. width: metres; the thing is a line, such as a fence, made that wide. None: it is an
+    area. also: conditions on further tags, all of which must hold. obstacle: False: such things
+    are no obstacles, whatever the rules after this one say.
     """
 
     key: str
@@ -33,25 +61,34 @@ class TagRule(NamedTuple):
     destroyable: bool = True
     removal_cost: float = 1.0
     width: float | None = None
+    also: tuple[Condition, ...] = ()
+    obstacle: bool = True
 
     def fits(self, tags: Tags) -> bool:
-        """Whether a thing with these tags is meant."""
-        value = tags.get(self.key)
-        return (
-            value is not None
-            and value not in self.excepted
-            and (not self.values or value in self.values)
-        )
+        """Whether a thing with these tags is meant; of several values "a;b" one is enough."""
+        values = [value for value in _values(tags.get(self.key)) if value not in self.excepted]
+        is_meant = any(not self.values or value in self.values for value in values)
+        return is_meant and all(condition.holds(tags) for condition in self.also)
 
 
 def matching(rules: Sequence[TagRule], tags: Tags) -> TagRule | None:
     """Returns the first rule that fits; None where the thing is no obstacle."""
-    return next((rule for rule in rules if rule.fits(tags)), None)
+    rule = next((rule for rule in rules if rule.fits(tags)), None)
+    return rule if rule is not None and rule.obstacle else None
+
+
+def is_passed_over(rules: Sequence[TagRule], tags: Tags) -> bool:
+    """Whether a thing would be an obstacle if no rule said that such things are none."""
+    if matching(rules, tags) is not None:
+        return False
+    return matching([rule for rule in rules if rule.obstacle], tags) is not None
 
 
 def default_rules() -> tuple[TagRule, ...]:
-    """Returns the rules that come with the package: buildings stand firm, fences, hedges and walls
-    can be destroyed.
+    """Returns the rules that come with the package, fit for a robot on the ground.
+
+    Buildings and water are indestructible; fences, hedges and walls can be destroyed; what lies
+    underground, in a tunnel, on a roof or on another storey is no obstacle.
     """
     with importlib.resources.as_file(
         importlib.resources.files("srt_jax.data").joinpath("tag_rules.json")
@@ -86,13 +123,8 @@ def read_rules(path: PathLike) -> tuple[TagRule, ...]:
 
 
 def _rule(where: str, item: object) -> TagRule:
-    defaults: dict[str, Any] = {
-        "values": [],
-        "except": [],
-        "destroyable": True,
-        "removal_cost": 1.0,
-        "width": None,
-    }
+    defaults: dict[str, Any] = {"values": [], "except": [], "and": {}, "obstacle": True}
+    defaults |= {"destroyable": True, "removal_cost": 1.0, "width": None}
     fields = fields_of(where, item, "key", **defaults)
     if not isinstance(fields["key"], str):
         raise ValueError(f"{where}: key must be a text, got {fields['key']!r}")
@@ -101,13 +133,16 @@ def _rule(where: str, item: object) -> TagRule:
             isinstance(fields[name], list) and all(isinstance(value, str) for value in fields[name])
         ):
             raise ValueError(f"{where}: {name} must be a list of texts, got {fields[name]!r}")
-    if not isinstance(fields["destroyable"], bool):
-        raise ValueError(
-            f"{where}: destroyable must be true or false, got {fields['destroyable']!r}"
-        )
+    for name in ("destroyable", "obstacle"):
+        if not isinstance(fields[name], bool):
+            raise ValueError(f"{where}: {name} must be true or false, got {fields[name]!r}")
     for name in ("removal_cost", "width"):
         if fields[name] is not None and not _is_positive(fields[name]):
             raise ValueError(f"{where}: {name} must be a positive number, got {fields[name]!r}")
+    if not isinstance(fields["and"], dict):
+        raise ValueError(
+            f"{where}: and must be an object of tags and what fits, got {fields['and']!r}"
+        )
     return TagRule(
         key=fields["key"],
         values=tuple(fields["values"]),
@@ -115,13 +150,63 @@ def _rule(where: str, item: object) -> TagRule:
         destroyable=fields["destroyable"],
         removal_cost=float(fields["removal_cost"] or 1.0),
         width=fields["width"],
+        also=tuple(
+            _condition(f"{where}: and: {key}", key, given) for key, given in fields["and"].items()
+        ),
+        obstacle=fields["obstacle"],
     )
+
+
+def _condition(where: str, key: str, given: object) -> Condition:
+    """Returns the condition written as a list of values, or as an object with other demands."""
+    if isinstance(given, list):
+        given = {"values": given}
+        if not given["values"]:
+            raise ValueError(
+                f"{where}: no value fits an empty list: name some, null for no such tag"
+            )
+    defaults: dict[str, Any] = {"values": [], "except": [], "below": None, "at_least": None}
+    fields = fields_of(where, given, **defaults)
+    for name in ("values", "except"):
+        items = fields[name]
+        if not (
+            isinstance(items, list)
+            and all(value is None or isinstance(value, str) for value in items)
+        ):
+            raise ValueError(
+                f"{where}: {name} must be a list of texts, or null for no such tag, got {items!r}"
+            )
+    for name in ("below", "at_least"):
+        if fields[name] is not None and not _is_finite(fields[name]):
+            raise ValueError(f"{where}: {name} must be a number, got {fields[name]!r}")
+    return Condition(
+        key, tuple(fields["values"]), tuple(fields["except"]), fields["below"], fields["at_least"]
+    )
+
+
+def _values(value: Any) -> list[str]:
+    """Returns the values of a tag, several where it lists them "a;b"; [] where it has none.
+
+    Tags that come from GeoJSON may be numbers, true or false.
+    """
+    if value is None or isinstance(value, bool):
+        return [] if value is None else ["yes" if value else "no"]
+    text = f"{value:.15g}" if isinstance(value, int | float) else str(value)
+    return [part.strip() for part in text.split(";") if part.strip()]
+
+
+def _number(value: str | None) -> float:
+    """Returns the number a value is; 0 for what is none, as a missing layer is layer 0."""
+    try:
+        number = float(value or "0")
+    except ValueError:
+        return 0.0
+    return number if math.isfinite(number) else 0.0
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _is_positive(value: object) -> bool:
-    return (
-        isinstance(value, int | float)
-        and not isinstance(value, bool)
-        and value > 0
-        and math.isfinite(value)
-    )
+    return _is_finite(value) and value > 0  # type: ignore[operator]

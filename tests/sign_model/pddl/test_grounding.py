@@ -1,9 +1,12 @@
 """Roles filled, negation compiled away, only the reachable kept."""
 
+import itertools
+
 import numpy as np
 import pytest
 
-from sign_model.pddl.grounding import load
+from sign_model.pddl.grounding import ground, load
+from sign_model.pddl.lifted import Domain, Problem, Schema
 from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 
@@ -107,3 +110,121 @@ def test_an_action_that_deletes_and_adds_a_fact_adds_it():
     domain = "(define (domain d) (:predicates (p)) (:action a :effect (and (not (p)) (p))))"
     task = load(domain, "(define (problem t) (:domain d) (:init) (:goal (p)))")
     assert task.adds.tolist() == [[True]] and task.deletes.tolist() == [[False]]
+
+
+def random_lifted(seed):
+    """A random domain and problem: up to three schemas with shared, repeated and constant
+    arguments, types and equalities.
+    """
+    rng = np.random.default_rng(seed)
+    types = {"u": ("object",), "v": ("u",)}
+    kinds = (("object",), ("u",), ("v",), ("u", "v"))
+    names = [f"o{i}" for i in range(int(rng.integers(1, 5)))]
+    objects = {name: kinds[rng.integers(4)] for name in names}
+    predicates = {f"p{i}": (("object",),) * int(rng.integers(0, 3)) for i in range(5)}
+    changeable = ["p0", "p1", "p2"]
+
+    def atoms(most, terms, among):
+        chosen = [among[rng.integers(len(among))] for _ in range(rng.integers(0, most + 1))]
+        return tuple((p, *(terms[rng.integers(len(terms))] for _ in predicates[p])) for p in chosen)
+
+    schemas = []
+    for number in range(int(rng.integers(1, 4))):
+        roles = tuple((f"?r{i}", kinds[rng.integers(4)]) for i in range(rng.integers(0, 4)))
+        terms = [role for role, _ in roles] + names[:1]
+        equalities = tuple(
+            (
+                terms[rng.integers(len(terms))],
+                terms[rng.integers(len(terms))],
+                bool(rng.integers(2)),
+            )
+            for _ in range(rng.integers(0, 2))
+        )
+        schemas.append(
+            Schema(
+                f"a{number}",
+                roles,
+                atoms(3, terms, list(predicates)),
+                atoms(1, terms, list(predicates)),
+                equalities,
+                atoms(2, terms, changeable),
+                atoms(2, terms, changeable),
+            )
+        )
+    domain = Domain("d", types, {names[0]: objects[names[0]]}, predicates, {}, tuple(schemas))
+    start = frozenset(atoms(8, names, list(predicates)))
+    return domain, Problem(
+        "t", objects, start, atoms(2, names, changeable), atoms(1, names, changeable)
+    )
+
+
+def reachable_slowly(domain, problem):
+    """{action: (conditions, must not hold, adds, deletes)} of what can go if nothing is deleted:
+    every combination is tried.
+    """
+    every = {}
+    for schema in domain.schemas:
+        roles = [role for role, _ in schema.roles]
+        for chosen in itertools.product(problem.objects, repeat=len(roles)):
+            env = dict(zip(roles, chosen))
+            if not all(
+                domain.is_a(problem.objects[name], kinds)
+                for name, (_, kinds) in zip(chosen, schema.roles)
+            ):
+                continue
+            if any(
+                (env.get(x, x) == env.get(y, y)) != wanted for x, y, wanted in schema.equalities
+            ):
+                continue
+            parts = (schema.conditions, schema.negative_conditions, schema.adds, schema.deletes)
+            needs, never, adds, deletes = (
+                {(a[0], *(env.get(x, x) for x in a[1:])) for a in part} for part in parts
+            )
+            every[(schema.name, *chosen)] = needs, never, adds, deletes - adds
+    held, gone, found = set(problem.start), set(), {}
+    while True:
+        ready = [
+            action
+            for action, (needs, never, _, _) in every.items()
+            if action not in found and needs <= held and not (never & problem.start) - gone
+        ]
+        if not ready:
+            return found, held
+        for action in ready:
+            found[action] = every[action]
+            held |= every[action][2]
+            gone |= every[action][3]
+
+
+def test_grounding_by_joins_finds_what_trying_every_combination_finds():
+    num_actions = num_negative = 0
+    for seed in range(500):
+        domain, problem = random_lifted(seed)
+        task = ground(domain, problem)
+        found, held = reachable_slowly(domain, problem)
+        assert set(task.actions) == set(found) and len(task.actions) == len(found), seed
+        fluents = {atom[0] for schema in domain.schemas for atom in schema.adds + schema.deletes}
+        features = set(task.features)
+        assert {f for f in features if f[0] != "not"} == {f for f in held if f[0] in fluents} | {
+            f for f in problem.goal if f[0] in fluents or f not in problem.start
+        }, seed
+        for row, action in enumerate(task.actions):
+            needs, never, adds, deletes = found[action]
+            told = [
+                {task.features[f] for f in np.flatnonzero(m[row])}
+                for m in (task.conditions, task.adds, task.deletes)
+            ]
+            assert told[0] == {f for f in needs if f[0] in fluents} | {
+                ("not", *f) for f in never if f[0] in fluents
+            }, seed
+            assert {f for f in told[1] if f[0] != "not"} == adds, seed
+            assert {f for f in told[2] if f[0] != "not"} == deletes & features, seed
+            assert {f for f in told[1] if f[0] == "not"} == {
+                ("not", *f) for f in deletes
+            } & features, seed
+            assert {f for f in told[2] if f[0] == "not"} == {
+                ("not", *f) for f in adds
+            } & features, seed
+        num_actions += len(found)
+        num_negative += sum(f[0] == "not" for f in features)
+    assert num_actions > 1000 and num_negative > 100

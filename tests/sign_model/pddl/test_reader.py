@@ -182,7 +182,7 @@ MALFORMED = {
         DOMAIN[:-2] + "(:derived (p) (dark)))",
         PROBLEM,
         "<domain>:10",
-        "':derived' is not known",
+        "':derived' goes beyond",
     ),
     "no goal": (
         DOMAIN,

@@ -3,31 +3,47 @@ known.
 """
 
 import json
+import math
 from typing import Any, NoReturn
 
 from srt_jax.formats.files import PathLike, read_bytes
 
+_MOST_DIGITS = 300
+"""Of a whole number; longer ones exceed what a float can hold, and any that a file has a use
+for.
+"""
 
-def read_json(path: PathLike, kind: str) -> Any:
+
+def read_json(path: PathLike, kind: str, *, takes_nan: bool = False) -> Any:
     """Returns the document in a JSON file.
 
     Args:
       kind: what it should hold, for the message, such as "world".
+      takes_nan: NaN and Infinity, which are no JSON but are written, come back as numbers.
 
     Raises:
       ValueError: the file is missing, or no JSON as above; the message says where.
     """
     content = read_bytes(path, kind)
     try:
+        constant = float if takes_nan else _refuse_constant
         return json.loads(
-            content, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats
+            content,
+            parse_constant=constant,
+            parse_int=_whole,
+            object_pairs_hook=_without_repeats,
         )
     except json.JSONDecodeError as error:
         raise ValueError(
             f"{path}:{error.lineno}: no whole JSON file: {error.msg} at column {error.colno}"
         ) from error
-    except (UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: no JSON text in UTF-8, or nested too deeply") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: no JSON text in UTF-8") from error
+    except RecursionError as error:
+        raise ValueError(
+            f"{path}: nested too deeply: at most some hundred lists or objects lie inside each"
+            " other"
+        ) from error
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -50,6 +66,17 @@ def fields_of(where: str, value: object, *required: str, **defaults: object) -> 
                 f"{where} has the unknown member {name!r}: known are {', '.join(names)}"
             )
     return {name: value.get(name, defaults.get(name)) for name in names}
+
+
+def _whole(text: str) -> int | float:
+    """Returns a whole number; inf where no float can hold it, which whoever asks for a finite
+    number refuses by name.
+    """
+    return (
+        int(text)
+        if len(text) <= _MOST_DIGITS
+        else math.copysign(math.inf, -1 if text[0] == "-" else 1)
+    )
 
 
 def _refuse_constant(name: str) -> NoReturn:

@@ -1,0 +1,137 @@
+"""What `srt-jax plan` does, and a way to it that loads neither JAX nor the parser of the command
+line.
+
+Both take longer to load than a small task takes to plan. Whatever is not spelt plainly is left to
+the parser, which knows every form and tells every mistake.
+"""
+
+import contextlib
+import functools
+import gc
+import pathlib
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from srt_jax.commands.console import aside, say, say_json, waiting
+
+if TYPE_CHECKING:
+    from sign_model import PlanResult
+
+
+def plan_files(
+    domain: str,
+    problem: str,
+    planner: str,
+    max_expansions: int,
+    max_seconds: float | None,
+    as_json: bool,
+) -> int:
+    """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the
+    exit code.
+    """
+    with waiting("planning", quiet=as_json), _uncollected():
+        result = _planned(
+            pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds
+        )
+    if as_json:
+        told = {
+            "status": result.status.name,
+            "actions": list(result.actions),
+            "expansions": result.expansions,
+        }
+        say_json(told | {"seconds": result.seconds})
+    else:
+        say(*result.actions)
+        took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
+        steps = f"{len(result.actions)} steps, " if result.is_solved else ""
+        aside(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}")
+        if hint := _hint(result, planner, max_seconds):
+            aside(f"; {hint}")
+    return int(result.status)
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Keeps the collector of cycles away: it would look through millions of small parts of a
+    task, and none is in a cycle.
+    """
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _planned(
+    domain: pathlib.Path,
+    problem: pathlib.Path,
+    planner: str,
+    max_expansions: int,
+    max_seconds: float | None,
+) -> "PlanResult":
+    """Reads and plans; one time limit holds for both."""
+    from sign_model import OutOfTime, PlanResult, PlanStatus, load, plan
+
+    began = time.perf_counter()
+    try:
+        task = load(domain, problem, max_seconds=max_seconds)
+    except OutOfTime as error:
+        return PlanResult(
+            PlanStatus.BUDGET_SPENT, (), 0, error.seconds | {"search": 0.0, "validate": 0.0}
+        )
+    left = None if max_seconds is None else max(0.0, max_seconds - (time.perf_counter() - began))
+    return plan(task, planner=planner, max_expansions=max_expansions, max_seconds=left)
+
+
+def _hint(result: "PlanResult", planner: str, max_seconds: float | None) -> str:
+    """What to try after a spent budget; "" after an answer."""
+    if result.status.name != "BUDGET_SPENT":
+        return ""
+    if not result.seconds["search"]:
+        return "the time ended before the search began: raise --max-seconds"
+    limits = "--max-expansions" if max_seconds is None else "--max-expansions or --max-seconds"
+    other = "map" if planner == "gbfs" else "gbfs"
+    return f"try another planner, --planner {other}, or raise {limits}"
+
+
+_PLAIN = {
+    "--planner": ("planner", re.compile(r"[a-z]+"), str),
+    "--max-expansions": ("max_expansions", re.compile(r"[1-9][0-9]{0,17}"), int),
+    "--max-seconds": ("max_seconds", re.compile(r"[0-9]+(\.[0-9]+)?"), float),
+}
+
+
+def plain_call(
+    arguments: Sequence[str], environment: Mapping[str, str]
+) -> Callable[[], int] | None:
+    """Returns what to call for `plan DOMAIN PROBLEM` with options spelt plainly; None where the
+    parser has to look at it.
+    """
+    if not arguments or arguments[0] != "plan" or "_SRT_JAX_COMPLETE" in environment:
+        return None
+    options: dict[str, Any] = {
+        "planner": "map",
+        "max_expansions": 200_000,
+        "max_seconds": None,
+        "as_json": False,
+    }
+    files, waiting_words = [], list(arguments[:0:-1])
+    while waiting_words:
+        word = waiting_words.pop()
+        if word == "--json":
+            options["as_json"] = True
+        elif word in _PLAIN:
+            name, form, kind = _PLAIN[word]
+            value = waiting_words.pop() if waiting_words else ""
+            if not form.fullmatch(value):
+                return None
+            options[name] = kind(value)
+        elif word.startswith("-") or not word:
+            return None
+        else:
+            files.append(word)
+    return functools.partial(plan_files, *files, **options) if len(files) == 2 else None

@@ -1,0 +1,1 @@
+"""What several formats are written in (JSON, XML, arrays of NumPy, packed files), under limits."""

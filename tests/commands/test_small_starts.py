@@ -1,0 +1,150 @@
+"""What needs no JAX does not wait for it: `plan`, help, version; and names stay what they are
+however they are loaded.
+"""
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+from typer.main import get_command
+
+from srt_jax import __main__, cli
+from srt_jax.commands import plan as command
+from srt_jax.commands import short_plan
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOMAIN = """(define (domain d) (:predicates (p ?x) (q ?x))
+ (:action a :parameters (?x) :precondition (p ?x) :effect (q ?x)))"""
+PROBLEM = "(define (problem t) (:domain d) (:objects o) (:init (p o)) (:goal (q o)))"
+
+
+def loaded_by(arguments, folder):
+    """The top-level modules that a run of the command line has loaded at its end."""
+    code = (
+        "import sys, atexit; sys.argv = ['srt-jax', *{!r}];atexit.register(lambda:"
+        " print(*{{n.split('.')[0] for n in sys.modules}}, file=open('loaded', 'w')));from"
+        " srt_jax.__main__ import main; main()"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code.format(arguments)],
+        cwd=folder,
+        env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(folder)},
+        capture_output=True,
+        text=True,
+    )
+    return ran, set((folder / "loaded").read_text().split())
+
+
+def test_planning_loads_neither_jax_nor_the_parser_of_the_command_line(tmp_path):
+    (tmp_path / "d.pddl").write_text(DOMAIN)
+    (tmp_path / "p.pddl").write_text(PROBLEM)
+    for planner in ("map", "astar", "wastar", "gbfs"):
+        ran, modules = loaded_by(["plan", "d.pddl", "p.pddl", "--planner", planner], tmp_path)
+        assert (ran.returncode, ran.stdout) == (0, "(a o)\n"), ran.stderr
+        assert "numpy" in modules and not modules & {"jax", "jaxlib", "chex", "typer", "rich"}
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--version"], ["--help"], ["plan", "--help"], ["nosuch"], []]
+)
+def test_help_and_version_load_no_jax(arguments, tmp_path):
+    ran, modules = loaded_by(arguments, tmp_path)
+    assert ran.returncode == (0 if arguments and arguments != ["nosuch"] else 2)
+    assert not modules & {"jax", "jaxlib", "chex", "numpy"}
+
+
+def test_errors_of_the_short_way_are_told_like_all_others(tmp_path):
+    ran, _ = loaded_by(["plan", "nowhere.pddl", "p.pddl"], tmp_path)
+    assert ran.returncode == 2 and ran.stdout == ""
+    assert (
+        ran.stderr.startswith("srt-jax: error: nowhere.pddl: cannot be read")
+        and ran.stderr.count("\n") == 1
+    )
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["-h"], []])
+def test_the_list_of_commands_is_that_of_the_commands_themselves(arguments, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    cli.run(arguments)
+    seen = capsys.readouterr().out
+    monkeypatch.setattr(cli, "_listed", cli._function)
+    cli.run(arguments)
+    assert seen == capsys.readouterr().out and "smart relocation" in seen
+    assert list(get_command(cli.app).commands) == list(cli._EXAMPLES)
+
+
+def test_an_interrupt_on_the_short_way_is_told_like_all_others(monkeypatch, capsys):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(short_plan, "plan_files", interrupted)
+    with pytest.raises(SystemExit) as stop:
+        __main__.main(["plan", "d", "p"])
+    out, err = capsys.readouterr()
+    assert (stop.value.code, out) == (130, "") and err.count("\n") == 1
+
+
+PLAIN = (
+    "d p",
+    "d p --planner gbfs",
+    "d --planner astar p --json",
+    "--max-expansions 7 d p --max-seconds 2.5",
+    "d p --max-seconds 3 --max-seconds 0",
+    "--json d --json p",
+)
+NOT_PLAIN = (
+    "",
+    "d",
+    "d p q",
+    "d p --planner",
+    "d p --help",
+    "d p --planner=gbfs",
+    "d p --max-expansions 0",
+    "d p --max-expansions -3",
+    "d p --max-seconds 1e3",
+    "d p --max-seconds nan",
+    "d p --no-such",
+    "-- d p",
+)
+
+
+@pytest.mark.parametrize("line", PLAIN)
+def test_the_short_way_reads_what_the_parser_reads(line, monkeypatch):
+    calls = []
+
+    def planned(*given, **named):
+        calls.append((*given, *named.values()))
+        return 0
+
+    monkeypatch.setattr(short_plan, "plan_files", planned)
+    monkeypatch.setattr(command, "plan_files", planned)
+    short_plan.plain_call(["plan", *line.split()], {})()
+    assert cli.run(["plan", *line.split()]) == 0
+    assert len(calls) == 2 and calls[0] == calls[1]
+
+
+@pytest.mark.parametrize("line", NOT_PLAIN)
+def test_what_is_not_plain_is_left_to_the_parser(line):
+    assert short_plan.plain_call(["plan", *line.split()], {}) is None
+
+
+def test_a_public_function_is_never_hidden_by_the_module_of_its_name():
+    code = """
+import types
+import srt_jax.paths.contour, srt_jax.check, srt_jax.solver, srt_jax.answers.story
+import srt_jax
+for name in srt_jax.__all__:
+    assert not isinstance(getattr(srt_jax, name), types.ModuleType), name
+assert srt_jax.types.Task is srt_jax.Task and srt_jax.solver.solve is srt_jax.solve
+assert set(srt_jax.__all__) <= set(dir(srt_jax))
+from srt_jax import contour
+assert callable(contour)
+try:
+    srt_jax.nosuch
+except AttributeError as error:
+    assert str(error) == "module 'srt_jax' has no attribute 'nosuch'"
+else:
+    raise SystemExit(1)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)

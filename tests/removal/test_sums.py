@@ -1,0 +1,152 @@
+"""Sums of costs are exact, whatever the costs: against Python's whole numbers, which have no
+end.
+"""
+
+from fractions import Fraction
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from srt_jax.removal import sums
+
+LEAST, GREATEST = np.float32(1.5e-45), np.finfo(np.float32).max
+
+
+def whole(cost) -> int:
+    """A float32 in units of the least positive one."""
+    return int(Fraction(float(cost)) * 2**149)
+
+
+def number(words, costs) -> int:
+    """What the words of one number mean, in the same unit."""
+    return sum(int(word) << 32 * place for place, word in enumerate(np.asarray(words))) << int(
+        costs.lowest
+    )
+
+
+def drawn(rng, count, low, high):
+    costs = (10.0 ** rng.uniform(low, high, count)).astype(np.float32)
+    return np.clip(costs, LEAST, GREATEST)
+
+
+KINDS = {
+    "ten orders of magnitude": (-5, 5),
+    "all of float32": (-44.8, 38.5),
+    "one order": (0, 1),
+    "subnormal": (-44.8, -38),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sums_are_exact_and_rounded_down(kind):
+    rng = np.random.default_rng(1)
+
+    @jax.jit
+    def run(cost, which):
+        costs = sums.costs_of(cost, which)
+        total = sums.total(costs, which)
+        more = sums.with_cost(total, costs, jnp.argmax(which).astype(jnp.int32))
+        return (
+            costs,
+            total,
+            more,
+            sums.to_float32(jnp.stack([total, sums.never(), sums.zero()], axis=1), costs),
+        )
+
+    for _ in range(60):
+        cost, which = drawn(rng, 37, *KINDS[kind]), rng.random(37) < 0.5
+        which[0] |= not which.any()
+        costs, total, more, (down, never, nothing) = run(cost, which)
+        true = sum(map(whole, cost[which]))
+        assert number(total, costs) == true
+        assert number(more, costs) == true + whole(cost[int(which.argmax())])
+        above = np.nextafter(down, np.float32(np.inf))
+        assert whole(down) <= true and (np.isinf(above) or true < whole(above))
+        assert np.isinf(never) and nothing == 0
+
+
+def test_the_greatest_sum_fits_and_is_no_infinity():
+    cost = np.array([GREATEST] * 3 + [LEAST], np.float32)
+    costs = sums.costs_of(jnp.asarray(cost), jnp.ones(4, bool))
+    total = sums.total(costs, jnp.ones(4, bool))
+    assert number(total, costs) == sum(map(whole, cost)) and int(costs.num_words) == sums.WORDS - 1
+    assert sums.to_float32(total[:, None], costs)[0] == GREATEST
+
+
+def test_small_whole_costs_take_one_word():
+    costs = sums.costs_of(
+        jnp.asarray([1, 2.5, 100, 1e30], jnp.float32), jnp.asarray([True, True, True, False])
+    )
+    assert int(costs.num_words) == 1
+
+
+def test_the_least_and_which_are_it():
+    cost = jnp.asarray([3, 1e8, 1, 1, 1e-8], jnp.float32)
+    costs = sums.costs_of(cost, jnp.ones(5, bool))
+    all_of = sums.with_costs(
+        jnp.zeros((sums.WORDS, 5), jnp.uint32), jnp.ones(5, bool), sums.zero(), costs
+    )
+    low, which = sums.least(all_of, jnp.asarray([True, True, True, True, False]), costs.num_words)
+    assert number(low, costs) == whole(1) and which.tolist() == [False, False, True, True, False]
+    low, which = sums.least(all_of, jnp.zeros(5, bool), costs.num_words)
+    assert (low == sums.never()).all() and not which.any()
+
+
+def test_less_is_less_in_the_smallest_place():
+    cost = jnp.asarray([1e8, 1e-8], jnp.float32)
+    costs = sums.costs_of(cost, jnp.ones(2, bool))
+    large, both = (sums.total(costs, jnp.asarray(which)) for which in ([True, False], [True, True]))
+    assert (
+        sums.is_less(large, both) and not sums.is_less(both, large) and not sums.is_less(both, both)
+    )
+    assert sums.is_less(both, sums.never()) and not sums.is_less(sums.never(), sums.never())
+
+
+def test_a_chain_is_within_its_own_sum_and_not_within_less():
+    cost = jnp.asarray([1e8, 0.1, 0.2], jnp.float32)
+    yes = jnp.ones(3, bool)
+    costs = sums.costs_of(cost, yes)
+    numbers = jnp.zeros((sums.WORDS, 3), jnp.uint32)
+    forth = sums.with_costs(numbers, yes, sums.with_cost(sums.zero(), costs, jnp.int32(0)), costs)
+    back = sums.with_costs(numbers, yes, sums.zero(), costs)
+    # Of each: met for 1e8 from one side and for nothing from the other.
+    limits = [
+        sums.total(costs, jnp.asarray(which))
+        for which in ([True, True, False], [True, False, True])
+    ]
+    assert sums.are_within(forth, back, costs, limits[0], sums.zero()).tolist() == [
+        False,
+        True,
+        False,
+    ]
+    assert sums.are_within(forth, back, costs, limits[1], sums.zero()).tolist() == [
+        False,
+        True,
+        True,
+    ]
+
+
+def test_what_make_task_refuses_counts_as_the_nearest_cost():
+    cost = jnp.asarray([0, -1, np.inf], jnp.float32)
+    costs = sums.costs_of(cost, jnp.ones(3, bool))
+    assert number(sums.total(costs, jnp.ones(3, bool)), costs) == whole(GREATEST)
+
+
+def test_many_costs_are_added_without_overflow():
+    for count in (2049, 70000):
+        cost = np.full(count, 16777215.0, np.float32)
+        cost[0] = 2.0**-20
+        which = jnp.ones(count, bool)
+        costs = sums.costs_of(jnp.asarray(cost), which)
+        assert number(sums.total(costs, which), costs) == sum(map(whole, cost))
+
+
+def test_totals_of_a_batch():
+    cost, which = (
+        jnp.asarray([[1e8, 1], [0.1, 0.2]], jnp.float32),
+        jnp.asarray([[True, True], [True, True]]),
+    )
+    told = jax.jit(sums.totals)(cost, which)
+    assert told.tolist() == [1e8, np.nextafter(np.float32(0.3), np.float32(0))]
