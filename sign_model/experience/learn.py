@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.ground.sizes import next_power_of_two
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_batch.iteration import regress
@@ -125,7 +126,7 @@ class _Trial:
         # The batches: at most `lanes` tasks each, padded to a multiple of the batch slots.
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
         numbers = np.arange(len(tasks))
-        self.num_slots = min(64, 1 << (lanes - 1).bit_length())
+        self.num_slots = min(64, next_power_of_two(lanes))
         size = -(-lanes // self.num_slots) * self.num_slots
         self.parts = [
             self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.start_tables import pack_rows
-from sign_model.map_batch.tables import MAX_WEIGHT, WORD
-from sign_model.signs.matrix import Array
+from sign_model.ground.records import Array
+from sign_model.ground.words import WORD, pack_columns
+from sign_model.map_batch.tables import MAX_WEIGHT
 
 DIGITS = MAX_WEIGHT.bit_length()
 """How many binary digits a weight has."""
@@ -26,7 +26,9 @@ def digits_of(weights: Array) -> Array:
     Returns:
       uint32 [DIGITS, n / 32, 1].
     """
-    return jnp.stack([pack_rows(((weights >> d) & 1).astype(bool))[:, None] for d in range(DIGITS)])
+    return jnp.stack(
+        [pack_columns(((weights >> d) & 1).astype(bool))[:, None] for d in range(DIGITS)]
+    )
 
 
 def weighted_count(words: list[Array], digits: Array) -> Array:

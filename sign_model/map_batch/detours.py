@@ -14,7 +14,7 @@ from jax import lax
 
 from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole
-from sign_model.signs.matrix import Array
+from sign_model.ground.records import Array
 
 
 def have_detours(

@@ -31,6 +31,9 @@ from jax import lax
 
 from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, jitted_wide
+from sign_model.ground.records import Array
+from sign_model.ground.sizes import next_power_of_two
+from sign_model.ground.words import WORD, pack_columns
 from sign_model.map_batch.counts import (
     bit_index,
     digits_of,
@@ -41,9 +44,8 @@ from sign_model.map_batch.counts import (
 )
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.lanes import Answers, Queue, Search, Slots, empty_search, refill
-from sign_model.map_batch.start_tables import landmark_table, pack_rows, relaxed_plan_table
-from sign_model.map_batch.tables import WORD, SignWeights, Tables
-from sign_model.signs.matrix import Array
+from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
+from sign_model.map_batch.tables import SignWeights, Tables
 
 MAX_BEAM = 256
 """The widest beam, and the most actions tried for each situation: ranks and passes, 0 to 255, fit
@@ -113,7 +115,7 @@ def _regress(
             num_slots=lanes,
             beam=beam,
             steps=steps,
-            memory=32 * (1 << (beam - 1).bit_length()),
+            memory=32 * next_power_of_two(beam),
         )
         iterate = functools.partial(_iterate, queue, domain, branch)
         return lax.while_loop(
@@ -420,7 +422,7 @@ def _groups(bitmap: Array) -> tuple[Array, ...]:
     filled = jnp.concatenate(
         [bitmap != 0, jnp.zeros((-bitmap.shape[0] % WORD, *bitmap.shape[1:]), bool)]
     )
-    return tuple(pack_rows(filled))
+    return tuple(pack_columns(filled))
 
 
 def _take_one(bitmap: Array, untried: _Untried) -> tuple[_Untried, Array]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
+from sign_model.ground.words import pack_rows
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
@@ -16,7 +17,6 @@ from sign_model.map_batch.tables import (
     landmark_columns,
     make_tables,
     make_weights,
-    pack_words,
 )
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
@@ -70,7 +70,7 @@ class PackedBatch:
         self.columns = landmark_columns(self.space, signs, self.goal_kinds)
         self.tables = make_tables(self.space, self.columns)
         self.words = tuple(
-            pack_words(self.space.situations(m), self.tables.needs.shape[0])
+            pack_rows(self.space.situations(m), self.tables.needs.shape[0])
             for m in (self.starts, self.goals)
         )
         self.weights = [self.weights_of(sign) for sign in signs]

@@ -12,21 +12,15 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.tables import WORD, Tables
-from sign_model.signs.matrix import Array
+from sign_model.ground.records import Array
+from sign_model.ground.words import WORD, pack_columns
+from sign_model.map_batch.tables import Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
 _BITS = np.arange(WORD, dtype=np.uint32)
 # A bound for the compiler only: each fixpoint here ends by itself, because its values only grow or
 # only shrink.
 _MAX_SWEEPS = 4096
-
-
-def pack_rows(bits: Array) -> Array:
-    """bool [32 W, ...] -> uint32 [W, ...]."""
-    words = bits.reshape(-1, WORD, *bits.shape[1:]).astype(jnp.uint32)
-    shifts = jnp.array(_BITS).reshape(1, WORD, *([1] * (bits.ndim - 1)))
-    return (words << shifts).sum(axis=1, dtype=jnp.uint32)
 
 
 def landmark_table(tables: Tables, start: Array) -> Array:
@@ -42,7 +36,7 @@ def landmark_table(tables: Tables, start: Array) -> Array:
     at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]
     comes_along = (
         jnp.asarray(tables.column_adds)[:, :, None]
-        & ~pack_rows(at_start[:, 0][tables.column_features])[None]
+        & ~pack_columns(at_start[:, 0][tables.column_features])[None]
     )
     # The greatest fixpoint: begin with every landmark; each sweep can only remove some.
     first = jnp.where(

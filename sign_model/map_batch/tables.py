@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.records import Array
+from sign_model.ground.sizes import next_power_of_two
+from sign_model.ground.words import WORD, num_words, pack_rows
 from sign_model.map_algorithm.heuristics import HeuristicSign, Weights, weight_of
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace
-from sign_model.signs.matrix import Array
 
-WORD = 32
 MAX_WEIGHT = 15
 """The largest weight: weights are read as 4 binary digits, so a weighted count is a few popcounts.
 """
@@ -57,13 +58,6 @@ class SignWeights(NamedTuple):
     plan: Array  # int32 [A]
 
 
-def pack_words(bits: np.ndarray, num_words: int) -> np.ndarray:
-    """Returns bool [..., n] as uint32 [..., num_words], bit i % 32 of word i // 32."""
-    padded = np.zeros((*bits.shape[:-1], num_words * WORD), np.uint8)
-    padded[..., : bits.shape[-1]] = bits
-    return np.packbits(padded, axis=-1, bitorder="little").view("<u4").astype(np.uint32)
-
-
 def landmark_columns(
     space: RegressionSpace, signs: tuple[HeuristicSign, ...], goal_kinds: set[str]
 ) -> np.ndarray:
@@ -87,16 +81,9 @@ def bucket(count: int) -> int:
     return max(1, -(-count // step) * step)
 
 
-def coarse_bucket(count: int, least: int) -> int:
-    """Returns the next power of two, at least `least`: for sizes that differ from task to task and
-    cost little.
-    """
-    return max(least, 1 << max(0, count - 1).bit_length())
-
-
 def words_for(count: int) -> int:
-    """Returns how many words hold `count` bits in their bucket, at least one."""
-    return bucket(-(-count // WORD))
+    """Returns how many words the bucket of `count` bits has, at least one."""
+    return bucket(num_words(count))
 
 
 def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
@@ -107,8 +94,8 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
       columns: int [n], the features that get a landmark column, of `landmark_columns`.
     """
     num_actions, num_features = space.conditions.shape
-    num_words, num_columns = words_for(num_features), words_for(len(columns))
-    padded_actions, none = words_for(num_actions) * WORD, num_words * WORD
+    own_words, num_columns = words_for(num_features), words_for(len(columns))
+    padded_actions, none = words_for(num_actions) * WORD, own_words * WORD
 
     def padded(rows: np.ndarray) -> np.ndarray:
         return np.concatenate(
@@ -122,20 +109,20 @@ def make_tables(space: RegressionSpace, columns: np.ndarray) -> Tables:
     column_features[: len(columns)] = columns
 
     def by_feature(matrix: np.ndarray) -> np.ndarray:
-        rows = pack_words(np.ascontiguousarray(matrix.T), padded_actions // WORD)
+        rows = pack_rows(np.ascontiguousarray(matrix.T), padded_actions // WORD)
         return np.concatenate([rows, np.zeros((none - num_features, rows.shape[1]), np.uint32)])
 
     return Tables(
         explains=by_feature(space.adds),
         breaks=by_feature(space.bad),
-        keeps=np.ascontiguousarray(~padded(pack_words(space.adds, num_words)).T),
-        needs=np.ascontiguousarray(padded(pack_words(space.conditions, num_words)).T),
-        deletes=np.ascontiguousarray(padded(pack_words(space.deletes, num_words)).T),
+        keeps=np.ascontiguousarray(~padded(pack_rows(space.adds, own_words)).T),
+        needs=np.ascontiguousarray(padded(pack_rows(space.conditions, own_words)).T),
+        deletes=np.ascontiguousarray(padded(pack_rows(space.deletes, own_words)).T),
         need_lists=_need_lists(space.conditions, padded_actions, none),
         **_achievers(space.adds, none),
         column_features=column_features,
-        column_own=pack_words(own, num_columns),
-        column_adds=padded(pack_words(space.adds[:, columns], num_columns)),
+        column_own=pack_rows(own, num_columns),
+        column_adds=padded(pack_rows(space.adds[:, columns], num_columns)),
     )
 
 
@@ -143,7 +130,7 @@ def _need_lists(conditions: np.ndarray, num_rows: int, none: int) -> np.ndarray:
     """Returns the conditions of each action, bool [A, F], as a list, int32 [num_rows, P], padded
     with `none`.
     """
-    most = coarse_bucket(int(conditions.sum(axis=1).max(initial=1)), 4)
+    most = next_power_of_two(int(conditions.sum(axis=1).max(initial=1)), 4)
     need_lists = np.full((num_rows, most), none, np.int32)
     for action, row in enumerate(conditions):
         members = np.flatnonzero(row)
@@ -172,7 +159,7 @@ def _achievers(adds: np.ndarray, none: int) -> dict[str, Any]:
             else:
                 next_level[feature] = np.arange(len(fours), len(fours) + len(rows))
             fours += list(rows)
-        level = np.zeros((coarse_bucket(len(fours), 8 if levels else 32), 4), np.int32)
+        level = np.zeros((next_power_of_two(len(fours), 8 if levels else 32), 4), np.int32)
         level[: len(fours)] = np.array(fours, np.int32).reshape(-1, 4)
         levels.append(level)
         num_before += len(level)

@@ -24,10 +24,10 @@ import numpy as np
 from jax import lax
 
 from sign_model.ground.loops import repeat
+from sign_model.ground.records import Array
+from sign_model.ground.words import num_words, pack_columns, pack_rows
 from sign_model.relocation.working_memory import WorkingMemory
-from sign_model.signs.matrix import Array
 
-_WORD = 32
 _NEVER = np.int32(2**31 - 1)
 # Selections in a step beyond the beam, to make up for those that contain a situation expanded
 # before.
@@ -136,7 +136,8 @@ class _Rules:
         )
 
         def words(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
-            return _words(rows[:, places])[:, :, None]
+            packed = pack_rows(rows[:, places], max(1, num_words(len(places))))
+            return np.ascontiguousarray(packed.T)[:, :, None]
 
         self.adds, self.deletes, self.bad = (
             words(m, self.changing) for m in (space.adds, space.deletes, space.bad)
@@ -148,7 +149,7 @@ class _Rules:
 
     def given(self, start: Array) -> _Given:
         """Returns what is known of a start, bool [F, B]."""
-        usable = ((self.needs_static & ~_packed(start[self.static])[:, None]) == 0).all(axis=0)
+        usable = ((self.needs_static & ~pack_columns(start[self.static])[:, None]) == 0).all(axis=0)
         holds = self.pack(start)
         places = jnp.arange(len(self.changing).bit_length(), dtype=jnp.int32)
 
@@ -176,7 +177,7 @@ class _Rules:
 
     def pack(self, situation: Array) -> Array:
         """Returns the features that actions change: bool [F, B] -> uint32 [W, B]."""
-        return _packed(situation[self.changing])
+        return pack_columns(situation[self.changing])
 
     def row(self, matrix: np.ndarray, action: Array) -> Array:
         """Returns the row of each action, int32 [B] -> uint32 [W, B]."""
@@ -416,24 +417,3 @@ def _is_replayed(rules: _Rules, given: _Given, actions: Array, goal: Array) -> A
         np.int32(0), num_steps, act, _Replay(given.holds, jnp.ones(actions.shape[1], bool))
     )
     return is_right & ((goal & ~end) == 0).all(axis=0)
-
-
-def _words(rows: np.ndarray) -> np.ndarray:
-    """bool [A, F] -> uint32 [W, A], one word at least."""
-    num_words = max(1, -(-rows.shape[1] // _WORD))
-    wide = np.pad(rows, ((0, 0), (0, num_words * _WORD - rows.shape[1]))).reshape(
-        len(rows), num_words, _WORD
-    )
-    return (
-        (wide.astype(np.uint32) << np.arange(_WORD, dtype=np.uint32)).sum(axis=2, dtype=np.uint32).T
-    )
-
-
-def _packed(bits: Array) -> Array:
-    """bool [F, B] -> uint32 [W, B], one word at least."""
-    num_words = max(1, -(-bits.shape[0] // _WORD))
-    wide = jnp.pad(bits, ((0, num_words * _WORD - bits.shape[0]), (0, 0))).reshape(
-        num_words, _WORD, -1
-    )
-    shifts = jnp.arange(_WORD, dtype=jnp.uint32)[None, :, None]
-    return (wide.astype(jnp.uint32) << shifts).sum(axis=1, dtype=jnp.uint32)

@@ -9,7 +9,8 @@ import jax
 import jax.numpy as jnp
 
 from sign_model.ground.loops import repeat
-from sign_model.signs.matrix import Array, Component, Matrices
+from sign_model.ground.records import Array
+from sign_model.signs.matrix import Component, Matrices
 
 
 @functools.partial(jax.jit, static_argnames=("steps",))

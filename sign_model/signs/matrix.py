@@ -18,17 +18,12 @@ batches.
 import dataclasses
 import enum
 import functools
-from typing import Any, dataclass_transform
 
-import chex
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-Array = Any
-"""A `jax.Array` inside jit, a NumPy array on the host, which type checkers do not distinguish;
-docstrings state dtype and shape.
-"""
+from sign_model.ground.records import Array, record
 
 NONE = -1
 """Stands for "no sign" in `owner` and `feature`."""
@@ -49,14 +44,6 @@ class ColumnKind(enum.IntEnum):
     CONDITION = 1
     ADDS = 2
     DELETES = 3
-
-
-@dataclass_transform(frozen_default=True)
-def record(cls: type) -> type:
-    """Returns the class as a frozen record of arrays, a pytree (`chex.dataclass`, in a form that
-    type checkers read).
-    """
-    return chex.dataclass(frozen=True)(cls)
 
 
 @record

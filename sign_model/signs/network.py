@@ -6,7 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices
+from sign_model.ground.records import Array
+from sign_model.signs.matrix import ColumnKind, Component, Matrices
 
 
 @jax.jit

@@ -20,7 +20,8 @@ import jax
 import jax.numpy as jnp
 
 from sign_model.ground.loops import repeat
-from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices, num_columns, record
+from sign_model.ground.records import Array, record
+from sign_model.signs.matrix import ColumnKind, Component, Matrices, num_columns
 
 
 @record

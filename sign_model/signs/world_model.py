@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import jax
 import numpy as np
 
+from sign_model.ground.sizes import next_power_of_two
 from sign_model.signs import matrix as tables
 from sign_model.signs.matrix import ColumnKind, Component, Matrices
 from sign_model.signs.sign import Column, PredictionMatrix, Sign
@@ -88,7 +89,7 @@ class WorldModel:
             len(matrix.columns),
         )
         larger = tuple(
-            max(have, _bucket(need))
+            max(have, _capacity(need))
             for have, need in zip((num_signs, num_slots, num_rows, num_columns), needed)
         )
         table = (
@@ -138,7 +139,7 @@ def from_signs(
         max((len(matrix.columns) for _, _, matrix in stored), default=0),
     )
     table = tables.with_capacity(
-        tables.empty_matrices(*needed), *(capacity or tuple(map(_bucket, needed)))
+        tables.empty_matrices(*needed), *(capacity or tuple(map(_capacity, needed)))
     )
     table.is_sign[: len(signs)] = True
     for slot, (number, component, matrix) in enumerate(stored):
@@ -195,6 +196,6 @@ def _decode(model: WorldModel, index: int, slots: Iterable[int]) -> Sign:
     return Sign(model.names[index], *map(tuple, components))
 
 
-def _bucket(count: int) -> int:
-    """Returns the capacity that holds `count`: the next power of two, at least 4."""
-    return max(4, 1 << max(0, count - 1).bit_length())
+def _capacity(count: int) -> int:
+    """Returns the capacity that holds `count`: the next power of two, 4 at least."""
+    return next_power_of_two(count, least=4)

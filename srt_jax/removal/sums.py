@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jax import Array, lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax.engine.kernel import each
+from srt_jax.engine.batching import each
 
 WORDS = 10
 """Enough for the sum of 2^24 costs from the least positive float32 to the greatest: 277 + 24 + 3

@@ -1,8 +1,8 @@
 """What the grid level reports becomes a situation of signs, and MAP's plans become acts on
 obstacles (PY16 §3).
 
-Working memory has slots, obstacles have ids: slots are filled here, and read back. Everything runs
-inside jit.
+Working memory has slots, obstacles have ids: this module fills the slots and reads them back.
+Everything runs inside jit.
 """
 
 import functools
@@ -63,7 +63,7 @@ def plan_on_contour(is_filled: Array, is_breakable: Array) -> Acts:
     def run(is_filled: Array, is_breakable: Array) -> Acts:
         start = _start(attention, is_filled, is_breakable)
         goal = jnp.asarray(attention.situation(("at", AGENT, area(1))))
-        return _planned(
+        return _plan_acts(
             attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR
         )
 
@@ -93,9 +93,9 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
         last = jnp.where(is_here, 0, num_obstacles.clip(1))
         is_last = jnp.arange(num_slots + 1, dtype=jnp.int32)[:, None] == last[None]
         goal = (jnp.asarray(goals)[:, :, None] & is_last[None]).any(axis=1)
-        # One with too many obstacles has its goal beyond all areas: nothing is wanted, so nothing
-        # is planned.
-        return _planned(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
+        # A task with too many obstacles has its goal beyond all areas. The goal situation is then
+        # empty, so nothing is planned.
+        return _plan_acts(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
 
     return compiled_whole(run)(num_obstacles, is_here)
 
@@ -126,18 +126,19 @@ def _start(attention: WorkingMemory, is_filled: Array, is_breakable: Array) -> A
     ]
     always = attention.situation(("at", AGENT, area(0))) | attention.abilities
 
-    def told(facts: np.ndarray, of: Array) -> Array:
+    def hold_for(facts: np.ndarray, of: Array) -> Array:
+        """The facts of those slots that are in `of`: bool [F, S] and [B, S] -> [F, B]."""
         return (jnp.asarray(facts)[:, :, None] & of.T[None]).any(axis=1)
 
     known = (
-        told(place, is_filled)
-        | told(kinds[0], is_filled & is_breakable)
-        | told(kinds[1], is_filled & ~is_breakable)
+        hold_for(place, is_filled)
+        | hold_for(kinds[0], is_filled & is_breakable)
+        | hold_for(kinds[1], is_filled & ~is_breakable)
     )
     return known | jnp.asarray(always)[:, None]
 
 
-def _planned(attention: WorkingMemory, start: Array, goal: Array, max_steps: int) -> Acts:
+def _plan_acts(attention: WorkingMemory, start: Array, goal: Array, max_steps: int) -> Acts:
     plans = plan_situations(attention, start, goal, max_steps=max_steps)
     act_of = np.array([*map(_act, attention.actions), -1], np.int32)  # the last for -1, no action
     slot_of = np.array([*(_slot(action) for action in attention.actions), -1], np.int32)

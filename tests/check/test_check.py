@@ -233,7 +233,7 @@ def test_a_side_of_another_length_is_told(name):
     task, solution = two_walls()
     cut = lambda record: (
         record.replace(**{name: record[name][..., 1:]}) if name in record else record
-    )  # noqa: E731
+    )
     assert check(cut(task), cut(solution)) or name == "labels"
 
 

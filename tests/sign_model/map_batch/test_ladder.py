@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.ground.words import pack_rows
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.landmarks import landmark_table as host_landmarks
 from sign_model.map_algorithm.landmarks import relaxed_plan_table as host_plans
@@ -20,7 +21,7 @@ from sign_model.map_batch.iteration import _regress, regress
 from sign_model.map_batch.ladder import Rung, plan_batch
 from sign_model.map_batch.packed_tasks import pack_batch
 from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
-from sign_model.map_batch.tables import make_tables, pack_words
+from sign_model.map_batch.tables import make_tables
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
 from sign_model.plan_task import plan
@@ -214,4 +215,4 @@ def test_a_rung_with_a_number_out_of_range_is_refused(wrong):
 def test_packed_words_hold_their_bits_lowest_first():
     bits = np.zeros((1, 40), bool)
     bits[0, [0, 33]] = True
-    assert pack_words(bits, 2).tolist() == [[1, 2]]
+    assert pack_rows(bits, 2).tolist() == [[1, 2]]
