@@ -36,6 +36,7 @@ MINUTES = {
     "learning": 0.5,
     "envs": 1.5,
     "kernels": 6.5,
+    "gradients": 1.0,
 }
 """What is run, in the order of the page, and about how long each takes on 2 idle cores."""
 
@@ -50,6 +51,7 @@ TITLES = {
     "learning": "What training loops wait for",
     "envs": "Environments beside others'",
     "kernels": "Kernels",
+    "gradients": "Gradients of least costs",
 }
 
 
@@ -186,8 +188,8 @@ def _section(
             f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*"
         )
     parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
-    if "told" in record:
-        parts.append(f"```\n{record['told']}\n```")
+    if "text" in record:
+        parts.append(f"```\n{record['text']}\n```")
     return parts
 
 
