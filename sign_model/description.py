@@ -31,6 +31,17 @@ def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
     Args:
       model: the world model.
       names: the signs to tell of, in this order; by default all.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> print(sign_model.describe(sign_model.world_model_of(task), names=["(open)"]).splitlines()[2])
+      (open)
     """
     links = np.asarray(networks(model.matrices))
     counts = ", ".join(
@@ -61,6 +72,17 @@ def to_dot(
       model: the world model.
       components: which networks to draw.
       name: of the graph.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> sign_model.to_dot(sign_model.world_model_of(task)).splitlines()[0]
+      'digraph "world_model" {'
     """
     links = np.asarray(networks(model.matrices))
     nodes = [f"  {_quoted(sign)};" for sign in model.names]

@@ -35,7 +35,13 @@ can tell.
 
 
 class Status(enum.IntEnum):
-    """How a task ended. The text says what it means for the person who set the task."""
+    """How a task ended. The text says what it means for the person who set the task.
+
+    Examples:
+      >>> import srt_jax
+      >>> srt_jax.Status(2).name, srt_jax.Status(2).meaning
+      ('UNSOLVABLE', 'no path exists even with every destroyable obstacle gone')
+    """
 
     PATH_EXISTS = 0, "nothing blocks: the route needs no destroying"
     SOLVED = 1, "no path existed; after the destroying named in the solution there is one"
@@ -87,6 +93,18 @@ class Task(_Record):
     removal_cost: float32 [..., M], positive; what destroying obstacle i costs.
     start, goal: int32 [..., 2], cells.
     size: int32 [..., 2], height and width before padding.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> task.labels.shape, task.labels[0, 0].tolist()
+      ((1, 5, 7), [-1, -1, -1, 0, -1, -1, -1])
+      >>> dearer = task.replace(removal_cost=task.removal_cost * 3)
+      >>> dearer.removal_cost.tolist()
+      [3.0]
     """
 
     labels: Array
@@ -106,6 +124,15 @@ class Path(_Record):
     num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask
       again with a larger N.
     cost: float32 [...], length in cell sides, inf where there is no path.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> cost = srt_jax.cost_to_come(free, (2, 0))
+      >>> path = srt_jax.trace_path(cost, (0, 2), max_cells=8)
+      >>> path.cells[: int(path.num_cells)].tolist()
+      [[2, 0], [1, 1], [0, 2]]
     """
 
     cells: Array
@@ -140,6 +167,20 @@ class Solution(_Record):
     separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
       of firm obstacles that keep start and goal apart whatever else is gone, -1 after the last.
       Empty elsewhere, and where the goal lies outside the map.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> solution.cells[: int(solution.num_cells)].tolist()
+      [[2, 0], [2, 1], [2, 2], [2, 3], [2, 4], [2, 5], [2, 6]]
+      >>> solution.destroyed[: int(solution.num_destroyed)].tolist(), solution.destroyed_at[0].item()
+      ([0], 2)
+      >>> solution.removal_cost.item() == solution.removal_bound.item()  # proven least
+      True
     """
 
     status: Array

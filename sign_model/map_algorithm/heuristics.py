@@ -23,7 +23,14 @@ Weights = Mapping[str, int]
 
 @dataclass(frozen=True)
 class HeuristicSign:
-    """One heuristic: the weights by which it rates a situation. An empty table counts nothing."""
+    """One heuristic: the weights by which it rates a situation. An empty table counts nothing.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> sign.landmarks["*"], sign.plan
+      (1, {})
+    """
 
     name: str
     landmarks: Weights = field(default_factory=dict)
@@ -57,7 +64,17 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 
 
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
-    """Writes signs as JSON, whole or not at all."""
+    """Writes signs as JSON, whole or not at all.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> import os, tempfile
+      >>> path = os.path.join(tempfile.mkdtemp(), "signs.json")
+      >>> sign_model.save_signs(path, [sign])
+      >>> [one.name for one in sign_model.load_signs(path)]
+      ['mine']
+    """
     target = pathlib.Path(path)
     text = json.dumps(
         {
@@ -78,6 +95,15 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
 def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
     """Returns the signs that `save_signs` wrote; ValueError names the file and what is wrong with
     it.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> import os, tempfile
+      >>> path = os.path.join(tempfile.mkdtemp(), "signs.json")
+      >>> sign_model.save_signs(path, [sign])
+      >>> sign_model.load_signs(path) == (sign,)
+      True
     """
     try:
         entries = json.loads(pathlib.Path(path).read_text(encoding="utf-8"))["heuristic_signs"]

@@ -106,6 +106,17 @@ def plan_batch(
       max_expansions: of the exact search for what the ladder leaves.
       num_threads: batches searched at once; the number of cores, at most SRT_JAX_CORES
         (environment), where None.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> [result.actions for result in sign_model.plan_batch([task, task])]
+      [('(push)', '(walk)'), ('(push)', '(walk)')]
     """
     signs = (
         DEFAULTS

@@ -22,6 +22,17 @@ def load(domain: str | pathlib.Path, problem: str | pathlib.Path) -> PlanningTas
 
     A goal that nothing can bring about stays in the task as a feature without achiever: the task is
     then unsolvable, not wrong.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> task.actions
+      (('push',), ('walk',))
     """
     began = time.perf_counter()
     lifted = parse(domain, problem)

@@ -22,6 +22,19 @@ class PlanningTask:
     costs: int32 [A], 0 or more.
     start, goal: bool [F]; the goal is partial, the start complete.
     domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> task.features
+      (('closed',), ('open',), ('through',))
+      >>> task.conditions.shape  # actions, features
+      (2, 3)
     """
 
     features: tuple[Atom, ...]

@@ -21,6 +21,19 @@ class Evaluation(NamedTuple):
     score, length, removal: float32, sum of rewards, way walked, cost of what was destroyed.
     regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN
       without success.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> result = envs.evaluate(env, params, lambda key, observation: 4, jax.random.key(1))
+      >>> result.success.tolist(), result.length.tolist()  # two cells up to the wall
+      ([False], [2.0])
     """
 
     success: np.ndarray
@@ -50,6 +63,19 @@ class Evaluation(NamedTuple):
 def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> Evaluation:
     """Returns how the policy does from the start of every level, until the goal or the end of time
     (host; jits inside).
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> result = envs.evaluate(env, params, lambda key, observation: 4, jax.random.key(1))
+      >>> result.success.tolist()  # walks east up to the wall and stays there
+      [False]
     """
     scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
     success, score, length, removal = scores

@@ -39,6 +39,18 @@ class EnvParams(_Record):
     As set, walking round costs less than destroying on maps up to about 16 x 16, so that the
     oracle, which removes the least and then walks the shortest, has (nearly) the greatest return
     there is.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> params.replace(step_cost=0.1).step_cost
+      0.1
     """
 
     levels: Levels
@@ -58,6 +70,23 @@ class SmartRelocation:
 
     observation: "window" (the agent in its centre) or "map".
     radius: of the window: 2 radius + 1 cells a side.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> observation, state = env.reset(jax.random.key(0), params)
+      >>> observation.shape, env.num_actions
+      ((9, 9, 6), 16)
+      >>> observation, state, reward, terminated, truncated, info = env.step(
+      ...     jax.random.key(1), state, 4, params)  # one cell to the east
+      >>> state.cell.tolist()
+      [2, 1]
     """
 
     observation: str = "window"

@@ -37,6 +37,19 @@ class EnvState(_Record):
     time: int32 [], steps taken.
     length: float32 [], way walked in cell sides. removal: float32 [], cost of what was destroyed.
     score: float32 [], sum of rewards.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> _, state = env.reset(jax.random.key(0), params)
+      >>> state.cell.tolist(), state.time.item()
+      ([2, 0], 0)
     """
 
     level: Array

@@ -42,6 +42,12 @@ class Obstacle:
       raising ValueError.
     checked: the parts are what `rings.as_ring` returns, and `rings.conflicts` found nothing: they
       are taken as they are.
+
+    Examples:
+      >>> from srt_jax import Obstacle
+      >>> wall = Obstacle.polygon([(3, 0), (4, 0), (4, 5), (3, 5)], name="wall", removal_cost=2.0)
+      >>> wall.parts
+      ((((3.0, 0.0), (4.0, 0.0), (4.0, 5.0), (3.0, 5.0)),),)
     """
 
     parts: Parts
@@ -82,6 +88,13 @@ class World:
     goal: the goal square: its four corners in any order, or (centre, side). Its side, more than 2
       R, becomes the side of a cell, and its centre lies inside the bounds. Kept as four corners,
       counterclockwise.
+
+    Examples:
+      >>> from srt_jax import World
+      >>> world = World(bounds=(0, 0, 7, 5), obstacles=(), position=(0.5, 2.5), radius=0.4,
+      ...               goal=((6.5, 2.5), 1.0))
+      >>> world.goal_side
+      1.0
     """
 
     bounds: tuple[float, float, float, float]
