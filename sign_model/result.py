@@ -34,10 +34,12 @@ class PlanStatus(enum.IntEnum):
 class PlanResult:
     """The answer to a planning task.
 
-    actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where the
-      goal holds from the start.
-    expansions: situations (or states) expanded; 1 where a precedent served.
-    seconds: wall-clock time by stage: parse, build, search, validate.
+    Attributes:
+      status: how planning ended.
+      actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where
+        the goal holds from the start.
+      expansions: situations (or states) expanded; 1 where a precedent served.
+      seconds: wall-clock time by stage: parse, build, search, validate.
 
     Examples:
       >>> import sign_model

@@ -18,6 +18,7 @@ from srt_jax.envs.rules import NUM_ACTIONS, EnvState
 from srt_jax.envs.sample import sample_levels
 
 ID = "SmartRelocation-v0"
+"""The name and version of the environment, for `make`."""
 
 __all__ = [
     "ID",

@@ -17,10 +17,14 @@ Policy = Callable[[Array, Array], Array]
 class Evaluation(NamedTuple):
     """Per level of the pool: NumPy arrays [N].
 
-    success: bool, whether the goal was reached in time.
-    score, length, removal: float32, sum of rewards, way walked, cost of what was destroyed.
-    regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN
-      without success.
+    Attributes:
+      success: bool [N], whether the goal was reached in time.
+      score: float32 [N], sum of rewards.
+      length: float32 [N], way walked in cell sides.
+      removal: float32 [N], cost of what was destroyed.
+      regret: float32 [N], the oracle's score less that one.
+      removal_regret, length_regret: float32 [N], removal and length less the oracle's; NaN without
+        success.
 
     Examples:
       >>> import jax
@@ -63,6 +67,14 @@ class Evaluation(NamedTuple):
 def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> Evaluation:
     """Returns how the policy does from the start of every level, until the goal or the end of time
     (host; jits inside).
+
+    Args:
+      env, params: from `make`; the levels of `params` carry their oracle (`with_oracle`).
+      policy: (key, observation) -> action, int32 []; runs under jit and vmap.
+      key: JAX random key [].
+
+    Returns:
+      Evaluation, arrays [N] over the levels.
 
     Examples:
       >>> import jax

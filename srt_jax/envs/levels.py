@@ -27,12 +27,13 @@ _MOST_DESTROYED = 32
 class Levels(_Record):
     """N levels, padded to one shape.
 
-    labels: int32 [N, L, H, W], obstacle ids as in `Task`.
-    price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
-    start, goal, size: int32 [N, 2].
-    removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where not
-      asked.
-    length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
+    Attributes:
+      labels: int32 [N, L, H, W], obstacle ids as in `Task`.
+      price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
+      start, goal, size: int32 [N, 2].
+      removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where
+        not asked.
+      length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
 
     Examples:
       >>> import jax

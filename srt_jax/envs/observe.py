@@ -60,6 +60,10 @@ def _ground(levels: Levels, state: EnvState, rows: Array, cols: Array) -> list[A
 def action_mask(levels: Levels, state: EnvState) -> Array:
     """Returns which actions change something: bool [16], eight moves and eight destroyings.
 
+    Args:
+      levels: the pool, as in `EnvParams.levels`.
+      state: of one environment; use vmap for several.
+
     Examples:
       >>> import jax
       >>> import numpy as np

@@ -24,6 +24,8 @@ else:
     from chex import dataclass
 
 NUM_ACTIONS = 2 * len(MOVES)
+"""16: move m is action m, and action 8 + m destroys what stands in the way of move m."""
+
 _WORD = 32
 
 
@@ -31,12 +33,14 @@ _WORD = 32
 class EnvState(_Record):
     """Where an episode stands. A dozen numbers: maps stay in the parameters.
 
-    level: int32 [], number of the level in the pool.
-    cell: int32 [2], where the agent is.
-    gone: uint32 [M / 32, rounded up], the obstacles destroyed, a bit each.
-    time: int32 [], steps taken.
-    length: float32 [], way walked in cell sides. removal: float32 [], cost of what was destroyed.
-    score: float32 [], sum of rewards.
+    Attributes:
+      level: int32 [], number of the level in the pool.
+      cell: int32 [2], where the agent is.
+      gone: uint32 [M / 32, rounded up], the obstacles destroyed, a bit each.
+      time: int32 [], steps taken.
+      length: float32 [], way walked in cell sides.
+      removal: float32 [], cost of what was destroyed.
+      score: float32 [], sum of rewards.
 
     Examples:
       >>> import jax

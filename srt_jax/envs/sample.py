@@ -29,7 +29,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
     open or closed by a post.
 
     Args:
-      key: a JAX random key.
+      key: a JAX random key [].
       count, kind, size: static; size at least 12 cells.
 
     Raises:

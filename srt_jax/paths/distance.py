@@ -109,7 +109,9 @@ def path_cost(
     one of the whole field, and the path itself, each cell with the length it answers for.
 
     Args:
-      goal: int32 [..., 2], (row, col). The others as in `cost_to_come`.
+      free: bool [..., H, W], True where the agent fits.
+      start, goal: int32 [..., 2], (row, col); may lie outside the map.
+      traversal_cost: float32 [..., H, W], as in `cost_to_come`.
 
     Returns:
       float32 [...].
