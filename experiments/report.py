@@ -16,6 +16,7 @@ examples:
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -103,8 +104,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not records:
         raise ValueError(f"{given.results} holds no results: run without --no-run first")
     make_folder(given.page.parent / given.page.stem)
+    summary = _summary(given.page)
     with written(given.page) as file:
-        file.write(page(records, given.results, given.page, failed))
+        file.write(page(records, given.results, given.page, failed, summary))
     print(
         f"Wrote {given.page}: {', '.join(records)}"
         + (f"; failed: {', '.join(failed)}" if failed else "")
@@ -153,13 +155,15 @@ def page(
     results: pathlib.Path,
     target: pathlib.Path,
     failed: Sequence[str] = (),
+    summary: str = "",
 ) -> str:
     """Returns the page as Markdown; figures are copied into the folder beside it that bears its
     name.
 
     failed: runs that ended with an error; they, and those without a record, are named on the page.
+    summary: the part written by hand, which stands first.
     """
-    parts = [_HEAD]
+    parts = [_HEAD, summary] if summary else [_HEAD]
     for name, title in TITLES.items():
         parts.append(f"## {title}")
         if name in failed:
@@ -172,6 +176,13 @@ def page(
             else ["*Not run yet.*"]
         )
     return "\n\n".join(parts) + "\n"
+
+
+def _summary(page: pathlib.Path) -> str:
+    """Returns the part of an existing page that is written by hand, with its marks; "" without."""
+    text = page.read_text(encoding="utf-8") if page.is_file() else ""
+    found = re.search(r"<!-- by hand -->.*<!-- end by hand -->", text, flags=re.DOTALL)
+    return found[0] if found else ""
 
 
 def _section(

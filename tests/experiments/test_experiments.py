@@ -285,8 +285,10 @@ def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monke
     (tmp_path / "bench" / "solve.json").write_text(json.dumps(record))
     monkeypatch.setattr(report, "_ran", lambda name, given: False)
     page = tmp_path / "page.md"
+    page.write_text("# Old\n\n<!-- by hand -->\nIn short.\n<!-- end by hand -->\n\n## Older\n")
     assert report.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
     told = page.read_text()
+    assert told.count("In short.") == 1 and "Older" not in told
     assert "The latest run failed" in told and "ours 1.00 ms" in told and "2026-01-02" in told
     assert (
         told.count("*Not run yet.*") == len(report.TITLES) - 1
