@@ -40,7 +40,8 @@ def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
       ...   (:action walk :precondition (open) :effect (through)))'''
       >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
       >>> task = sign_model.load(domain, problem)
-      >>> print(sign_model.describe(sign_model.world_model_of(task), names=["(open)"]).splitlines()[2])
+      >>> model = sign_model.world_model_of(task)
+      >>> print(sign_model.describe(model, names=["(open)"]).splitlines()[2])
       (open)
     """
     links = np.asarray(networks(model.matrices))

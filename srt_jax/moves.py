@@ -54,7 +54,7 @@ def octile_distance(cell: Array, goal: Array) -> Array:
 
     Examples:
       >>> import srt_jax
-      >>> round(srt_jax.octile_distance((2, 0), (0, 6)).item(), 4)  # 2 diagonal moves, 4 straight ones
+      >>> round(srt_jax.octile_distance((2, 0), (0, 6)).item(), 4)  # 2 diagonal moves, 4 straight
       6.8284
     """
     apart = jnp.abs(jnp.asarray(cell, jnp.int32) - jnp.asarray(goal, jnp.int32))

@@ -180,8 +180,10 @@ class Solution(_Record):
       >>> solution = srt_jax.solve(task)
       >>> solution.cells[: int(solution.num_cells)].tolist()
       [[2, 0], [2, 1], [2, 2], [2, 3], [2, 4], [2, 5], [2, 6]]
-      >>> solution.destroyed[: int(solution.num_destroyed)].tolist(), solution.destroyed_at[0].item()
-      ([0], 2)
+      >>> solution.destroyed[: int(solution.num_destroyed)].tolist()
+      [0]
+      >>> solution.destroyed_at[0].item()  # destroyed from cells[2]
+      2
       >>> solution.removal_cost.item() == solution.removal_bound.item()  # proven least
       True
     """

@@ -21,7 +21,8 @@ QUICK_SIDE = 128
 
 
 def run(quick: bool = False) -> dict[str, Any]:
-    """Returns {"machine", "rows", "temporary_bytes": {map: bytes}}, measured in a process of its own.
+    """Returns {"machine", "rows", "temporary_bytes": {map: bytes}}, measured in a process of
+    its own.
 
     A row: {map, costs, size, scipy_ms or None where SciPy is missing, forward_ms, backward_ms}.
     """

@@ -58,8 +58,7 @@ def table(result: dict[str, Any]) -> str:
         low, high = row["quartiles"]
         between = f"{low:.3f}-{high:.3f}"
         lines.append(
-            f"{place}{ratio:>8s}{row['ms']:10.3f}{between:>16s} "
-            f" {peers or 'none installed'}"
+            f"{place}{ratio:>8s}{row['ms']:10.3f}{between:>16s}  {peers or 'none installed'}"
         )
     if result.get("scaling"):
         lines += ["", scaling.table(result["scaling"])]

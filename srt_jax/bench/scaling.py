@@ -47,8 +47,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     ]
     lines += _batch_lines(rows, "small_ms", [""] * len(rows))
     lines += [
-        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores};"
-        " bytes a cell"
+        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores}; bytes a cell"
     ]
     heads = zip(
         ("one", "all", "ratio", "argument", "result", "temporary", "peak growth"),

@@ -22,7 +22,7 @@ def oracle_actions(solution: Solution) -> np.ndarray:
       >>> free = np.ones((5, 7), bool)
       >>> free[:, 3] = False
       >>> batch = srt_jax.stack([srt_jax.make_task(free, (2, 0), (2, 6))])
-      >>> envs.oracle_actions(srt_jax.solve(batch)).tolist()  # 4 moves east, 12 destroys to the east
+      >>> envs.oracle_actions(srt_jax.solve(batch)).tolist()  # 4 moves east, 12 destroys
       [[4, 4, 12, 4, 4, 4, 4]]
     """
     number = {move: index for index, move in enumerate(MOVES)}

@@ -74,7 +74,7 @@ def action_mask(levels: Levels, state: EnvState) -> Array:
       >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
       >>> env, params = envs.make(levels=levels)
       >>> _, state = env.reset(jax.random.key(0), params)
-      >>> np.flatnonzero(envs.action_mask(levels, state)).tolist()  # the moves; nothing to destroy yet
+      >>> np.flatnonzero(envs.action_mask(levels, state)).tolist()  # moves only
       [1, 2, 4, 6, 7]
     """
     moves = jnp.asarray(np.array(MOVES, np.int32))

@@ -1,9 +1,10 @@
-"""Every public name is documented, with the shapes of its arrays, and its example runs as written."""
+"""Every public name is documented, with the shapes of its arrays, and its example runs."""
 
 import ast
 import doctest
 import importlib
 import inspect
+import itertools
 import pathlib
 import re
 
@@ -35,7 +36,7 @@ def docstring(package, name):
         return inspect.getdoc(thing) or ""
     for path in ROOT.joinpath(*package.split(".")).glob("*.py"):
         body = ast.parse(path.read_text(encoding="utf-8")).body
-        for statement, following in zip(body, body[1:]):
+        for statement, following in itertools.pairwise(body):
             if (
                 isinstance(statement, ast.Assign)
                 and ast.unparse(statement.targets[0]) == name
@@ -93,9 +94,7 @@ def test_the_docstring_names_every_array_with_its_shape(package, name):
         return
     items = described(docstring(package, name))
     missing = [
-        field
-        for field in arrays(thing)
-        if not re.search(r"\[.*\]|a number", items.get(field, ""))
+        field for field in arrays(thing) if not re.search(r"\[.*\]|a number", items.get(field, ""))
     ]
     assert missing == []
 

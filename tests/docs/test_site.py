@@ -39,9 +39,7 @@ def test_the_reference_has_an_entry_for_every_public_name(package, page):
 def test_the_reference_has_an_entry_for_every_module_of_formats_and_instances():
     helpers = {"json_text", "xml_text", "opposite_cells"}  # parts of readers, of no use alone
     formats = {
-        name
-        for name in modules_in("srt_jax/formats")
-        if name.rpartition(".")[2] not in helpers
+        name for name in modules_in("srt_jax/formats") if name.rpartition(".")[2] not in helpers
     }
     assert formats - set(directives("formats.md")) == set()
     assert modules_in("srt_jax/instances") - set(directives("instances.md")) == set()
