@@ -17,7 +17,6 @@ jax.config.update(
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 1.0)
 
 QUICK = (
-    "answers",
     "docs/test_site.py",
     "engine/test_packing.py",
     "formats",
