@@ -16,6 +16,7 @@ examples:
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -36,6 +37,7 @@ MINUTES = {
     "learning": 0.5,
     "envs": 1.5,
     "kernels": 6.5,
+    "gradients": 1.0,
 }
 """What is run, in the order of the page, and about how long each takes on 2 idle cores."""
 
@@ -50,6 +52,7 @@ TITLES = {
     "learning": "What training loops wait for",
     "envs": "Environments beside others'",
     "kernels": "Kernels",
+    "gradients": "Gradients of least costs",
 }
 
 
@@ -101,8 +104,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not records:
         raise ValueError(f"{given.results} holds no results: run without --no-run first")
     make_folder(given.page.parent / given.page.stem)
+    summary = _summary(given.page)
     with written(given.page) as file:
-        file.write(page(records, given.results, given.page, failed))
+        file.write(page(records, given.results, given.page, failed, summary))
     print(
         f"Wrote {given.page}: {', '.join(records)}"
         + (f"; failed: {', '.join(failed)}" if failed else "")
@@ -151,13 +155,15 @@ def page(
     results: pathlib.Path,
     target: pathlib.Path,
     failed: Sequence[str] = (),
+    summary: str = "",
 ) -> str:
     """Returns the page as Markdown; figures are copied into the folder beside it that bears its
     name.
 
     failed: runs that ended with an error; they, and those without a record, are named on the page.
+    summary: the part written by hand, which stands first.
     """
-    parts = [_HEAD]
+    parts = [_HEAD, summary] if summary else [_HEAD]
     for name, title in TITLES.items():
         parts.append(f"## {title}")
         if name in failed:
@@ -170,6 +176,13 @@ def page(
             else ["*Not run yet.*"]
         )
     return "\n\n".join(parts) + "\n"
+
+
+def _summary(page: pathlib.Path) -> str:
+    """Returns the part of an existing page that is written by hand, with its marks; "" without."""
+    text = page.read_text(encoding="utf-8") if page.is_file() else ""
+    found = re.search(r"<!-- by hand -->.*<!-- end by hand -->", text, flags=re.DOTALL)
+    return found[0] if found else ""
 
 
 def _section(
@@ -186,8 +199,8 @@ def _section(
             f"![{figure['file']}]({target.stem}/{figure['file']})\n\n*{figure['caption']}*"
         )
     parts += [as_markdown(Table(**table)) for table in record.get("tables", [])]
-    if "told" in record:
-        parts.append(f"```\n{record['told']}\n```")
+    if "text" in record:
+        parts.append(f"```\n{record['text']}\n```")
     return parts
 
 
@@ -202,9 +215,10 @@ def _command(record: dict[str, Any]) -> str:
 
 _HEAD = """# Results
 
-Made by `python -m experiments.report`, each part by the command above it, on the machine named there. The same seed gives the
-same plan lengths and counts; times are medians with quartiles in brackets, of one run on that machine. PY16 is the paper; its
-times are of 2016. The text of the paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
+Made by `python -m experiments.report`, each part by the command above it, on the machine named
+there. The same seed gives the same plan lengths and counts; times are medians with quartiles in
+brackets, of one run on that machine. PY16 is the paper; its times are of 2016. The text of the
+paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
 
 
 if __name__ == "__main__":

@@ -34,6 +34,18 @@ def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
 
     Raises:
       ValueError: a name is not the name of a sign.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> model = sign_model.world_model_of(task)
+      >>> print(sign_model.describe(model, names=["(open)"]).splitlines()[2])
+      (open)
     """
     links = np.asarray(networks(model.matrices))
     counts = ", ".join(
@@ -64,6 +76,17 @@ def to_dot(
       model: the world model.
       components: which networks to draw.
       name: of the graph.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> sign_model.to_dot(sign_model.world_model_of(task)).splitlines()[0]
+      'digraph "world_model" {'
     """
     links = np.asarray(networks(model.matrices))
     nodes = [f"  {_quoted(sign)};" for sign in model.names]

@@ -68,6 +68,17 @@ def plan(
 
     Raises:
       ValueError: a planner or heuristic that isn't known, a budget below 1, a time limit below 0.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> sign_model.plan(task).actions
+      ('(push)', '(walk)')
     """
     if max_expansions < 1:
         raise ValueError(f"max_expansions must be at least 1, got {max_expansions}")

@@ -7,6 +7,11 @@ from dataclasses import dataclass, field
 class PlanStatus(enum.IntEnum):
     """How planning ended. The numbers are the exit codes of `srt-jax plan`; `meaning` explains them
     in words.
+
+    Examples:
+      >>> import sign_model
+      >>> sign_model.PlanStatus(1).name, sign_model.PlanStatus(1).meaning
+      ('UNSOLVABLE', 'proven: no plan exists')
     """
 
     SOLVED = 0, "the plan leads from the start to the goal; it was replayed"
@@ -29,11 +34,24 @@ class PlanStatus(enum.IntEnum):
 class PlanResult:
     """The answer to a planning task.
 
-    status: how planning ended.
-    actions: the plan in the order of execution, `(pick-up a)` each; empty without a plan, or if the
-      goal holds at the start.
-    expansions: situations (or states) expanded; 1 if the plan is that of a precedent.
-    seconds: wall-clock time by stage: parse, build, search, validate.
+    Attributes:
+      status: how planning ended.
+      actions: the plan in the order of execution, `(pick-up a)` each; empty without a plan, or if the
+        goal holds at the start.
+      expansions: situations (or states) expanded; 1 if the plan is that of a precedent.
+      seconds: wall-clock time by stage: parse, build, search, validate.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> result = sign_model.plan(task)
+      >>> result.is_solved, result.actions
+      (True, ('(push)', '(walk)'))
     """
 
     status: PlanStatus

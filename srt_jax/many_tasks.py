@@ -38,6 +38,16 @@ def solve_many(
     group. `progress` is called with the number of tasks finished after each batch. Other arguments
     and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
     so unlike there `cells` is no longer than that.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> small = srt_jax.make_task(np.ones((2, 2), bool), (0, 0), (1, 1))
+      >>> [solution.num_cells.item() for solution in srt_jax.solve_many([task, small])]
+      [7, 2]
     """
     solutions: dict[int, Solution] = {}
     for (L, height, width), members in _groups(tasks).items():

@@ -56,6 +56,11 @@ def octile_distance(cell: Array, goal: Array) -> Array:
 
     Returns:
       float32 [...].
+
+    Examples:
+      >>> import srt_jax
+      >>> round(srt_jax.octile_distance((2, 0), (0, 6)).item(), 4)  # 2 diagonal moves, 4 straight
+      6.8284
     """
     apart = jnp.abs(jnp.asarray(cell, jnp.int32) - jnp.asarray(goal, jnp.int32))
     long, short = apart.max(axis=-1), apart.min(axis=-1)

@@ -34,6 +34,15 @@ def least_removal(
 
     Returns:
       float32 [...]; with the route, a pair of these, the route inf where there is none.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> srt_jax.least_removal(task).item()
+      1.0
     """
 
     _check_costs(task)

@@ -80,6 +80,18 @@ def solve(
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of
         range.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> srt_jax.Status(int(solution.status)).name, solution.cost.item()
+      ('SOLVED', 6.0)
+      >>> solution.destroyed[: int(solution.num_destroyed)].tolist()
+      [0]
     """
     batch = task_batch(task)
     if mode not in MODES:

@@ -43,6 +43,15 @@ def make_task(
 
     Raises:
       TypeError: a wrong dtype. ValueError: a wrong rank, length or range.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6), removal_cost=2.5)
+      >>> task.destroyable.tolist(), task.removal_cost.tolist()
+      ([True], [2.5])
     """
     labels, is_mask = _as_labels(np.asarray(free_or_labels))
     flags, costs = _as_flags_or_ids(destroyable), np.asarray(removal_cost)
@@ -69,6 +78,17 @@ def stack(tasks: Sequence[Task]) -> Task:
 
     Raises:
       ValueError: no task at all, or one that already is a batch.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> small = srt_jax.make_task(np.ones((2, 2), bool), (0, 0), (1, 1))
+      >>> batch = srt_jax.stack([task, small])
+      >>> batch.labels.shape, batch.size.tolist()
+      ((2, 1, 5, 7), [[5, 7], [2, 2]])
     """
     tasks = list(tasks)
     if not tasks:
@@ -108,6 +128,16 @@ def unstack(batch: Task) -> list[Task]:
 
     Raises:
       ValueError: `batch` has not exactly one batch dimension.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> small = srt_jax.make_task(np.ones((2, 2), bool), (0, 0), (1, 1))
+      >>> [one.labels.shape for one in srt_jax.unstack(srt_jax.stack([task, small]))]
+      [(1, 5, 7), (1, 2, 2)]
     """
     labels = np.asarray(batch.labels)
     if labels.ndim != 4:

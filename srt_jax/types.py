@@ -34,7 +34,13 @@ Cell = tuple[int, int]
 
 
 class Status(enum.IntEnum):
-    """How a task ended. The text says what it means for the person who set the task."""
+    """How a task ended. The text says what it means for the person who set the task.
+
+    Examples:
+      >>> import srt_jax
+      >>> srt_jax.Status(2).name, srt_jax.Status(2).meaning
+      ('UNSOLVABLE', 'no path exists even with every destroyable obstacle gone')
+    """
 
     PATH_EXISTS = 0, "nothing blocks: the route needs no destroying"
     SOLVED = 1, "no path existed; after the destroying named in the solution there is one"
@@ -79,13 +85,26 @@ class Act(enum.IntEnum):
 class Task(Record):
     """One smart relocation task, or a batch of them padded to one shape (PY16 §2).
 
-    labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none
-      does, OUTSIDE (-2) on padding. Obstacles that overlap lie in different layers; a cell is free
-      when every layer says FREE.
-    destroyable: bool [..., M], whether the agent can destroy obstacle i; False on padding.
-    removal_cost: float32 [..., M], positive; what destroying obstacle i costs.
-    start, goal: int32 [..., 2], cells.
-    size: int32 [..., 2], height and width before padding.
+    Attributes:
+      labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none
+        does, OUTSIDE (-2) on padding. Obstacles that overlap lie in different layers; a cell is
+        free when every layer says FREE.
+      destroyable: bool [..., M], whether the agent can destroy obstacle i; False on padding.
+      removal_cost: float32 [..., M], positive; what destroying obstacle i costs.
+      start, goal: int32 [..., 2], cells.
+      size: int32 [..., 2], height and width before padding.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> task.labels.shape, task.labels[0, 0].tolist()
+      ((1, 5, 7), [-1, -1, -1, 0, -1, -1, -1])
+      >>> dearer = task.replace(removal_cost=task.removal_cost * 3)
+      >>> dearer.removal_cost.tolist()
+      [3.0]
     """
 
     labels: Array
@@ -100,11 +119,21 @@ class Task(Record):
 class Path(Record):
     """A shortest path, start first.
 
-    cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more
-      than N cells.
-    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: retry
-      with a larger N.
-    cost: float32 [...], length in cell sides, inf where there is no path.
+    Attributes:
+      cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more
+        than N cells.
+      num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: retry
+        with a larger N.
+      cost: float32 [...], length in cell sides, inf where there is no path.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> cost = srt_jax.cost_to_come(free, (2, 0))
+      >>> path = srt_jax.trace_path(cost, (0, 2), max_cells=8)
+      >>> path.cells[: int(path.num_cells)].tolist()
+      [[2, 0], [1, 1], [0, 2]]
     """
 
     cells: Array
@@ -116,33 +145,50 @@ class Path(Record):
 class Solution(Record):
     """The answer to a task, or to each task of a batch.
 
-    status: int32 [...], a `Status`.
-    cost: float32 [...], length of the route in cell sides; inf without a route.
-    cells: int32 [..., N, 2], the whole route, start first, -1 after its end.
-    num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT):
-      the route did not fit.
-    destroyed: int32 [..., K], ids of the obstacles destroyed, in order, -1 after the last.
-    num_destroyed: int32 [...], 0 without a route; more than K (status BUDGET_SPENT): the least
-      removal needs so many.
-    destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an
-      8-neighbour of it; -1 padded.
-    removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf
-      without a route.
-    removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the
-      exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is cheaper by a
-      step of float32.
-    seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
-    contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
-      where nothing blocks.
-    blocking: int32 [..., M], ascending ids of the obstacles on the contour, -1 after the last.
-    plan: int32 [..., P, 2], the steps of the plan that the route carries out, in order: (`Act`,
-      obstacle or -1); P is 3 K + 1, and (-1, -1) stands after the last. No step where start and
-      goal are one cell, or without a route.
-    plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
-    separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
-      of indestructible obstacles that keep start and goal apart whatever else is gone, -1 after
-      the last.
-      Empty elsewhere, and where the goal lies outside the map.
+    Attributes:
+      status: int32 [...], a `Status`.
+      cost: float32 [...], length of the route in cell sides; inf without a route.
+      cells: int32 [..., N, 2], the whole route, start first, -1 after its end.
+      num_cells: int32 [...], cells of the route, 0 without one; more than N (status BUDGET_SPENT):
+        the route did not fit.
+      destroyed: int32 [..., K], ids of the obstacles destroyed, in order, -1 after the last.
+      num_destroyed: int32 [...], 0 without a route; more than K (status BUDGET_SPENT): the least
+        removal needs so many.
+      destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an
+        8-neighbour of it; -1 padded.
+      removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf
+        without a route.
+      removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the
+        exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is cheaper by a
+        step of float32.
+      seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
+      contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
+        where nothing blocks.
+      blocking: int32 [..., M], ascending ids of the obstacles on the contour, -1 after the last.
+      plan: int32 [..., P, 2], the steps of the plan that the route carries out, in order: (`Act`,
+        obstacle or -1); P is 3 K + 1, and (-1, -1) stands after the last. No step where start and
+        goal are one cell, or without a route.
+      plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
+      separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
+        of indestructible obstacles that keep start and goal apart whatever else is gone, -1 after
+        the last.
+        Empty elsewhere, and where the goal lies outside the map.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> solution.cells[: int(solution.num_cells)].tolist()
+      [[2, 0], [2, 1], [2, 2], [2, 3], [2, 4], [2, 5], [2, 6]]
+      >>> solution.destroyed[: int(solution.num_destroyed)].tolist()
+      [0]
+      >>> solution.destroyed_at[0].item()  # destroyed from cells[2]
+      2
+      >>> solution.removal_cost.item() == solution.removal_bound.item()  # proven least
+      True
     """
 
     status: Array

@@ -16,6 +16,23 @@ jax.config.update(
 )
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 1.0)
 
+QUICK = (
+    "docs/test_site.py",
+    "engine/test_packing.py",
+    "formats",
+    "geometry",
+    "instances",
+    "sign_model/pddl",
+    "sign_model/space",
+    "sign_model/test_description.py",
+    "sign_model/test_face.py",
+    "test_architecture.py",
+    "test_components.py",
+    "test_moves.py",
+    "test_task.py",
+)
+"""Folders and files of the tests that `-m quick` selects: little to compile, no long search."""
+
 SHARED_DATA = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
@@ -26,3 +43,13 @@ def shared_data() -> pathlib.Path:
     if not folder.is_dir():
         pytest.skip("the outside ground truth (shared/data) is not on this machine")
     return folder
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Marks the tests of QUICK, but for those that are slow."""
+    folder = pathlib.Path(__file__).resolve().parent
+    quick = [folder / place for place in QUICK]
+    for item in items:
+        is_quick = any(place == item.path or place in item.path.parents for place in quick)
+        if is_quick and not item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.quick)

@@ -51,6 +51,13 @@ def learn(
 
     Raises:
       ValueError: there are no tasks, or they do not share their features and actions.
+
+    Examples:
+      >>> import sign_model
+      >>> from sign_model.blocks import random_blocks_tasks
+      >>> tasks = random_blocks_tasks(3, 4, seed=0)
+      >>> sign_model.learn(tasks, generations=1, population=2, lanes=4).name
+      'learned'
     """
     trial = _Trial(tasks, name, beam, lanes)
     rng = np.random.default_rng(seed)

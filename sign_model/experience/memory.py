@@ -34,7 +34,20 @@ Match = Callable[[Precedent, Precedent, int], dict[str, str] | None]
 
 @dataclasses.dataclass(frozen=True)
 class Memory:
-    """The precedents of an agent, oldest first."""
+    """The precedents of an agent, oldest first.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> memory = sign_model.Memory().learned(task, ["(push)", "(walk)"])
+      >>> memory.recall(task)
+      ('(push)', '(walk)')
+    """
 
     precedents: tuple[Precedent, ...] = ()
 
@@ -94,7 +107,16 @@ class Memory:
 
 
 def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
-    """Writes the precedents as JSON: names and lists only, nothing executable."""
+    """Writes the precedents as JSON: names and lists only, nothing executable.
+
+    Examples:
+      >>> import os, tempfile
+      >>> import sign_model
+      >>> path = os.path.join(tempfile.mkdtemp(), "memory.json")
+      >>> sign_model.save_memory(sign_model.Memory(), path)
+      >>> sign_model.load_memory(path).precedents
+      ()
+    """
     payload = {
         "format": _FORMAT,
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
@@ -110,6 +132,20 @@ def load_memory(path: str | pathlib.Path) -> Memory:
     Raises:
       ValueError: the file is not JSON, not of this format, or a precedent lacks a part; names the
         file and the precedent.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> import os, tempfile
+      >>> path = os.path.join(tempfile.mkdtemp(), "memory.json")
+      >>> sign_model.save_memory(sign_model.Memory().learned(task, ["(push)", "(walk)"]), path)
+      >>> len(sign_model.load_memory(path).precedents)
+      1
     """
     # The file is JSON, and says that it is a memory.
     try:

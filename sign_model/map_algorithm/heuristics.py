@@ -28,6 +28,12 @@ Weights = Mapping[str, int]
 class HeuristicSign:
     """One heuristic: the weights by which it rates a situation, {predicate or schema: weight}. An
     empty table counts nothing.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> sign.landmarks["*"], sign.plan
+      (1, {})
     """
 
     name: str
@@ -64,7 +70,17 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 
 
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
-    """Writes signs as JSON; the file is replaced as a whole or not at all."""
+    """Writes signs as JSON; the file is replaced as a whole or not at all.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> import os, tempfile
+      >>> path = os.path.join(tempfile.mkdtemp(), "signs.json")
+      >>> sign_model.save_signs(path, [sign])
+      >>> [one.name for one in sign_model.load_signs(path)]
+      ['mine']
+    """
     text = json.dumps(
         {
             "heuristic_signs": [
@@ -83,6 +99,15 @@ def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
     Raises:
       ValueError: the file cannot be read or does not contain heuristic signs; the message names the
         file and the fault.
+
+    Examples:
+      >>> import sign_model
+      >>> sign = sign_model.HeuristicSign("mine", landmarks={"*": 1}, unmet={"@goal": 2})
+      >>> import os, tempfile
+      >>> path = os.path.join(tempfile.mkdtemp(), "signs.json")
+      >>> sign_model.save_signs(path, [sign])
+      >>> sign_model.load_signs(path) == (sign,)
+      True
     """
     try:
         entries = json.loads(read_text(path, what="file of heuristic signs"))["heuristic_signs"]

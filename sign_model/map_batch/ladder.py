@@ -122,6 +122,17 @@ def plan_batch(
 
     Raises:
       ValueError: `heuristic` is an empty sequence, or a weight of it is too large.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> [result.actions for result in sign_model.plan_batch([task, task])]
+      [('(push)', '(walk)'), ('(push)', '(walk)')]
     """
     signs = (
         DEFAULTS

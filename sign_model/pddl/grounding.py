@@ -46,6 +46,17 @@ def load(
       PddlError: text that cannot be read, or a task with more than `MAX_ACTIONS` ground actions or
         `MAX_CELLS` cells a matrix.
       OutOfTime: the time limit was reached.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> task.actions
+      (('push',), ('walk',))
     """
     began, clock = time.perf_counter(), Clock(max_seconds)
     parsed = None

@@ -15,13 +15,27 @@ class PlanningTask:
     """A grounded STRIPS task. F features, A actions; an action may go when its conditions hold;
     then deletes, then adds.
 
-    features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be
-      false.
-    actions: (schema, argument, ...) of each ground action.
-    conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
-    costs: int64 [A], 0 to 10^12.
-    start, goal: bool [F]; the goal is partial, the start complete.
-    domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
+    Attributes:
+      features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be
+        false.
+      actions: (schema, argument, ...) of each ground action.
+      conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
+      costs: int64 [A], 0 to 10^12.
+      start, goal: bool [F]; the goal is partial, the start complete.
+      domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> task.features
+      (('closed',), ('open',), ('through',))
+      >>> task.conditions.shape  # actions, features
+      (2, 3)
     """
 
     features: tuple[Atom, ...]

@@ -38,6 +38,14 @@ _PART = 1 << 16
 class PddlError(ValueError):
     """PDDL that cannot be read: the message is one line, `file:line: what is wrong and what to
     do`.
+
+    Examples:
+      >>> import sign_model
+      >>> try:
+      ...     sign_model.load("(define (domain door)", "(define (problem out) (:domain door))")
+      ... except sign_model.PddlError as error:
+      ...     print(error)
+      <domain>:1: this '(' is never closed: add the missing ')'
     """
 
     def __init__(self, message: str, *, file: str, line: int | None = None) -> None:

@@ -25,6 +25,19 @@ def validate(task: PlanningTask, actions: Sequence[str], *, clock: Clock = NO_LI
       task: the task; one made from arrays is replayed on its matrices, as it has no lifted form.
       actions: the plan in the order of execution, `(pick-up a)` each; case doesn't matter.
       clock: asked on long plans; OutOfTime where its limit has passed.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> sign_model.validate(task, ["(push)", "(walk)"])
+      []
+      >>> sign_model.validate(task, ["(walk)"])
+      ['step 1 (walk): (open) does not hold']
     """
     plan = [tuple(action.strip().strip("()").lower().split()) for action in actions]
     if task.domain is None or task.problem is None:

@@ -55,6 +55,18 @@ def world_model_of(task: PlanningTask) -> WorldModel:
     of the task back.
 
     A task made from arrays has no lifted form: its signs have only images and personal meanings.
+
+    Examples:
+      >>> import sign_model
+      >>> domain = '''(define (domain door)
+      ...   (:predicates (closed) (open) (through))
+      ...   (:action push :precondition (closed) :effect (and (open) (not (closed))))
+      ...   (:action walk :precondition (open) :effect (through)))'''
+      >>> problem = "(define (problem out) (:domain door) (:init (closed)) (:goal (through)))"
+      >>> task = sign_model.load(domain, problem)
+      >>> model = sign_model.world_model_of(task)
+      >>> sign_model.describe(model).splitlines()[0]
+      'World model of 17 signs with 20 prediction matrices; links: 9 in W_p, 4 in W_m, 8 in W_a.'
     """
     lifted = (
         ()

@@ -48,6 +48,16 @@ def explanation(
 
     Raises:
       ValueError: task and solution have different batch dimensions.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> srt_jax.explanation(task, solution)["destroyed"]
+      [{'id': 0, 'from': [2, 2], 'index': 2, 'removal_cost': 1.0}]
     """
     batch = np.shape(solution.status)
     if np.shape(task.start)[:-1] != batch:

@@ -43,6 +43,16 @@ def story(
 
     Raises:
       ValueError: a batch instead of one task.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> print(srt_jax.story(task, solution).splitlines()[0])
+      reach the goal area at (2, 6) (specified: 3 steps)
     """
     if np.ndim(solution.status):
         raise ValueError("story takes one task and its solution: take them from the batch first")
@@ -75,6 +85,17 @@ def scene_pddl(task: Task, solution: Solution) -> tuple[str, str, list[str]]:
     The plan's lines are the actions of a plan file, `(approach i obstacle-7 area-0)`; none where
     there is no route. The problem of an unsolvable task holds the firm obstacles that separate and
     has no plan.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> domain, problem, plan = srt_jax.scene_pddl(task, solution)
+      >>> plan[0]
+      '(approach i obstacle-0 area-0)'
     """
     if np.ndim(solution.status):
         raise ValueError(

@@ -29,6 +29,16 @@ def explain(
 
     Raises:
       ValueError: task and solution have different batch dimensions.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> "Destroyed obstacle 0 from (2, 2)" in srt_jax.explain(task, solution)
+      True
     """
     told = explanation(task, solution, what_if=what_if, heading=heading, cell_side=cell_side)
     if isinstance(told, dict):
@@ -49,6 +59,16 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
 
     Raises:
       ValueError: no obstacle has that id.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> "was destroyed from (2, 2)" in srt_jax.why(task, solution, 0)
+      True
     """
     named = _named(task, solution, obstacle)
     destroyed = np.asarray(solution.destroyed).tolist()
@@ -91,6 +111,16 @@ def why_not(task: Task, solution: Solution, obstacle: int) -> str:
 
     Raises:
       ValueError: no obstacle has that id.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> srt_jax.why_not(task, solution, 0).endswith("was destroyed.")
+      True
     """
     named, status = _named(task, solution, obstacle), Status(int(solution.status))
     if obstacle in np.asarray(solution.destroyed).tolist():

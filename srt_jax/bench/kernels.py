@@ -19,17 +19,13 @@ PACKAGES = (
     "scikit-image",
 )
 
-BARS = {"reach, packed": 4.0, "reach": 2.5, "cost_to_come": 1.5, "contour": 1.5, "seed_cell": 5.0}
-"""What the best native peer's time over ours is to be, on streets of 512 x 512; for cost_to_come
-the C++ peer's.
-"""
-
 
 def run(quick: bool = False) -> dict[str, Any]:
     """Returns {"machine", "fast_form", "rows", "scaling"}; each in a process of its own.
 
-    A row: {kernel, kind, size, batch, ms, quartiles [low, high], peers {name: ms}, ratio, bar},
-    kept on one core; medians. For "scaling" see `scaling`.
+    A row: {kernel, kind, size, batch, ms, quartiles [low, high], peers {name: ms}, ratio}, kept on
+    one core; medians. The ratio is the best native peer's time over ours; for cost_to_come the
+    C++ peer's. For "scaling" see `scaling`.
     """
     alone = {"XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false", "OMP_NUM_THREADS": "1"}
     return {
@@ -49,7 +45,7 @@ def table(result: dict[str, Any]) -> str:
             " form)"
         ),
         (
-            f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'bar':>6s}{'ours ms':>10s}{'quartiles':>16s}"
+            f"{'kernel':15s}{'map':12s}{'size':>6s}{'ratio':>8s}{'ours ms':>10s}{'quartiles':>16s}"
             "  peers, ms (their time over ours)"
         ),
     ]
@@ -57,14 +53,12 @@ def table(result: dict[str, Any]) -> str:
         peers = ", ".join(
             f"{name} {ms:.3f} ({ms / row['ms']:.1f}x)" for name, ms in row["peers"].items()
         )
-        bar = f"{row['bar']:.1f}" if row["bar"] else ""
         ratio = f"{row['ratio']:.2f}" if row["ratio"] else "-"
         place = f"{row['kernel']:15s}{row['kind']:12s}{row['size']:6d}"
         low, high = row["quartiles"]
         between = f"{low:.3f}-{high:.3f}"
         lines.append(
-            f"{place}{ratio:>8s}{bar:>6s}{row['ms']:10.3f}{between:>16s} "
-            f" {peers or 'none installed'}"
+            f"{place}{ratio:>8s}{row['ms']:10.3f}{between:>16s}  {peers or 'none installed'}"
         )
     if result.get("scaling"):
         lines += ["", scaling.table(result["scaling"])]
@@ -129,7 +123,6 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
         }
         own = spreads.pop("ours")
         mine, times = own["median"], {key: value["median"] for key, value in spreads.items()}
-        bar = BARS[name] if (kind, size) == ("street", 512) else None
         against = [times[key] for key in times if name != "cost_to_come" or key.startswith("C++")]
         ratio = min(against) / mine if against else None
         out.append(
@@ -142,7 +135,6 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
                 "quartiles": [own["low"], own["high"]],
                 "peers": times,
                 "ratio": ratio,
-                "bar": bar,
             }
         )
     return out

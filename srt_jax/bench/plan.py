@@ -27,9 +27,6 @@ from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.plan_task import plan
 
-BARS = {8: 30_000, 10: 10_000, 15: 4_000}
-"""Random blocks tasks a second, one process on 2 idle cores, compilation apart."""
-
 _SECONDS_A_ROW = 15.0
 
 
@@ -107,10 +104,9 @@ def table(result: dict[str, Any]) -> str:
         ),
     ]
     for row in result["random_blocks"]:
-        bar = f" (bar {BARS[row['blocks']]:,} on 2 idle cores)" if row["sign"] == "learned" else ""
         lines.append(
             f"{row['blocks']:3d} blocks, {row['sign']:9s} {row['tasks_a_second']:9,.0f} tasks/s"
-            f" ({row['quartiles'][0]:,.0f}-{row['quartiles'][1]:,.0f}){bar},"
+            f" ({row['quartiles'][0]:,.0f}-{row['quartiles'][1]:,.0f}),"
             f" {row['tasks_a_cpu_second']:,.0f} a second of CPU, solved {row['solved']:.2%}, length"
             f" / optimum {row['ratio']:.3f}, optimal {row['optimal']:.1%}, compile"
             f" {row['compile_seconds']:.1f} s"

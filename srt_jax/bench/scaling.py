@@ -18,9 +18,6 @@ from srt_jax.bench.timing import in_turn, measured_apart
 
 SMALL, LARGE = 64, 512
 BATCHES = (16, 64, 256, 1024, 4096)
-FLATNESS, CORES_RATIO = 1.5, 1.7
-"""Bars: slowest over fastest time a map among BATCHES at LARGE; one core's time over that of two.
-"""
 
 
 def run(quick: bool = False) -> list[dict[str, Any]]:
@@ -41,7 +38,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     size, cores, batch = rows[0]["size"], rows[0]["cores"], rows[0]["cores_batch"]
     lines = [
         f"Street maps of {size} x {size}, eager calls on one core: ms a map by batch; slowest over"
-        f" fastest (bar {FLATNESS})"
+        " fastest"
     ]
     lines += _batch_lines(rows, "batch_ms", [f"{row['flatness']:8.2f}" for row in rows])
     lines += [
@@ -50,8 +47,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     ]
     lines += _batch_lines(rows, "small_ms", [""] * len(rows))
     lines += [
-        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores} (bar"
-        f" {CORES_RATIO} on two); bytes a cell"
+        f"{batch} street maps of {size} x {size}: ms a map on one core and on {cores}; bytes a cell"
     ]
     heads = zip(
         ("one", "all", "ratio", "argument", "result", "temporary", "peak growth"),

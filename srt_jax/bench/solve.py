@@ -27,11 +27,6 @@ AUTHORS_MS = 240.0
 2 shared x86-64 cores.
 """
 
-BARS = {"ratio": 40.0, "tasks_a_second": 500.0}
-"""To be reached on streets of 512 x 512, Bagel-10: the authors' time over ours on one core; on two
-cores.
-"""
-
 CASES = {"bagel-10": "ring", "bagel-10, all can go": "all", "half": "ring"}
 """Blockage, and what can be destroyed: the blocker alone ("ring"), or the buildings too."""
 
@@ -47,8 +42,8 @@ class Case(NamedTuple):
 
 
 def run(quick: bool = False) -> dict[str, Any]:
-    """Returns {"machine", "authors_ms", "bars", "rows": [{case, size, tasks, one_core, two_threads,
-    stages, peers, agrees}]}.
+    """Returns {"machine", "authors_ms", "rows": [{case, size, tasks, one_core, two_threads, stages,
+    peers, agrees}]}.
 
     Times are {"median", "low", "high", "count"} in milliseconds a task. Measured in processes of
     their own, so that the caller's threads and settings are not touched.
@@ -57,7 +52,7 @@ def run(quick: bool = False) -> dict[str, Any]:
     for row, other in zip(one, two):
         row["two_threads"] = other["two_threads"]
     facts = machine("scipy", "opencv-python-headless", "scikit-image")
-    return {"machine": facts, "authors_ms": AUTHORS_MS, "bars": BARS, "rows": one}
+    return {"machine": facts, "authors_ms": AUTHORS_MS, "rows": one}
 
 
 def table(result: dict[str, Any]) -> str:
@@ -74,15 +69,14 @@ def table(result: dict[str, Any]) -> str:
 def _lines(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
     one, two = row["one_core"], row["two_threads"]
     is_measure = (row["case"], row["size"]) == ("bagel-10", 512)
-    bar = f" (bar {result['bars']['tasks_a_second']:.0f})" if is_measure else ""
     lines = [
         f"  ours, one core     {_told(one)}, {1e3 / one['median']:,.0f} tasks/s",
-        f"  ours, two threads  {_told(two)}, {1e3 / two['median']:,.0f} tasks/s{bar}",
+        f"  ours, two threads  {_told(two)}, {1e3 / two['median']:,.0f} tasks/s",
     ]
     if is_measure:
         lines.append(
             f"  {result['authors_ms'] / one['median']:6.1f}x  the authors' C++ planner,"
-            f" {result['authors_ms']:.0f} ms (bar {result['bars']['ratio']:.0f}x)"
+            f" {result['authors_ms']:.0f} ms"
         )
     for name, peer in row["peers"].items():
         if peer["ms"]:

@@ -64,6 +64,16 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> srt_jax.check(task, solution)
+      []
     """
     sides: dict[str, int] = {}
     tasks, problems = _arrays("task", task, _TASK_FORM, sides)

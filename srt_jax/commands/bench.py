@@ -2,6 +2,7 @@
 to keep.
 """
 
+import importlib
 import json
 import pathlib
 import time
@@ -14,7 +15,10 @@ from srt_jax.commands.console import aside, say, say_json
 from srt_jax.commands.options import JsonOption
 from srt_jax.formats.files import make_folder, written
 
-NAMES = ("kernels", "solve", "plan", "learning", "envs")
+NAMES = ("kernels", "solve", "plan", "learning", "envs", "gradients")
+"""The modules of `srt_jax.bench` that measure: `run(quick)` returns the measurements, and
+`table(result)` the same as text.
+"""
 
 
 def bench(
@@ -40,7 +44,7 @@ def bench(
     for one in NAMES if name == "all" else [name]:
         if not as_json:
             say(f"== {one}")
-        result, told = _measured(one, quick)
+        result, text = _measure(one, quick)
         results[one] = result
         make_folder(out)
         command = f"srt-jax bench {one}{' --quick' if quick else ''}"
@@ -48,13 +52,13 @@ def bench(
             "command": command,
             "date": time.strftime("%Y-%m-%d"),
             "made_on": machine(),
-            "told": told,
+            "text": text,
             **result,
         }
         with written(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
         if not as_json:
-            say(*told.splitlines())
+            say(*text.splitlines())
     if as_json:
         say_json(results)
     else:
@@ -62,29 +66,9 @@ def bench(
     return 0
 
 
-def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
-    """Returns the measurements and the same as a table; each is loaded when it is asked for."""
-    if name == "kernels":
-        from srt_jax.bench import kernels
-
-        result = kernels.run(quick)
-        return result, kernels.table(result)
-    if name == "solve":
-        from srt_jax.bench import solve
-
-        result = solve.run(quick)
-        return result, solve.table(result)
-    if name == "learning":
-        from srt_jax.bench import learning
-
-        result = learning.run(quick)
-        return result, learning.table(result)
-    if name == "envs":
-        from srt_jax.bench import envs
-
-        result = envs.run(quick)
-        return result, envs.table(result)
-    from srt_jax.bench import plan as planning
-
-    result = planning.run(quick, log=aside)
-    return result, planning.table(result)
+def _measure(name: str, quick: bool) -> tuple[dict[str, Any], str]:
+    """Returns the measurements and the same as a table; the module is imported only now."""
+    module = importlib.import_module(f"srt_jax.bench.{name}")
+    options = {"log": aside} if name == "plan" else {}
+    result = module.run(quick, **options)
+    return result, module.table(result)

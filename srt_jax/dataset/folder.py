@@ -27,6 +27,14 @@ VERSION = 1
 class Plan(NamedTuple):
     """What a data set is to hold; kept in `dataset.json`. `size` is (least, greatest) side; format
     one of `FORMATS`.
+
+    Examples:
+      >>> import tempfile
+      >>> from srt_jax import dataset
+      >>> folder = tempfile.mkdtemp()
+      >>> plan = dataset.write_dataset(folder, kind="rooms", count=16, size=16, shard_size=8)
+      >>> plan.kind, plan.count, plan.size, plan.format
+      ('rooms', 16, (16, 16), 'npz')
     """
 
     kind: str
@@ -68,6 +76,14 @@ def write_dataset(
     Raises:
       ValueError: a number out of range, or the folder holds a data set of another plan.
       ImportError: the format's package is missing.
+
+    Examples:
+      >>> import tempfile
+      >>> from srt_jax import dataset
+      >>> folder = tempfile.mkdtemp()
+      >>> plan = dataset.write_dataset(folder, kind="rooms", count=16, size=16, shard_size=8)
+      >>> plan.count, plan.shard_size
+      (16, 8)
     """
     low, high = (size, size) if isinstance(size, int | np.integer) else size
     plan = Plan(kind, int(count), (int(low), int(high)), int(seed), int(shard_size), format)
@@ -175,6 +191,15 @@ def load(
 
     Raises:
       ValueError: no data set, shards missing, an unknown field, or a number out of range.
+
+    Examples:
+      >>> import tempfile
+      >>> from srt_jax import dataset
+      >>> folder = tempfile.mkdtemp()
+      >>> plan = dataset.write_dataset(folder, kind="rooms", count=16, size=16, shard_size=8)
+      >>> batch = next(dataset.load(folder, batch_size=8, seed=0, fields=("start", "cost_to_go")))
+      >>> batch["start"].shape, batch["cost_to_go"].shape
+      ((8, 2), (8, 16, 16))
     """
     folder = pathlib.Path(folder)
     plan = read_plan(folder)
@@ -211,7 +236,16 @@ def load(
 
 
 def read_plan(folder: PathLike) -> Plan:
-    """Returns what a data set's folder says it holds; ValueError where it is none."""
+    """Returns what a data set's folder says it holds; ValueError where it is none.
+
+    Examples:
+      >>> import tempfile
+      >>> from srt_jax import dataset
+      >>> folder = tempfile.mkdtemp()
+      >>> plan = dataset.write_dataset(folder, kind="rooms", count=16, size=16, shard_size=8)
+      >>> dataset.read_plan(folder) == plan
+      True
+    """
     told = _read_manifest(pathlib.Path(folder))
     if told.pop("version", None) != VERSION or set(told) != set(Plan._fields):
         raise ValueError(f"{folder}: {MANIFEST} is of another version: write the data set anew")

@@ -36,6 +36,21 @@ def animate(
     Raises:
       ImportError: Pillow is missing. ValueError: a batch was given, another ending than .gif, or an
         unknown `what`.
+
+    Examples:
+      >>> import os
+      >>> import tempfile
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax.draw import animate
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> path = os.path.join(tempfile.mkdtemp(), "loop.gif")
+      >>> animate(task, solution, path)
+      >>> os.path.exists(path)
+      True
     """
     if pathlib.Path(path).suffix.lower() != ".gif":
         raise ValueError(f"{path}: an animation is a GIF: end the name in .gif")

@@ -46,6 +46,21 @@ def draw(
     Raises:
       ImportError: matplotlib is missing. ValueError: a batch was given, or the ending is none of
         these.
+
+    Examples:
+      >>> import os
+      >>> import tempfile
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax.draw import draw
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> path = os.path.join(tempfile.mkdtemp(), "one.png")
+      >>> draw(task, solution, path, title="a wall")
+      >>> os.path.exists(path)
+      True
     """
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape

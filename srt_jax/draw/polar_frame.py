@@ -21,8 +21,16 @@ _MARGIN = 13.0
 class PolarFrame:
     """How the frame lies on the map.
 
-    metres_per_cell: the side of a cell. table: the fuzzy directions and distances.
-    heading: where the agent looks, degrees counter-clockwise from the east; None: at the goal.
+    Attributes:
+      metres_per_cell: the side of a cell.
+      table: the fuzzy directions and distances.
+      heading: where the agent looks, degrees counter-clockwise from the east; None: at the goal.
+
+    Examples:
+      >>> from srt_jax.draw import PolarFrame
+      >>> frame = PolarFrame(metres_per_cell=5.0, heading=90.0)  # cells of 5 m, looking north
+      >>> frame.heading
+      90.0
     """
 
     metres_per_cell: float = 1.0

@@ -26,6 +26,21 @@ def contact_sheet(
     Raises:
       ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what
         `draw` refuses.
+
+    Examples:
+      >>> import os
+      >>> import tempfile
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax.draw import contact_sheet
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> path = os.path.join(tempfile.mkdtemp(), "sheet.svg")
+      >>> contact_sheet([("a wall", task, solution)] * 2, path)
+      >>> os.path.exists(path)
+      True
     """
     if not 0 < len(named) <= MOST_ON_SHEET:
         raise ValueError(

@@ -21,6 +21,17 @@ def svg_tile(task: Task, solution: Solution, *, most_cells: int = 250) -> str:
 
     Args:
       most_cells: a side; larger maps are shrunk (`colours.shrunk`).
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax.draw import svg_tile
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> solution = srt_jax.solve(task)
+      >>> svg_tile(task, solution).startswith("<svg")
+      True
     """
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape

@@ -18,6 +18,7 @@ from srt_jax.envs.rules import NUM_ACTIONS, EnvState
 from srt_jax.envs.sample import sample_levels
 
 ID = "SmartRelocation-v0"
+"""The name and version of the environment, for `make`."""
 
 __all__ = [
     "ID",
@@ -55,6 +56,18 @@ def make(
     Raises:
       ValueError: another name.
       TypeError: levels are no `Levels`.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> env.num_actions, params.max_steps_in_episode
+      (16, 200)
     """
     if levels is not None and not isinstance(levels, Levels):
         raise TypeError(
@@ -71,6 +84,18 @@ def as_gymnasium(
 ) -> Any:
     """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is missing.
     See `envs.gym`.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> gym_env = envs.as_gymnasium(env, params)  # doctest: +SKIP
+      >>> observation, info = gym_env.reset(seed=0)  # doctest: +SKIP
     """
     from srt_jax.envs.gym import GymnasiumEnv
 
@@ -80,6 +105,18 @@ def as_gymnasium(
 def as_jumanji(env: SmartRelocation | None = None, params: EnvParams | None = None) -> Any:
     """Returns a `jumanji.Environment`; ImportError with the install command where jumanji is
     missing. See `envs.jumanji`.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> jumanji_env = envs.as_jumanji(env, params)  # doctest: +SKIP
+      >>> state, timestep = jumanji_env.reset(jax.random.key(0))  # doctest: +SKIP
     """
     from srt_jax.envs.jumanji import JumanjiEnv
 

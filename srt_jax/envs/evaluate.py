@@ -17,10 +17,27 @@ Policy = Callable[[Array, Array], Array]
 class Evaluation(NamedTuple):
     """Per level of the pool: NumPy arrays [N].
 
-    success: bool, whether the goal was reached in time.
-    score, length, removal: float32, sum of rewards, way walked, cost of what was destroyed.
-    regret: float32, the oracle's score less that one; removal_regret, length_regret: float32, NaN
-      without success.
+    Attributes:
+      success: bool [N], whether the goal was reached in time.
+      score: float32 [N], sum of rewards.
+      length: float32 [N], way walked in cell sides.
+      removal: float32 [N], cost of what was destroyed.
+      regret: float32 [N], the oracle's score less that one.
+      removal_regret, length_regret: float32 [N], removal and length less the oracle's; NaN without
+        success.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> result = envs.evaluate(env, params, lambda key, observation: 4, jax.random.key(1))
+      >>> result.success.tolist(), result.length.tolist()  # two cells up to the wall
+      ([False], [2.0])
     """
 
     success: np.ndarray
@@ -50,6 +67,27 @@ class Evaluation(NamedTuple):
 def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> Evaluation:
     """Returns how the policy does from the start of every level, until the goal or the end of time
     (host; jits inside).
+
+    Args:
+      env, params: from `make`; the levels of `params` carry their oracle (`with_oracle`).
+      policy: (key, observation) -> action, int32 []; runs under jit and vmap.
+      key: JAX random key [].
+
+    Returns:
+      Evaluation, arrays [N] over the levels.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> result = envs.evaluate(env, params, lambda key, observation: 4, jax.random.key(1))
+      >>> result.success.tolist()  # walks east up to the wall and stays there
+      [False]
     """
     scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
     success, score, length, removal = scores

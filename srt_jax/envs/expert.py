@@ -14,6 +14,16 @@ def oracle_actions(solution: Solution) -> np.ndarray:
 
     Before the move from cell i to cell i + 1 comes one destroying where the solution destroys from
     cell i.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> batch = srt_jax.stack([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> envs.oracle_actions(srt_jax.solve(batch)).tolist()  # 4 moves east, 12 destroys
+      [[4, 4, 12, 4, 4, 4, 4]]
     """
     number = {move: index for index, move in enumerate(MOVES)}
     rows = []

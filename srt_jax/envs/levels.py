@@ -21,12 +21,24 @@ _MOST_DESTROYED = 32
 class Levels(Record):
     """N levels, padded to one shape.
 
-    labels: int32 [N, L, H, W], obstacle ids as in `Task`.
-    price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
-    start, goal, size: int32 [N, 2].
-    removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where not
-      asked.
-    length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
+    Attributes:
+      labels: int32 [N, L, H, W], obstacle ids as in `Task`.
+      price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
+      start, goal, size: int32 [N, 2].
+      removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where
+        not asked.
+      length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> levels.price.shape, levels.removal.tolist(), levels.length.tolist()
+      ((1, 1), [1.0], [6.0])
     """
 
     labels: Array
@@ -49,6 +61,17 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
     Raises:
       TypeError: something else than tasks.
       ValueError: no task, or none that has a solution.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> levels.start.tolist(), levels.goal.tolist()
+      ([[2, 0]], [[2, 6]])
     """
     tasks = tasks if isinstance(tasks, Task | jax.Array | np.ndarray) else list(tasks)
     if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
@@ -94,6 +117,17 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
 def to_tasks(levels: Levels) -> Task:
     """Returns the batch of tasks the levels are; what cannot be destroyed costs 1. May be
     traced.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> envs.to_tasks(levels).labels.shape
+      (1, 1, 5, 7)
     """
     is_destroyable = jnp.isfinite(levels.price)
     return Task(
@@ -109,6 +143,17 @@ def to_tasks(levels: Levels) -> Task:
 def with_oracle(levels: Levels) -> Levels:
     """Returns the levels with the oracle's removal and length, both inf where a level has no
     solution. May be traced.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> envs.with_oracle(levels).removal.tolist()
+      [1.0]
     """
     solution = solve(to_tasks(levels), max_destroyed=_MOST_DESTROYED)
     return levels.replace(removal=solution.removal_cost, length=solution.cost)

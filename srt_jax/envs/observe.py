@@ -58,7 +58,25 @@ def _ground(levels: Levels, state: EnvState, rows: Array, cols: Array) -> list[A
 
 
 def action_mask(levels: Levels, state: EnvState) -> Array:
-    """Returns which actions change something: bool [16], eight moves and eight destroyings."""
+    """Returns which actions change something: bool [16], eight moves and eight destroyings.
+
+    Args:
+      levels: the pool, as in `EnvParams.levels`.
+      state: of one environment; use vmap for several.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> _, state = env.reset(jax.random.key(0), params)
+      >>> np.flatnonzero(envs.action_mask(levels, state)).tolist()  # moves only
+      [1, 2, 4, 6, 7]
+    """
     moves = jnp.asarray(np.array(MOVES, np.int32))
     rows = state.cell[0] + jnp.stack([moves[:, 0], moves[:, 0], jnp.zeros_like(moves[:, 0])])
     cols = state.cell[1] + jnp.stack([moves[:, 1], jnp.zeros_like(moves[:, 1]), moves[:, 1]])

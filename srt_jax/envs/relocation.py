@@ -26,14 +26,29 @@ class EnvParams(Record):
         goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost *
         [nothing changed]
 
-    levels: the pool from which every reset draws.
-    step_cost: per cell side walked. removal_weight: per unit of removal cost. wasted_cost: for an
-      action without effect.
-    max_steps_in_episode: after these an episode is truncated.
+    Attributes:
+      levels: the pool from which every reset draws.
+      step_cost: float32 [], per cell side walked.
+      removal_weight: float32 [], per unit of removal cost.
+      wasted_cost: float32 [], for an action without effect.
+      goal_reward: float32 [], for reaching the goal.
+      max_steps_in_episode: int32 [], after so many steps an episode is truncated.
 
     As set, walking round costs less than destroying on maps up to about 16 x 16, so that the
     oracle, which removes the least and then walks the shortest, has (nearly) the greatest return
     there is.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> params.replace(step_cost=0.1).step_cost
+      0.1
     """
 
     levels: Levels
@@ -51,8 +66,26 @@ class SmartRelocation:
 
     Static options; everything else travels in `EnvParams`.
 
-    observation: "window" (the agent in its centre) or "map".
-    radius: of the window: 2 radius + 1 cells a side.
+    Attributes:
+      observation: "window" (the agent in its centre) or "map".
+      radius: of the window: 2 radius + 1 cells a side.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> observation, state = env.reset(jax.random.key(0), params)
+      >>> observation.shape, env.num_actions
+      ((9, 9, 6), 16)
+      >>> observation, state, reward, terminated, truncated, info = env.step(
+      ...     jax.random.key(1), state, 4, params)  # one cell to the east
+      >>> state.cell.tolist()
+      [2, 1]
     """
 
     observation: str = "window"

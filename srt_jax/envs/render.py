@@ -23,6 +23,19 @@ def render(state: Any, levels: Levels, *, cell_side: int = 16) -> np.ndarray:
 
     White is free, black fixed, orange can be destroyed, grey is padding; the goal is a green
     square, the agent a blue disc.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> _, state = env.reset(jax.random.key(0), params)
+      >>> envs.render(state, levels, cell_side=8).shape
+      (40, 56, 3)
     """
     state = jax.tree.map(np.asarray, state)
     level = int(state.level)

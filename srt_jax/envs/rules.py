@@ -19,18 +19,34 @@ from srt_jax.moves import MOVES, is_on_map
 from srt_jax.types import OUTSIDE, Array, Record, record
 
 NUM_ACTIONS = 2 * len(MOVES)
+"""16: move m is action m, and action 8 + m destroys what stands in the way of move m."""
 
 
 @record
 class EnvState(Record):
     """Where an episode stands. A dozen numbers: maps stay in the parameters.
 
-    level: int32 [], number of the level in the pool.
-    cell: int32 [2], where the agent is.
-    gone: uint32 [M / 32, rounded up], the obstacles destroyed, a bit each.
-    time: int32 [], steps taken.
-    length: float32 [], way walked in cell sides. removal: float32 [], cost of what was destroyed.
-    score: float32 [], sum of rewards.
+    Attributes:
+      level: int32 [], number of the level in the pool.
+      cell: int32 [2], where the agent is.
+      gone: uint32 [M / 32, rounded up], the obstacles destroyed, a bit each.
+      time: int32 [], steps taken.
+      length: float32 [], way walked in cell sides.
+      removal: float32 [], cost of what was destroyed.
+      score: float32 [], sum of rewards.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> _, state = env.reset(jax.random.key(0), params)
+      >>> state.cell.tolist(), state.time.item()
+      ([2, 0], 0)
     """
 
     level: Array

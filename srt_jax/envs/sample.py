@@ -29,11 +29,18 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
     open or closed by a post.
 
     Args:
-      key: a JAX random key.
+      key: a JAX random key [].
       count, kind, size: static; size at least 12 cells.
 
     Raises:
       ValueError: an unknown kind, or a number out of range.
+
+    Examples:
+      >>> import jax
+      >>> from srt_jax import envs
+      >>> levels = envs.sample_levels(jax.random.key(0), count=2, size=12)
+      >>> levels.labels.shape
+      (2, 1, 12, 12)
     """
     if kind not in KINDS:
         raise ValueError(

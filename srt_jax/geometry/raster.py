@@ -162,6 +162,15 @@ def rasterize(world: World, *, rule: str = "touch") -> Task:
     Raises:
       ValueError: an unknown rule, no whole cell within the bounds, or start or goal in the strip
         beyond the last whole cell.
+
+    Examples:
+      >>> import srt_jax
+      >>> wall = srt_jax.Obstacle.polygon([(3, 0), (4, 0), (4, 5), (3, 5)])
+      >>> world = srt_jax.World(bounds=(0, 0, 7, 5), obstacles=(wall,), position=(0.5, 2.5),
+      ...                       radius=0.4, goal=((6.5, 2.5), 1.0))
+      >>> task = srt_jax.rasterize(world)
+      >>> task.labels[0, 0].tolist(), task.goal.tolist()
+      ([-1, -1, -1, 0, -1, -1, -1], [2, 6])
     """
     grid = grid_over(world.bounds, world.goal_side)
     return make_task(

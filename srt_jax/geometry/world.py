@@ -32,16 +32,23 @@ _SQUARE_TOLERANCE = 1e-6
 class Obstacle:
     """One object that blocks the way.
 
-    parts: its polygons, each a sequence of rings, the outer one first and then the holes; a ring is
-      [K, 2] points, K >= 3, in either direction, closed or not. Rings of one obstacle may touch in
-      points, not cross. Kept as tuples.
-    destroyable: whether the agent can destroy it.
-    removal_cost: what destroying it costs; positive and finite.
-    name: for people; may be empty.
-    repair: make valid polygons of rings that cross (`rings.repaired`, needs shapely) instead of
-      raising ValueError.
-    checked: the parts are what `rings.as_ring` returns, and `rings.conflicts` found nothing: they
-      are taken as they are.
+    Attributes:
+      parts: its polygons, each a sequence of rings, the outer one first and then the holes; a ring
+        is [K, 2] points, K >= 3, in either direction, closed or not. Rings of one obstacle may
+        touch in points, not cross. Kept as tuples.
+      destroyable: whether the agent can destroy it.
+      removal_cost: what destroying it costs; positive and finite.
+      name: for people; may be empty.
+      repair: make valid polygons of rings that cross (`rings.repaired`, needs shapely) instead of
+        raising ValueError.
+      checked: the parts are what `rings.as_ring` returns, and `rings.conflicts` found nothing: they
+        are taken as they are.
+
+    Examples:
+      >>> from srt_jax import Obstacle
+      >>> wall = Obstacle.polygon([(3, 0), (4, 0), (4, 5), (3, 5)], name="wall", removal_cost=2.0)
+      >>> wall.parts
+      ((((3.0, 0.0), (4.0, 0.0), (4.0, 5.0), (3.0, 5.0)),),)
     """
 
     parts: Parts
@@ -74,14 +81,22 @@ class Obstacle:
 class World:
     """A task in metres (PY16 §2).
 
-    bounds: (x_min, y_min, x_max, y_max); what lies outside does not exist for the agent, obstacles
-      may reach across.
-    obstacles: in the order of their ids.
-    position: where the agent's centre starts; inside the bounds.
-    radius: of the agent's disc, R >= 0.
-    goal: the goal square: its four corners in any order, or (centre, side). Its side, more than 2
-      R, becomes the side of a cell, and its centre lies inside the bounds. Kept as four corners,
-      counterclockwise.
+    Attributes:
+      bounds: (x_min, y_min, x_max, y_max); what lies outside does not exist for the agent,
+        obstacles may reach across.
+      obstacles: in the order of their ids.
+      position: where the agent's centre starts; inside the bounds.
+      radius: of the agent's disc, R >= 0.
+      goal: the goal square: its four corners in any order, or (centre, side). Its side, more than 2
+        R, becomes the side of a cell, and its centre lies inside the bounds. Kept as four corners,
+        counterclockwise.
+
+    Examples:
+      >>> from srt_jax import World
+      >>> world = World(bounds=(0, 0, 7, 5), obstacles=(), position=(0.5, 2.5), radius=0.4,
+      ...               goal=((6.5, 2.5), 1.0))
+      >>> world.goal_side
+      1.0
     """
 
     bounds: tuple[float, float, float, float]

@@ -41,6 +41,17 @@ def perturbed(
 
     Raises:
       ValueError: num_samples is not even and positive, or temperature is not positive.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free, costs = np.ones((5, 7), bool), np.ones((5, 7), np.float32)
+      >>> def length(costs):
+      ...     return srt_jax.path_cost(free, (2, 0), (2, 6), costs)
+      >>> smooth = srt_jax.perturbed(length, num_samples=4, temperature=0.1, pathwise=True)
+      >>> jax.grad(lambda costs: smooth(jax.random.key(0), costs))(costs).shape
+      (5, 7)
     """
     if num_samples < 2 or num_samples % 2:
         raise ValueError(

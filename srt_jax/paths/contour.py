@@ -35,6 +35,15 @@ def contour(free: Array, seed: Array, goal: Array) -> Array:
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> seed = srt_jax.seed_cell(srt_jax.reach(free, (2, 0)), (2, 6))
+      >>> np.argwhere(srt_jax.contour(free, seed, (2, 6))).tolist()
+      [[0, 2], [1, 2], [2, 2], [3, 2], [4, 2]]
     """
     free = arguments.as_mask("free", free)
     seed, goal = arguments.as_cells("seed", seed), arguments.as_cells("goal", goal)

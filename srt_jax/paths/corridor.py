@@ -44,6 +44,14 @@ def path_within(
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> path = srt_jax.path_within(free, (2, 0), (2, 6), deviation=1)
+      >>> path.num_cells.item(), path.cost.item()
+      (7, 6.0)
     """
     free = arguments.as_mask("free", free)
     height, width = free.shape[-2:]

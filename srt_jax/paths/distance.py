@@ -41,6 +41,17 @@ def cost_to_come(free: Array, start: Array, traversal_cost: Array | None = None)
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit; outside jit, for a cost that
         is not positive.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> print(srt_jax.cost_to_come(free, (2, 0))[2])
+      [ 0.  1.  2. inf inf inf inf]
+      >>> swamp = np.full((5, 7), 3, np.float32)  # three times as dear as open ground
+      >>> print(srt_jax.cost_to_come(free, (2, 0), swamp)[2, :3])
+      [0. 3. 6.]
     """
     free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     if traversal_cost is not None:
@@ -64,10 +75,19 @@ def path_cost(
     one of the whole field, and the path itself, each cell with the length it answers for.
 
     Args:
-      goal: int32 [..., 2], (row, col). The others as in `cost_to_come`.
+      free: bool [..., H, W], True where the agent fits.
+      start, goal: int32 [..., 2], (row, col); may lie outside the map.
+      traversal_cost: float32 [..., H, W], as in `cost_to_come`.
 
     Returns:
       float32 [...].
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> round(srt_jax.path_cost(free, (2, 0), (0, 2)).item(), 4)  # two diagonal moves
+      2.8284
     """
     free, start, goal = (
         arguments.as_mask("free", free),

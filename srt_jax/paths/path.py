@@ -36,6 +36,14 @@ def trace_path(cost: Array, goal: Array, *, max_cells: int) -> Path:
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit, or max_cells < 1.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> path = srt_jax.trace_path(srt_jax.cost_to_come(free, (2, 0)), (0, 2), max_cells=8)
+      >>> path.cells[: int(path.num_cells)].tolist()
+      [[2, 0], [1, 1], [0, 2]]
     """
     cost, goal = arguments.as_floats("cost", cost), arguments.as_cells("goal", goal)
     batch = arguments.common_batch(cost=(cost, 2), goal=(goal, 1))

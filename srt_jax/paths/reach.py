@@ -41,6 +41,14 @@ def reach(free: Array, start: Array) -> Array:
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> srt_jax.reach(free, (2, 0)).sum().item()  # the 15 cells on this side of the wall
+      15
     """
     free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     batch = arguments.common_batch(free=(free, 2), start=(start, 1))

@@ -35,6 +35,14 @@ def seed_cell(reached: Array, goal: Array) -> Array:
 
     Raises:
       TypeError, ValueError: for a dtype or a shape that does not fit.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> srt_jax.seed_cell(srt_jax.reach(free, (2, 0)), (2, 6)).tolist()
+      [2, 2]
     """
     reached, goal = arguments.as_mask("reached", reached), arguments.as_cells("goal", goal)
     batch = arguments.common_batch(reached=(reached, 2), goal=(goal, 1))

@@ -39,7 +39,6 @@ def test_the_table_leads_with_the_ratio_and_names_missing_peers():
         "batch": 4,
         "ms": 0.1,
         "quartiles": [0.1, 0.2],
-        "bar": 2.5,
     }
     rows = [{**row, "peers": {"cc3d": 0.4}, "ratio": 4.0}, {**row, "peers": {}, "ratio": None}]
     text = kernels.table({"machine": machine(), "fast_form": 5.0, "rows": rows})

@@ -77,7 +77,7 @@ def test_the_table_has_a_line_for_every_measurement():
         }
     )
     assert (
-        "50,000 tasks/s (40,000-60,000) (bar 30,000" in text
+        "50,000 tasks/s (40,000-60,000)," in text
         and "pyperplan is not installed" in text
         and "hanoi" in text
         and "solved 0 of 3" in text

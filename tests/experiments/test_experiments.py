@@ -256,7 +256,7 @@ def test_the_page_of_results_holds_every_table_with_its_command_and_figure(secon
     shutil.copytree(second_figure, place)
     (tmp_path / "results" / "bench").mkdir()
     record = result(place, "figure2")
-    bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "told": "ours 1.00 ms"}
+    bench = {"command": "srt-jax bench solve", "made_on": record["machine"], "text": "ours 1.00 ms"}
     (tmp_path / "results" / "bench" / "solve.json").write_text(json.dumps(bench))
     page = tmp_path / "page.md"
     assert (
@@ -280,13 +280,15 @@ def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monke
         "command": "srt-jax bench solve",
         "date": "2026-01-02",
         "made_on": machine(),
-        "told": "ours 1.00 ms",
+        "text": "ours 1.00 ms",
     }
     (tmp_path / "bench" / "solve.json").write_text(json.dumps(record))
     monkeypatch.setattr(report, "_ran", lambda name, given: False)
     page = tmp_path / "page.md"
+    page.write_text("# Old\n\n<!-- by hand -->\nIn short.\n<!-- end by hand -->\n\n## Older\n")
     assert report.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
     told = page.read_text()
+    assert told.count("In short.") == 1 and "Older" not in told
     assert "The latest run failed" in told and "ours 1.00 ms" in told and "2026-01-02" in told
     assert (
         told.count("*Not run yet.*") == len(report.TITLES) - 1
