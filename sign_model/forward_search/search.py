@@ -44,7 +44,7 @@ def best_first(
     heuristic: str | None = None,
     weight: float = 2.0,
 ) -> Search:
-    """Returns the plan that the search `blockage` (astar, wastar, gbfs) finds, a proof that there
+    """Returns the plan that the search `planner` (astar, wastar, gbfs) finds, a proof that there
     is none, or a spent budget.
     """
     orderings: dict[str, _Ordering] = {

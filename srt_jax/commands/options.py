@@ -1,4 +1,4 @@
-"""Options that several commands have; those about reading files are in `reading`."""
+"""Options that several commands have; those about reading files are in `reading_options`."""
 
 import contextlib
 import pathlib

@@ -173,7 +173,7 @@ def _levels(
     paid: Array,
     most: Array,
 ) -> _Found:
-    """Floods from `source` until `goal_bound` is reached, or the next price would be `most` or
+    """Floods from `source` until `target` is reached, or the next price would be `most` or
     more.
 
     Args:

@@ -51,7 +51,7 @@ def test_lengths_equal_a_heap_dijkstra_in_floating_point():
 
 def test_costs_equal_scipys_dijkstra_on_outside_maps(shared_data):
     rng = np.random.default_rng(0)
-    for path in sorted(shared_data.glob("*/*.map")):
+    for path in sorted(p for p in shared_data.glob("*/*.map") if p.parent.name != "hunt"):
         free = read_map(path)
         if free.size > 70_000:  # the larger ones take SciPy too long
             continue
