@@ -19,7 +19,7 @@ from srt_jax.engine.kernel import batch_kernel
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
-from srt_jax.removal.branch_and_bound import least_removal
+from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
@@ -300,7 +300,7 @@ def _least(
     """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's
     plan over what must go.
     """
-    found = least_removal(task, room, among, capacity=capacity, max_nodes=max_branches)
+    found = search_least(task, room, among, capacity=capacity, max_nodes=max_branches)
     path = found.route
     destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
     is_here = (task.start == task.goal).all(axis=1)

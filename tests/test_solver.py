@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from srt_jax import Status, check, make_task, solve, solve_many
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.dijkstra import dijkstra
 from tests.helpers.labelled import random_tasks
 from tests.helpers.pictures import task_from
 
 
 def brute_force(task):
-    return least_removal(
+    return brute_force_removal(
         task.labels,
         task.destroyable,
         task.removal_cost,

@@ -19,7 +19,7 @@ import numpy as np
 from experiments.campaigns.integer_programming import exact_removal
 from experiments.campaigns.labelled_maps import random_tasks, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve_many
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 
 Twin = Callable[[Task], tuple[float, float]]
 """Tells the least cost, and the length of the shortest route of such a set (NaN: unknown)."""
@@ -27,7 +27,7 @@ Twin = Callable[[Task], tuple[float, float]]
 
 def by_brute_force(task: Task) -> tuple[float, float]:
     ends = (tuple(np.asarray(end).tolist()) for end in (task.start, task.goal))
-    found = least_removal(task.labels, task.destroyable, task.removal_cost, *ends)
+    found = brute_force_removal(task.labels, task.destroyable, task.removal_cost, *ends)
     return found.cost, found.length
 
 

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from srt_jax.answers.facts import NORTH, explanation, obstacle_data
-from srt_jax.answers.what_if import Outcome, if_flag, if_gone
+from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.symbols import places
 from srt_jax.types import Array, Solution, Status, Task
 
@@ -60,7 +60,7 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
         firm = if_flag(task, solution, obstacle, is_destroyable=False)
         return (
             f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} stood firm:"
-            f" {firm.told()}."
+            f" {firm.in_words()}."
         )
     separating = [i for i in np.asarray(solution.separating).tolist() if i >= 0]
     if obstacle in separating:
@@ -69,14 +69,14 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
         weak = if_flag(task, solution, obstacle, is_destroyable=True)
         return (
             f"{named} keeps start and goal apart{company}. If {obstacle} could be destroyed:"
-            f" {weak.told()}."
+            f" {weak.in_words()}."
         )
     if obstacle in np.asarray(solution.blocking).tolist():
         if not bool(np.asarray(task.destroyable)[obstacle]):
             weak = if_flag(task, solution, obstacle, is_destroyable=True)
             return (
                 f"{named} is part of what blocks first and stands firm. If it could be destroyed:"
-                f" {weak.told()}."
+                f" {weak.in_words()}."
             )
         return (
             f"{named} is part of what blocks first, but need not go:"
@@ -101,19 +101,22 @@ def why_not(task: Task, solution: Solution, obstacle: int) -> str:
         return f"{named} was not destroyed: a path exists, nothing has to go."
     if not bool(np.asarray(task.destroyable)[obstacle]):
         weak = if_flag(task, solution, obstacle, is_destroyable=True)
-        return f"{named} was not destroyed: it cannot be. If it could: {weak.told()}."
+        return f"{named} was not destroyed: it cannot be. If it could: {weak.in_words()}."
     return f"{named} was not destroyed: {_why_it_may_stand(task, solution, obstacle)}."
 
 
 def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
     gone: Outcome = if_gone(task, solution, obstacle)
     if not gone.status.is_solved:
-        return f"that would not open a way ({gone.told()})"
+        return f"that would not open a way ({gone.in_words()})"
     cost = float(solution.removal_cost)
     if not np.isfinite(cost):
-        return f"with it gone {gone.told()}"
-    compared = "no less than" if gone.removal_cost > cost * (1 + 1e-6) else "the same as"
-    return f"with it gone {gone.told()}, {compared} the {cost:g} of what was chosen"
+        return f"with it gone {gone.in_words()}"
+    chosen = [i for i in np.asarray(solution.destroyed).tolist() if i >= 0]
+    # Exact sums: two sets may differ by less than one float32 from the next.
+    more = exact_cost(task, gone.destroyed) - exact_cost(task, chosen)
+    compared = "more than" if more > 0 else "less than" if more < 0 else "the same as"
+    return f"with it gone {gone.in_words()}, {compared} the {cost:g} of what was chosen"
 
 
 def _named(task: Task, solution: Solution, obstacle: int) -> str:

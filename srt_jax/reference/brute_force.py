@@ -33,7 +33,7 @@ class Removal(NamedTuple):
     length: float
 
 
-def least_removal(
+def brute_force_removal(
     labels: np.ndarray,
     destroyable: np.ndarray,
     removal_cost: np.ndarray,

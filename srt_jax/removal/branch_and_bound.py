@@ -60,7 +60,7 @@ class Removal(NamedTuple):
     needed: Array
 
 
-def least_removal(
+def search_least(
     task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int
 ) -> Removal:
     """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose

@@ -17,6 +17,7 @@ from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
+from srt_jax.answers.what_if import if_gone
 from srt_jax.symbols.scene_of_task import scene_of
 from tests.helpers.pictures import task_from
 
@@ -148,6 +149,32 @@ def test_what_follows_if_it_were_otherwise_is_told():
     ).endswith("was destroyed.")
     with pytest.raises(ValueError, match="ids are 0 to 3"):
         why(task, solution, 4)
+
+
+@pytest.mark.parametrize(
+    ("costs", "compared"),
+    [
+        ((1e8, 1, 3, 1), "more than the 1e+08"),  # the two sums are one and the same float32
+        ((1e8, 2, 2, 1), "the same as the 1e+08"),
+        ((0.1, 0.2, 0.2, 1), "the same as the 0.3"),
+    ],
+)
+def test_what_other_sets_cost_is_compared_without_rounding(costs, compared):
+    task = two_gates()[0].replace(removal_cost=np.array(costs, np.float32))
+    solution = solve(task)
+    assert solution.destroyed[:3].tolist() == [0, 1, -1]
+    assert f"{compared} of what was chosen" in why_not(task, solution, 2)
+    other = if_gone(task, solution, 2)
+    assert set(other.destroyed) == {0, 2}
+    swapped = solve(task.replace(destroyable=np.array([True, False, True, False])))
+    assert other.removal_cost == float(swapped.removal_cost)
+
+
+def test_another_set_may_cost_less_than_what_a_greedy_walk_chose():
+    task = two_gates()[0].replace(removal_cost=np.array([1, 3, 2, 1], np.float32))
+    solution = solve(task, mode="paper")
+    assert solution.destroyed[:3].tolist() == [0, 1, -1]
+    assert "less than the 4 of what was chosen" in why_not(task, solution, 2)
 
 
 def test_what_separates_is_asked_about_too():

@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from srt_jax.check import check
 from srt_jax.reference.astar import astar
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Act, Solution, Status, Task
 from tests.helpers.answers import (
@@ -231,9 +231,10 @@ def test_wrong_form_is_a_message_not_a_crash(name):
 )
 def test_a_side_of_another_length_is_told(name):
     task, solution = two_walls()
-    cut = lambda record: (
-        record.replace(**{name: record[name][..., 1:]}) if name in record else record
-    )  # noqa: E731
+
+    def cut(record):
+        return record.replace(**{name: record[name][..., 1:]}) if name in record else record
+
     assert check(cut(task), cut(solution)) or name == "labels"
 
 
@@ -265,7 +266,7 @@ def answer_of_the_twins(task: Task) -> Solution:
     labels, start, goal = task.labels, tuple(task.start.tolist()), tuple(task.goal.tolist())
     free, least = (
         (labels == -1).all(axis=0),
-        least_removal(labels, task.destroyable, task.removal_cost, start, goal),
+        brute_force_removal(labels, task.destroyable, task.removal_cost, start, goal),
     )
     first, blockage = astar(free, start, goal), {}
     if free[start] and first.cost == np.inf:
