@@ -202,9 +202,10 @@ def _command(record: dict[str, Any]) -> str:
 
 _HEAD = """# Results
 
-Made by `python -m experiments.report`, each part by the command above it, on the machine named there. The same seed gives the
-same plan lengths and counts; times are medians with quartiles in brackets, of one run on that machine. PY16 is the paper; its
-times are of 2016. The text of the paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
+Made by `python -m experiments.report`, each part by the command above it, on the machine named
+there. The same seed gives the same plan lengths and counts; times are medians with quartiles in
+brackets, of one run on that machine. PY16 is the paper; its times are of 2016. The text of the
+paper gives ranges for Figure 3; the numbers of Figure 2 are those its authors published."""
 
 
 if __name__ == "__main__":

@@ -82,9 +82,12 @@ _GEOJSON = {
 }
 _OSM = b"""<?xml version='1.0'?>
 <osm version="0.6"><bounds minlat="60.0" minlon="25.0" maxlat="60.001" maxlon="25.002"/>
-<node id="1" lat="60.0002" lon="25.0005" version="1"/><node id="2" lat="60.0002" lon="25.0010" version="1"/>
-<node id="3" lat="60.0006" lon="25.0010" version="1"/><node id="4" lat="60.0006" lon="25.0005" version="1"/>
-<way id="7" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/><tag k="building" v="yes"/></way>
+<node id="1" lat="60.0002" lon="25.0005" version="1"/>
+<node id="2" lat="60.0002" lon="25.0010" version="1"/>
+<node id="3" lat="60.0006" lon="25.0010" version="1"/>
+<node id="4" lat="60.0006" lon="25.0005" version="1"/>
+<way id="7" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/>
+<tag k="building" v="yes"/></way>
 <way id="8" version="1"><nd ref="1"/><nd ref="3"/><tag k="barrier" v="fence"/></way></osm>
 """
 _YAML = (
@@ -93,8 +96,9 @@ _YAML = (
 )
 _PGM = b"P5\n6 4\n255\n" + bytes([254, 254, 0, 254, 254, 254] * 4)
 _XML = (
-    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx><starty>0</starty><finishx>2</finishx><finishy>1</finishy><grid><row>0"
-    b" 1 0</row><row>0 0 0</row></grid></map></root>"
+    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx>"
+    b"<starty>0</starty><finishx>2</finishx><finishy>1</finishy><grid><row>0 1 0</row>"
+    b"<row>0 0 0</row></grid></map></root>"
 )
 _SVG = (
     b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500 500"><namo_config><agent'
@@ -108,8 +112,10 @@ _RULES = {
     "version": 1,
     "rules": [{"key": "building", "destroyable": False}, {"key": "barrier"}],
 }
-_DOMAIN = b"""(define (domain switch) (:requirements :strips :typing) (:types lamp) (:predicates (on ?l - lamp) (off ?l - lamp))
- (:action turn-on :parameters (?l - lamp) :precondition (off ?l) :effect (and (on ?l) (not (off ?l)))))
+_DOMAIN = b"""(define (domain switch) (:requirements :strips :typing) (:types lamp) (:predicates
+   (on ?l - lamp) (off ?l - lamp))
+ (:action turn-on :parameters (?l - lamp) :precondition (off ?l) :effect (and (on ?l) (not
+   (off ?l)))))
 """
 _PROBLEM = (
     b"(define (problem p) (:domain switch) (:objects a b - lamp) (:init (off a) (off b)) (:goal"
