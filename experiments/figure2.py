@@ -36,7 +36,7 @@ from experiments.figures.blocks_figures import (
 )
 from experiments.figures.blocks_tasks import BlocksTask, paper_tasks, series
 from experiments.figures.column_style import style
-from experiments.figures.outcome import Outcome, Table, options, run, timed
+from experiments.figures.outcome import Outcome, Table, options, run, time_text
 from experiments.figures.planners import Answer, Planner, own_planners, peers
 from srt_jax.bench.machine import spread
 
@@ -169,7 +169,7 @@ def _paper_table(first: dict[str, Any]) -> Table:
                     name,
                     str(record["length"]),
                     theirs[0],
-                    timed(record["seconds"]),
+                    time_text(record["seconds"]),
                     theirs[1],
                     split,
                 ]
@@ -211,7 +211,7 @@ def _series_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> T
     lines = []
     for row in rows:
         lengths = [
-            _told(row["answers"].get(name), lambda record: str(record["length"]))
+            _result_text(row["answers"].get(name), lambda record: str(record["length"]))
             for name in planners
         ]
         lines.append([row["task"], str(row["optimum"] or ""), *lengths])
@@ -230,7 +230,7 @@ def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Ta
         for name in planners:
             records = [row["answers"][name] for row in group if name in row["answers"]]
             solved = [record for record in records if record["length"] is not None]
-            seconds = timed(spread([record["seconds"]["median"] for record in solved]), unit=1)
+            seconds = time_text(spread([record["seconds"]["median"] for record in solved]), unit=1)
             line.append(f"{len(solved)}/{len(records)} {seconds}" if records else "")
         lines.append(line)
     return Table(
@@ -240,7 +240,7 @@ def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Ta
     )
 
 
-def _told(record: dict[str, Any] | None, tell: Any) -> str:
+def _result_text(record: dict[str, Any] | None, tell: Any) -> str:
     return "" if record is None else "-" if record["length"] is None else tell(record)
 
 

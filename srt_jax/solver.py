@@ -44,8 +44,8 @@ def solve(
     max_cells: int | None = None,
     max_branches: int = MAX_BRANCHES,
 ) -> Solution:
-    """Returns the route to the goal and what must be destroyed for it; what went wrong is told by
-    `status`, never raised.
+    """Returns the route to the goal and what must be destroyed for it; `status` says what went
+    wrong, nothing is raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound`
     proves it where the two agree), then takes the shortest route for them; it destroys none that is
@@ -239,7 +239,7 @@ def _solve_batch(
     is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
-    first, firm = blockages(
+    first, separating = blockages(
         task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
     )
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
@@ -270,7 +270,7 @@ def _solve_batch(
         blocking=_as_ids(first.on_contour),
         plan=jnp.where(has_route[:, None, None], way.plan, -1),
         plan_at=jnp.where(has_route[:, None], way.plan_at, -1),
-        separating=_as_ids(firm | covering(task, is_inside)),
+        separating=_as_ids(separating | covering(task, is_inside)),
     )
 
 
@@ -317,15 +317,15 @@ def _least(
 def _paper(
     task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, is_literal: bool
 ) -> tuple[Array, Array, Way]:
-    """The greedy loop, asked only where some way can be opened."""
+    """The greedy loop, run only where some way can be opened."""
     reached, bound = goal_prices(task, among)
     symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
     walk = greedy_walk(
         task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
     )
     cost = _total_cost(task, walk.destroyed)
-    told = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
-    return reached, bound, Way(removal_cost=cost, **told)
+    fields = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
+    return reached, bound, Way(removal_cost=cost, **fields)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

@@ -23,7 +23,7 @@ ROOM = 2048
 """Cells of a path: a static number, compiled anew where it is another."""
 
 
-def called(kernel: str, free: np.ndarray) -> Any:
+def call_kernel(kernel: str, free: np.ndarray) -> Any:
     """Calls a kernel on maps bool [B, H, W], with arguments made without JAX."""
     first, last = (
         np.zeros((len(free), 2), np.int32),
@@ -52,17 +52,17 @@ def main() -> None:
     # JAX itself has started
     jax.block_until_ready(jax.jit(lambda x: x + 1)(np.ones(3, np.float32)))
     # and what all kernels share
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
+    call_kernel("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     compiled.clear()
     free = np.ones((batch, side, side), bool)
     begin = time.perf_counter()
-    jax.block_until_ready(called(kernel, free))
+    jax.block_until_ready(call_kernel(kernel, free))
     first, num_first, in_xla = time.perf_counter() - begin, len(compiled), sum(compiled)
     begin = time.perf_counter()
-    jax.block_until_ready(called(kernel, free))
+    jax.block_until_ready(call_kernel(kernel, free))
     second = time.perf_counter() - begin
     compiled.clear()
-    jax.block_until_ready(called(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
+    jax.block_until_ready(call_kernel(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
     told = {
         "seconds": first - second,
         "in_xla": in_xla,

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from experiments.campaigns.cost_oracle import Truth, judged
+from experiments.campaigns.cost_oracle import Truth, judge
 from experiments.campaigns.cost_tasks import MOST_OBSTACLES, random_task
 from experiments.campaigns.tally import progress
 from srt_jax import Solution, Status, Task, check, make_task, solve, stack
@@ -108,19 +108,19 @@ def problems_of(
     return [(int(place), what) for what, mask in wrong.items() for place in np.flatnonzero(mask)]
 
 
-def answered(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
+def solve_and_judge(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
     """Returns the batch, the answers to it, and the truth on both."""
     options: dict[str, Any] = limits._asdict()
     solutions = jax.tree.map(np.asarray, solve(batch, **options))
     chosen = (solutions.destroyed[:, :, None] == np.arange(batch.destroyable.shape[1])).any(axis=1)
-    return batch, solutions, judged(batch, chosen)
+    return batch, solutions, judge(batch, chosen)
 
 
 def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[str, int]]:
     """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were
     like.
     """
-    batch, solutions, truth = answered(made(first, count, seed), limits)
+    batch, solutions, truth = solve_and_judge(made(first, count, seed), limits)
     problems = problems_of(batch, solutions, truth, limits)
     for place in range(0, count, REPLAYED):
         one = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))

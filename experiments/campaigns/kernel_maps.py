@@ -19,7 +19,7 @@ class Drawn(NamedTuple):
     start: np.ndarray
 
 
-def drawn(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -> Drawn:
+def draw_map(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -> Drawn:
     """Returns map number `index`: noise, or a heap of rectangles, from empty to full; the start is
     mostly a free cell.
     """

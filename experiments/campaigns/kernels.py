@@ -74,7 +74,7 @@ def batches(
 
 
 def random_part(tally: Tally, count: int, seed: int, largest: tuple[int, int]) -> None:
-    drawn = [maps.drawn(seed, index, *largest) for index in range(count)]
+    drawn = [maps.draw_map(seed, index, *largest) for index in range(count)]
     small = [one for one in drawn if max(one.free.shape) <= SIDES[0]]
     large = [one for one in drawn if max(one.free.shape) > SIDES[0]]
     work = [batch for side, group in zip(SIDES, (small, large)) for batch in batches(group, side)]
@@ -151,7 +151,7 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
     """Half of the goals can be reached, as far as the map has such cells."""
     drawn, number = [], 0
     while len(drawn) < count:
-        one, number = maps.drawn(seed + 1, number, 48, 48), number + 1
+        one, number = maps.draw_map(seed + 1, number, 48, 48), number + 1
         if truth.starts_inside(one.free[None], one.start[None])[0]:
             drawn.append(one)
     work = list(batches(drawn, SIDES[0]))

@@ -272,13 +272,13 @@ bytes.
 """
 
 
-def mutated(content: bytes, *, seed: int | tuple[int, ...]) -> bytes:
+def mutate(content: bytes, *, seed: int | tuple[int, ...]) -> bytes:
     """Returns the bytes damaged in one to four places; the same seed damages them in the same
     way.
     """
     rng = np.random.default_rng(seed)
     if content.startswith(b"PK") and rng.random() < 0.6:
-        return _repacked(content, rng)
+        return _repack(content, rng)
     damaged = bytearray(content)
     for _ in range(int(rng.integers(1, 5))):
         _damage(damaged, rng)
@@ -304,7 +304,7 @@ def _damage(content: bytearray, rng: np.random.Generator) -> None:
             content[at : at + int(rng.integers(0, 3))] = _PIECES[int(rng.integers(len(_PIECES)))]
 
 
-def _repacked(content: bytes, rng: np.random.Generator) -> bytes:
+def _repack(content: bytes, rng: np.random.Generator) -> bytes:
     """Returns a whole archive in which one member is damaged, missing or there twice."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = {name: bytearray(archive.read(name)) for name in archive.namelist()}
@@ -377,7 +377,7 @@ class _TooLong(BaseException):
 
 
 @contextlib.contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def _time_limit(seconds: float) -> Iterator[None]:
     def stop(number: int, frame: object) -> None:
         raise _TooLong
 
@@ -407,10 +407,10 @@ def _child(
         for number in range(first, first + count):
             name = names[number % len(names)]
             path = pathlib.Path(folder) / name
-            path.write_bytes(mutated(seeds[name], seed=(seed, number)))
+            path.write_bytes(mutate(seeds[name], seed=(seed, number)))
             print(number, flush=True)
             outcome, told = Outcome.HUNG, ""
-            with contextlib.suppress(_TooLong), _limited(seconds):
+            with contextlib.suppress(_TooLong), _time_limit(seconds):
                 outcome, told = read_one(path)
             print(json.dumps([outcome.name, told]), flush=True)
 
@@ -484,8 +484,7 @@ def main() -> int:
             totals[name][outcome] += 1
             if outcome in (Outcome.CRASHED, Outcome.HUNG):
                 print(
-                    f"{name}, mutated(..., seed=({options.seed}, {number})): {outcome.value}"
-                    f" {told}",
+                    f"{name}, mutate(..., seed=({options.seed}, {number})): {outcome.value} {told}",
                     file=sys.stderr,
                 )
         print(f"{min(first + AT_ONCE, options.count)} mutations", file=sys.stderr, flush=True)

@@ -83,7 +83,7 @@ class Story(NamedTuple):
     legs: list[tuple[np.ndarray, str, float, float]]
 
 
-def told_and_walked() -> Story:
+def plan_and_walk() -> Story:
     """Returns the whole way down from the goal's sign to the route, and up again from what blocks
     to the plan.
     """
@@ -209,7 +209,7 @@ def _legs(
     return legs
 
 
-def drawn(story: Story) -> Any:
+def draw(story: Story) -> Any:
     """Returns the figure: agent, sector, square, grid, obstacles, corridors H1 and H2 round the
     links, traces L1 and L2.
     """

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from experiments.figures.loop_stages import MAKES, STAGES
-from experiments.figures.outcome import Table, timed
+from experiments.figures.outcome import Table, time_text
 from srt_jax.bench.machine import spread
 from srt_jax.instances.paper_blockers import BLOCKAGES
 
@@ -55,7 +55,7 @@ def times_table(rows: Rows, kernels: dict[str, Any]) -> Table:
                 continue  # no compiler for the C++
             total = sum(one["median"] for one in found)
             shares = " / ".join(f"{one['median'] / total:.0%}" for one in found)
-            lines.append([blockage, make, *map(timed, found), f"{1e3 * total:.1f}", shares])
+            lines.append([blockage, make, *map(time_text, found), f"{1e3 * total:.1f}", shares])
     ranges = (f"{low}-{high}" for low, high in (PAPER_MS[stage] for stage in STAGES))
     lines.append(["all five", "PY16, 2016", *ranges, "602 on average", "10% / 87% / 3%"])
     count = len(rows) // len(BLOCKAGES)
@@ -116,8 +116,8 @@ def unblocked_table(rows: Rows) -> Table:
             lines.append(
                 [
                     make,
-                    timed(blocked),
-                    timed(unblocked),
+                    time_text(blocked),
+                    time_text(unblocked),
                     f"{blocked['median'] / unblocked['median']:.0f}x",
                 ]
             )

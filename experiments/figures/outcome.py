@@ -182,7 +182,7 @@ def _is_of_numbers(table: Table, place: int) -> bool:
     )
 
 
-def timed(spread: dict[str, float], *, unit: float = 1e3) -> str:
+def time_text(spread: dict[str, float], *, unit: float = 1e3) -> str:
     """Returns a median with its quartiles: "12.3 (11.9-13.0)"; seconds times `unit`."""
     median, low, high = (_three_digits(spread[name] * unit) for name in ("median", "low", "high"))
     return median if spread["count"] < 2 or low == high else f"{median} ({low}-{high})"

@@ -45,7 +45,7 @@ def if_flag(task: Task, solution: Solution, obstacle: int, *, is_destroyable: bo
     """
     flags = np.array(task.destroyable)
     flags[obstacle] = is_destroyable
-    return _solved(task.replace(destroyable=flags), solution)
+    return _solve_again(task.replace(destroyable=flags), solution)
 
 
 def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
@@ -54,7 +54,7 @@ def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
     """
     labels = np.array(task.labels)
     labels[labels == obstacle] = FREE
-    rest = _solved(task.replace(labels=labels), solution)
+    rest = _solve_again(task.replace(labels=labels), solution)
     if not rest.status.is_solved:
         return rest
     destroyed = (obstacle, *rest.destroyed)
@@ -86,5 +86,5 @@ def outcome_of(solution: Solution) -> Outcome:
     )
 
 
-def _solved(task: Task, solution: Solution) -> Outcome:
+def _solve_again(task: Task, solution: Solution) -> Outcome:
     return outcome_of(solve(task, max_destroyed=np.shape(solution.destroyed)[-1]))

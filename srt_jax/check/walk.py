@@ -1,4 +1,6 @@
-"""Whether a route can be walked as told, and whether the symbolic plan tells the same story."""
+"""Whether a route can be walked as the solution says, and whether the symbolic plan agrees with
+it.
+"""
 
 from types import SimpleNamespace
 
@@ -46,8 +48,8 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
 def _replay(
     labels: np.ndarray, route: np.ndarray, gone: np.ndarray, solution: SimpleNamespace
 ) -> list[str]:
-    """Walks the route, destroying as told; what is malformed in the list of destroyed obstacles is
-    told elsewhere.
+    """Walks the route and destroys what the solution says; errors in the form of that list are
+    reported by `destroyed_problems`.
     """
     problems, here = [], 0
     steps = zip(solution.destroyed.tolist(), solution.destroyed_at.tolist(), strict=True)
@@ -130,8 +132,8 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
             f" {rounded_down(total)}"
         )
     if not (solution.removal_bound >= 0 and exact(solution.removal_bound) <= total):
-        told = f"must lie between 0 and the removal cost {rounded_down(total)}"
-        problems.append(f"removal_bound is {solution.removal_bound}, but {told}")
+        rule = f"must lie between 0 and the removal cost {rounded_down(total)}"
+        problems.append(f"removal_bound is {solution.removal_bound}, but {rule}")
     return problems
 
 
@@ -180,28 +182,28 @@ def _step_problems(solution, labels, acts, ids, ends, place: int, act: Act) -> l
     following = (
         (acts[place + 1], ids[place + 1], ends[place + 1]) if place + 1 < len(acts) else None
     )
-    told = f"step {place} of the plan, {act.name} {obstacle},"
+    step = f"step {place} of the plan, {act.name} {obstacle},"
     if act is Act.APPROACH:
         return (
             []
             if following == (Act.DESTROY, obstacle, end)
-            else [f"{told} must be followed by DESTROY at its end"]
+            else [f"{step} must be followed by DESTROY at its end"]
         )
     if act is Act.DESTROY:
         is_beside = place and (acts[place - 1], ids[place - 1]) == (Act.APPROACH, obstacle)
-        return [] if is_beside else [f"{told} must follow APPROACH"]
+        return [] if is_beside else [f"{step} must follow APPROACH"]
     meets = _met(labels, solution.cells[begin : end + 1])
     if act is Act.RELOCATE:
         is_free = obstacle == -1 and not (meets & set(solution.destroyed.tolist()) - {-1})
-        return [] if is_free else [f"{told} must be of no obstacle and meet none"]
+        return [] if is_free else [f"{step} must be of no obstacle and meet none"]
     if not place or (acts[place - 1], ids[place - 1]) != (Act.DESTROY, obstacle):
-        return [f"{told} must follow DESTROY"]
+        return [f"{step} must follow DESTROY"]
     if end > begin and obstacle not in meets:
-        return [f"{told} goes from index {begin} to {end} of the route without meeting it"]
+        return [f"{step} goes from index {begin} to {end} of the route without meeting it"]
     if following and end != min(
         _left_behind(labels, solution.cells, obstacle, begin), following[2]
     ):
-        return [f"{told} must end where the route leaves the obstacle behind, not at index {end}"]
+        return [f"{step} must end where the route leaves the obstacle behind, not at index {end}"]
     return []
 
 

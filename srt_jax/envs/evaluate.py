@@ -35,14 +35,14 @@ class Evaluation(NamedTuple):
         """Returns one line: share of successes, mean score and regret; the successes' mean regrets
         in removal and length.
         """
-        told = (
+        text = (
             f"success {self.success.mean():.0%}, score {self.score.mean():.2f}, regret"
             f" {self.regret.mean():.2f}"
         )
         if not self.success.any():
-            return told
+            return text
         return (
-            f"{told}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, "
+            f"{text}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, "
             + f"length +{np.nanmean(self.length_regret):.2f}"
         )
 
@@ -51,7 +51,7 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
     """Returns how the policy does from the start of every level, until the goal or the end of time
     (host; jits inside).
     """
-    scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
+    scores = jax.tree.map(np.asarray, _play(env, params, policy, key))
     success, score, length, removal = scores
     levels = jax.tree.map(np.asarray, params.levels)
     return Evaluation(
@@ -65,9 +65,7 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
     )
 
 
-def _played(
-    env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
-) -> tuple[Array, ...]:
+def _play(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> tuple[Array, ...]:
     @jax.jit
     def play(params: EnvParams, key: Array) -> tuple[Array, ...]:
         number = params.levels.start.shape[0]

@@ -31,8 +31,8 @@ class Levels(_Record):
     price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
     start, goal, size: int32 [N, 2].
     removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where not
-      asked.
-    length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
+      known.
+    length: float32 [N], the length of the oracle's route in cell sides; NaN where not known.
     """
 
     labels: Array

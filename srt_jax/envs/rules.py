@@ -80,7 +80,7 @@ def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
     )
 
 
-def stands(gone: Array, ids: Array) -> Array:
+def is_standing(gone: Array, ids: Array) -> Array:
     """Returns which labels are of obstacles not yet gone; False for FREE and OUTSIDE."""
     index = jnp.maximum(ids, 0).astype(jnp.uint32)
     word = gone[0] if gone.shape[0] == 1 else gone[index // _WORD]
@@ -99,7 +99,7 @@ def act(levels: Levels, state: EnvState, action: Array) -> Effect:
     )
     # a straight move names its own cell: free, the agent is on it
     ids = owners(levels, state.level, rows, cols).reshape(-1)
-    is_there = stands(state.gone, ids)
+    is_there = is_standing(state.gone, ids)
     is_moving = is_move & ~(is_there | (ids == OUTSIDE)).any()
     price = levels.price[state.level, jnp.maximum(ids, 0)]
     is_hit = is_there & jnp.isfinite(price) & ~is_move

@@ -20,8 +20,8 @@ _ROOMS = 3
 
 @functools.partial(jax.jit, static_argnames=("count", "kind", "size"))
 def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16) -> Levels:
-    """Returns levels of square maps, each with a solution; the oracle is not asked (`with_oracle`
-    does). May be traced.
+    """Returns levels of square maps, each with a solution; the oracle is not run (`with_oracle`
+    runs it). May be traced.
 
     walls: three walls from edge to edge in four segments each, some fixed, one in each at least
       destroyable. fences: the same
@@ -60,7 +60,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
     )
 
 
-def _priced(key: Array, shape: tuple[int, ...]) -> Array:
+def _draw_prices(key: Array, shape: tuple[int, ...]) -> Array:
     return jnp.asarray(np.array(_PRICES, np.float32))[
         jax.random.randint(key, shape, 0, len(_PRICES), jnp.int32)
     ]
@@ -75,7 +75,7 @@ def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
     is_on = jnp.arange(size, dtype=jnp.int32)[:, None] == rows[None, :]  # [size, barriers]
     which = jnp.where(is_on.any(axis=1), lax.argmax(is_on, 1, jnp.int32), -1)
     labels = jnp.where(which[:, None] >= 0, which[:, None] * _SEGMENTS + segment[None, :], FREE)
-    price = _priced(keys[1], (_BARRIERS, _SEGMENTS))
+    price = _draw_prices(keys[1], (_BARRIERS, _SEGMENTS))
     if not is_fence:
         is_fixed = jax.random.bernoulli(keys[2], jnp.float32(0.5), (_BARRIERS, _SEGMENTS))
         spared = jax.random.randint(keys[3], (_BARRIERS, 1), 0, _SEGMENTS, jnp.int32)
@@ -115,7 +115,9 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
             )
             here = (int(wall), place) if axis == 0 else (place, int(wall))
             labels = jnp.where((row == here[0]) & (col == here[1]), door, labels)
-    price = jnp.concatenate([jnp.full(1, jnp.inf, jnp.float32), _priced(keys[2], (2 * number,))])
+    price = jnp.concatenate(
+        [jnp.full(1, jnp.inf, jnp.float32), _draw_prices(keys[2], (2 * number,))]
+    )
     rooms = jax.random.choice(
         keys[3], jnp.arange(_ROOMS * _ROOMS, dtype=jnp.int32), (2,), replace=False
     )

@@ -37,7 +37,7 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
         array = np.asarray(values)
     except ValueError as error:
         raise ValueError(
-            f"{name} must have shape {_spelled(shape)}, but its rows differ in length"
+            f"{name} must have shape {_shape_text(shape)}, but its rows differ in length"
         ) from error
     if array.size and not (
         np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
@@ -46,7 +46,7 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
     if array.ndim != len(shape) or any(
         want not in (-1, have) for want, have in zip(shape, array.shape)
     ):
-        raise ValueError(f"{name} must have shape {_spelled(shape)}, got {list(array.shape)}")
+        raise ValueError(f"{name} must have shape {_shape_text(shape)}, got {list(array.shape)}")
     array = array.astype(np.float64)
     wrong = ~(np.abs(array) <= _MAX_METRES)
     if wrong.any():
@@ -137,7 +137,7 @@ def conflict(parts: Parts) -> str:
 def conflicts(many: Sequence[Parts]) -> list[str]:
     """Returns `conflict` of each of many obstacles, all at once."""
     crossings = _crossings(many)
-    return [crossings.get(index) or _misplaced(parts) for index, parts in enumerate(many)]
+    return [crossings.get(index) or _placement_error(parts) for index, parts in enumerate(many)]
 
 
 def repaired(parts: Parts) -> Parts:
@@ -206,13 +206,13 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
                 if ring_of[first] == ring_of[second]
                 else "another ring of the same obstacle"
             )
-            told = [
-                _told(tails[edge] + origin[edge], heads[edge] + origin[edge])
+            edges = [
+                _edge_text(tails[edge] + origin[edge], heads[edge] + origin[edge])
                 for edge in (first, second)
             ]
             found.setdefault(
                 int(owner[first]),
-                f"a ring meets {others} where edge {told[0]} meets edge {told[1]}",
+                f"a ring meets {others} where edge {edges[0]} meets edge {edges[1]}",
             )
     return found
 
@@ -294,7 +294,7 @@ def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
     return (left > right).astype(np.int64) - (left < right).astype(np.int64)
 
 
-def _misplaced(parts: Parts) -> str:
+def _placement_error(parts: Parts) -> str:
     if len(parts) == 1 and len(parts[0]) == 1:
         return ""
     for index, (outer, *holes) in enumerate(parts):
@@ -333,12 +333,12 @@ def _where(ring: Ring, around: Ring) -> np.ndarray:
     return np.where(is_on.any(axis=1), 0, np.where(num_crossed % 2 == 1, 1, -1))
 
 
-def _told(tail: np.ndarray, head: np.ndarray) -> str:
+def _edge_text(tail: np.ndarray, head: np.ndarray) -> str:
     return "-".join(
         f"({x / UNITS_PER_METRE:g}, {y / UNITS_PER_METRE:g})"
         for x, y in (tail.tolist(), head.tolist())
     )
 
 
-def _spelled(shape: tuple[int, ...]) -> str:
+def _shape_text(shape: tuple[int, ...]) -> str:
     return "[" + ", ".join("K" if side < 0 else str(side) for side in shape) + "]"

@@ -53,15 +53,15 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
         closed[cell] = True
         num_expansions += 1
         if cell == target and is_free_at(free, goal):
-            path = _traced(parent, source, target, stride)
-            return Search(length_of(path), path, unpadded(closed, free.shape), num_expansions)
+            path = _trace_back(parent, source, target, stride)
+            return Search(length_of(path), path, remove_padding(closed, free.shape), num_expansions)
         for other, step in _moves(is_open, cell, stride):
             longer = step - minus_cost
             if longer < cost[other]:
                 cost[other] = longer
                 parent[other] = cell
                 heappush(waiting, (longer + heuristic[other], -longer, other))
-    return Search(float("inf"), [], unpadded(closed, free.shape), num_expansions)
+    return Search(float("inf"), [], remove_padding(closed, free.shape), num_expansions)
 
 
 def _moves(is_open: list[bool], cell: int, stride: int) -> list[tuple[int, float]]:
@@ -100,7 +100,7 @@ def is_free_at(free: np.ndarray, cell: tuple[int, int]) -> bool:
     return 0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1] and bool(free[cell])
 
 
-def _traced(parent: list[int], source: int, target: int, stride: int) -> list[tuple[int, int]]:
+def _trace_back(parent: list[int], source: int, target: int, stride: int) -> list[tuple[int, int]]:
     cells = [target]
     while cells[-1] != source:
         cells.append(parent[cells[-1]])
@@ -115,6 +115,6 @@ def length_of(path: list[tuple[int, int]]) -> float:
     return len(path) - 1 - num_diagonal + num_diagonal * ROOT
 
 
-def unpadded(flags: list[bool], shape: tuple[int, ...]) -> np.ndarray:
+def remove_padding(flags: list[bool], shape: tuple[int, ...]) -> np.ndarray:
     """Returns bool [H, W] from the flags of a map padded by a cell on every side, row after row."""
     return np.array(flags, bool).reshape(shape[0] + 2, shape[1] + 2)[1:-1, 1:-1]

@@ -28,8 +28,8 @@ def told(labels, start, goal, **options):
 
 
 def two_gates(mode="least"):
-    """A firm wall with a gate a, then a wall of two parts, b and c, of which either would do; b is
-    nearer.
+    """An indestructible wall with a gate a, then a wall of two parts, b and c, of which either
+    would do; b is nearer.
     """
     task, _ = task_from("""
         S@....c.
@@ -51,8 +51,8 @@ def test_an_open_way_is_told_with_its_length():
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     text = told([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
     assert (
-        "0 (destroyable, 2 cells of contour, close, rightward), 1 (firm, 2 cells of contour, close,"
-        " rightward)" in text
+        "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of contour,"
+        " close, rightward)" in text
     )
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 
@@ -75,7 +75,7 @@ def test_what_blocks_what_was_destroyed_and_how_good_that_is():
                 " start"
             ),
         ),
-        ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (firm)."),
+        ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (indestructible)."),
         ((0, 0), (0, 0), True, "The goal (0, 0) is the start."),
     ],
 )
@@ -133,17 +133,18 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
 def test_what_follows_if_it_were_otherwise_is_told():
     task, solution = two_gates()
     text = explain(task, solution, what_if=True)
-    assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 stood firm: unsolvable.")
+    assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 were indestructible: unsolvable.")
     assert why(task, solution, 0).endswith(
-        "it is the first in the way. If 0 stood firm: unsolvable."
+        "it is the first in the way. If 0 were indestructible: unsolvable."
     )
     assert (
-        "behind 0, which had to go first. If 1 stood firm: 0 + 2 would have to go, at cost 2."
+        "behind 0, which had to go first. If 1 were indestructible: 0 + 2 would have to go, at"
+        " cost 2."
         in why(task, solution, 1)
     )
     assert "the same as the 2 of what was chosen" in why_not(task, solution, 2)
     assert "it cannot be. If it could:" in why_not(task, solution, 3)
-    assert "is part of what blocks first and stands firm" in why(task, solution, 3)
+    assert "is part of what blocks first and is indestructible" in why(task, solution, 3)
     assert why(task, solution, 2).endswith("has no part in it.") and why_not(
         task, solution, 0
     ).endswith("was destroyed.")

@@ -351,7 +351,7 @@ def test_answers_of_the_slow_twins_pass():
 
 
 def test_spoilt_answers_of_the_slow_twins_are_noticed():
-    """Another cell to destroy from, another route as long, or more firm obstacles may be as good;
+    """Another cell to destroy from, another route as long, or more indestructible obstacles may be as good;
     all else must be noticed.
     """
     rng = np.random.default_rng(1)

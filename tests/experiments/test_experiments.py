@@ -208,7 +208,7 @@ def test_a_peers_plan_counts_only_when_it_is_one():
 
 
 def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the_plan():
-    story = fuzzy_goal.told_and_walked()
+    story = fuzzy_goal.plan_and_walk()
     (x, y), side = story.square
     corners = from_polar(
         sector_corners(story.sector), fuzzy_goal.AGENT, np.float64(fuzzy_goal.HEADING)
@@ -224,7 +224,7 @@ def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the
     ]
     assert all(strays <= deviation for _, _, deviation, strays in story.legs)
     with style():
-        texts = {text.get_text() for text in fuzzy_goal.drawn(story).legends[0].get_texts()}
+        texts = {text.get_text() for text in fuzzy_goal.draw(story).legends[0].get_texts()}
     assert {
         "$L_1$",
         "$L_2$",

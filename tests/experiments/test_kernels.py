@@ -9,7 +9,7 @@ import pytest
 import srt_jax
 from experiments.campaigns import kernel_maps as maps
 from experiments.campaigns import kernels
-from experiments.campaigns.compile_seconds import called
+from experiments.campaigns.compile_seconds import call_kernel
 from experiments.campaigns.kernel_truth import reached_by_scipy, route_problem
 
 
@@ -89,12 +89,12 @@ def test_a_route_that_cuts_a_corner_is_told():
 @pytest.mark.parametrize("kernel", kernels.KERNELS)
 def test_a_kernel_is_compiled_once_per_size_and_batch_bucket_and_nothing_else_is(kernel, compiled):
     # what all kernels share
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
+    call_kernel("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     for counts in ((1,), (3, 4)):  # two buckets
         num_compiled = []
         for shape in ((count, side, side - 1) for side in (29, 32, 25) for count in counts):
             compiled.clear()
-            jax.block_until_ready(called(kernel, np.ones(shape, bool)))
+            jax.block_until_ready(call_kernel(kernel, np.ones(shape, bool)))
             num_compiled.append(len(compiled))
         assert num_compiled[0] <= 1 and not any(num_compiled[1:])
 
