@@ -79,7 +79,6 @@ def _add_papers(axes: Any, tasks: list[str], place: int) -> None:
             "color": "white",
             "markeredgecolor": "black",
             "markeredgewidth": 0.7,
-            "clip_on": False,
         }
         axes.plot(places, theirs, "D", label=label, **look)
 
@@ -132,7 +131,7 @@ def _points(groups: dict[int, Rows], name: str) -> list[tuple[int, float, float]
 
 
 def _look(number: int, name: str) -> dict[str, Any]:
-    """Ours filled and solid, peers hollow and dashed: told apart without colours too."""
+    """Ours filled and solid, peers hollow and dashed: distinct without colours too."""
     colour, is_ours = COLOURS[number % len(COLOURS)], name in _OURS
     return {
         "label": name,

@@ -35,8 +35,8 @@ def explanation(
     have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
     None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
     if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
-    status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so, cheapest
-    first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
+    status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so,
+    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
     `square` (centre (x, y), side).
 
     Args:

@@ -51,8 +51,8 @@ def test_an_open_way_is_told_with_its_length():
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     text = told([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
     assert (
-        "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of contour,"
-        " close, rightward)" in text
+        "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of"
+        " contour, close, rightward)" in text
     )
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 
@@ -139,8 +139,7 @@ def test_what_follows_if_it_were_otherwise_is_told():
     )
     assert (
         "behind 0, which had to go first. If 1 were indestructible: 0 + 2 would have to go, at"
-        " cost 2."
-        in why(task, solution, 1)
+        " cost 2." in why(task, solution, 1)
     )
     assert "the same as the 2 of what was chosen" in why_not(task, solution, 2)
     assert "it cannot be. If it could:" in why_not(task, solution, 3)
