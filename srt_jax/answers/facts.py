@@ -36,8 +36,8 @@ def explanation(
     None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
     if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
     status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so,
-    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
-    `square` (centre (x, y), side).
+    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r,
+    phi), `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
