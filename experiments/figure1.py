@@ -10,8 +10,9 @@ solved in every mode there is:
 
   least    destroys what costs least, then takes the shortest route for it
   paper    the paper's loop, read kindly: walk until blocked, destroy what can be on the contour,
-  walk on literal  the paper's loop to the letter: it ends where what lies ahead of the seed stands
-  firm (where this version has it)
+           walk on
+  literal  the paper's loop to the letter: it ends where what lies ahead of the seed is
+           indestructible
 
 Every answer is replayed by `check`.
 

@@ -12,7 +12,7 @@ else random ones made like them. All planners get the same PDDL:
   depth-first peers          pyperplan and Fast Downward, where installed (pip install
   'srt-jax[bench]'), each run a process of its own
 
-A planner without a plan on three tasks in a row is not asked again.
+A planner without a plan on three tasks in a row is not run again.
 
 examples:
   python -m experiments.figure2
@@ -91,8 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     outcome.save()
     is_same = all(
         first[task][name]["length"] == length
-        for task, told in PAPER.items()
-        for name, (length, _) in told.items()
+        for task, entry in PAPER.items()
+        for name, (length, _) in entry.items()
     )
     return 0 if is_same else 1
 
@@ -142,8 +142,10 @@ def _series(
             if failed[name] < _PATIENCE:
                 answers[name] = _record([planner(task)])
                 failed[name] = 0 if answers[name]["length"] is not None else failed[name] + 1
-        told = ", ".join(f"{name} {record['length'] or 'none'}" for name, record in answers.items())
-        outcome.progress(f"{task.name}: {told}")
+        lengths = ", ".join(
+            f"{name} {record['length'] or 'none'}" for name, record in answers.items()
+        )
+        outcome.progress(f"{task.name}: {lengths}")
         rows.append(
             {
                 "task": task.name,

@@ -164,7 +164,7 @@ def test_the_route_is_the_shortest_for_what_is_destroyed():
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "told"),
+    ("change", "error", "message"),
     [
         ({"labels": np.zeros((3, 3), np.int32)}, ValueError, "labels"),
         ({"labels": np.zeros((1, 3, 3), np.float32)}, TypeError, "labels"),
@@ -174,9 +174,9 @@ def test_the_route_is_the_shortest_for_what_is_destroyed():
         ({"destroyable": np.zeros((2, 1), bool)}, ValueError, "destroyable"),
     ],
 )
-def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, told):
+def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, message):
     task = make_task(np.ones((3, 3), bool), (0, 0), (2, 2))
-    with pytest.raises(error, match=told) as caught:
+    with pytest.raises(error, match=message) as caught:
         solve(task.replace(**change))
     assert "\n" not in str(caught.value)
 

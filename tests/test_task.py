@@ -71,7 +71,7 @@ def test_start_and_goal_may_lie_on_obstacles():
 
 
 @pytest.mark.parametrize(
-    ("error", "told", "change"),
+    ("error", "message", "change"),
     [
         (TypeError, "signed integers", {"free_or_labels": EMPTY.astype(np.float32)}),
         (TypeError, "astype", {"free_or_labels": EMPTY.astype(np.uint8)}),
@@ -105,10 +105,10 @@ def test_start_and_goal_may_lie_on_obstacles():
         (TypeError, "removal_cost", {"removal_cost": "1"}),
     ],
 )
-def test_bad_input_is_refused_in_one_sentence(error, told, change):
+def test_bad_input_is_refused_in_one_sentence(error, message, change):
     arguments = {"free_or_labels": LABELS, "start": (0, 0), "goal": (0, 2)} | change
     map_, start, goal = (arguments.pop(name) for name in ("free_or_labels", "start", "goal"))
-    with pytest.raises(error, match=told) as caught:
+    with pytest.raises(error, match=message) as caught:
         make_task(map_, start, goal, **arguments)
     assert "\n" not in str(caught.value)
 

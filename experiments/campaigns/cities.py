@@ -25,8 +25,8 @@ SIZES = (500, 2000)
 def main() -> None:
     for path in sys.argv[1:] or [extract()]:
         print(path)
-        told = measure(path)
-        print("  " + "; ".join(told))
+        facts = measure(path)
+        print("  " + "; ".join(facts))
         for size in SIZES:
             print(f"  {size} x {size}: {solve_city(path, size)}")
 

@@ -3,8 +3,8 @@ line of JSON.
 
     python -m experiments.campaigns.compile_seconds KERNEL SIDE BATCH
 
-Of a new size in the same buckets, and a smaller batch, the number of programs compiled is told: it
-must be 0.
+Of a new size in the same buckets, and a smaller batch, the number of programs compiled is printed:
+it must be 0.
 """
 
 import json
@@ -20,7 +20,7 @@ import srt_jax
 jax.config.update("jax_enable_compilation_cache", False)
 
 ROOM = 2048
-"""Cells of a path: a static number, compiled anew where it is another."""
+"""Cells of a path: a static number, compiled again where it is another."""
 
 
 def call_kernel(kernel: str, free: np.ndarray) -> Any:
@@ -63,13 +63,13 @@ def main() -> None:
     second = time.perf_counter() - begin
     compiled.clear()
     jax.block_until_ready(call_kernel(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
-    told = {
+    record = {
         "seconds": first - second,
         "in_xla": in_xla,
         "programs": num_first,
         "programs_for_new_sizes": len(compiled),
     }
-    print(json.dumps(told))
+    print(json.dumps(record))
 
 
 if __name__ == "__main__":

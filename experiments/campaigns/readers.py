@@ -7,9 +7,9 @@ hangs or fills the memory.
 Small right files of every format are damaged: bytes turned, pieces cut, doubled and moved, odd
 numbers and brackets put in; arrays of an .npz file also one by one, so that the archive stays
 whole. Each is read in a child process that may take so much more memory, and so many seconds a
-file. Other endings than a result or a ValueError of one line are told on standard error, with what
-makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both are
-0.
+file. Other endings than a result or a ValueError of one line are printed on standard error, with
+what makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both
+are 0.
 """
 
 import argparse
@@ -330,11 +330,11 @@ def read_one(path: pathlib.Path) -> tuple[Outcome, str]:
     try:
         _reader(path)
     except (ValueError, ImportError) as error:
-        told = str(error)
+        message = str(error)
         return (
-            (Outcome.REFUSED, told)
-            if "\n" not in told and told
-            else (Outcome.CRASHED, f"not one line: {told!r}")
+            (Outcome.REFUSED, message)
+            if "\n" not in message and message
+            else (Outcome.CRASHED, f"not one line: {message!r}")
         )
     except _TooLong:
         return Outcome.HUNG, ""
@@ -409,10 +409,10 @@ def _child(
             path = pathlib.Path(folder) / name
             path.write_bytes(mutate(seeds[name], seed=(seed, number)))
             print(number, flush=True)
-            outcome, told = Outcome.HUNG, ""
+            outcome, message = Outcome.HUNG, ""
             with contextlib.suppress(_TooLong), _time_limit(seconds):
-                outcome, told = read_one(path)
-            print(json.dumps([outcome.name, told]), flush=True)
+                outcome, message = read_one(path)
+            print(json.dumps([outcome.name, message]), flush=True)
 
 
 def _run_child(
@@ -438,8 +438,8 @@ def _run_child(
     number = None
     for line in out.splitlines():
         if line.startswith("["):
-            name, told = json.loads(line)
-            found.append((number if number is not None else first, Outcome[name], told))
+            name, message = json.loads(line)
+            found.append((number if number is not None else first, Outcome[name], message))
             number = None
         elif line.isdigit():
             number = int(line)
@@ -477,14 +477,15 @@ def main() -> int:
         return 0
     totals: dict[str, Counter[Outcome]] = {name: Counter() for name in names}
     for first in range(0, options.count, AT_ONCE):
-        for number, outcome, told in _run_child(
+        for number, outcome, message in _run_child(
             options, names, first, min(AT_ONCE, options.count - first)
         ):
             name = names[number % len(names)]
             totals[name][outcome] += 1
             if outcome in (Outcome.CRASHED, Outcome.HUNG):
                 print(
-                    f"{name}, mutate(..., seed=({options.seed}, {number})): {outcome.value} {told}",
+                    f"{name}, mutate(..., seed=({options.seed}, {number})): {outcome.value}"
+                    f" {message}",
                     file=sys.stderr,
                 )
         print(f"{min(first + AT_ONCE, options.count)} mutations", file=sys.stderr, flush=True)

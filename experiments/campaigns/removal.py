@@ -6,7 +6,7 @@ Brute force over all sets of obstacles: `--count` maps up to 20x20 with up to 8 
 obstacles, where cost and bound must both be the optimum, and the route the shortest of all least
 sets; as many with overlaps and obstacles in parts. Integer programming (SciPy's milp with cuts):
 `--parts` such maps of 24x24 with 16 obstacles. There the optimum must lie between bound and cost,
-and a gap is told. Exit code 1 if anything differs.
+and a gap is printed. Exit code 1 if anything differs.
 """
 
 import argparse
@@ -80,20 +80,20 @@ def compare(name: str, tasks: Sequence[Task], twin: Twin, *, is_exact: bool) -> 
     )
     is_solvable = np.isfinite(least)
     is_blocked = is_solvable & (least > 0)
-    told = (
+    summary = (
         f"{len(tasks)} tasks, {(least == 0).sum()} open, {is_blocked.sum()} to be opened,"
         f" {(~is_solvable).sum()} unsolvable"
     )
-    told += (
+    summary += (
         f"; cost is the optimum in {(cost == least)[is_blocked].sum()}, the bound in"
         f" {(bound == least)[is_blocked].sum()}"
     )
-    told += f", both proven in {(cost == bound)[is_blocked].sum()}"
+    summary += f", both proven in {(cost == bound)[is_blocked].sum()}"
     if np.isfinite(length[is_solvable]).all():
         longer = is_solvable & (cost == least) & (route > length * (1 + 1e-6))
-        told += f"; a route longer than that of the best least set in {longer.sum()}"
+        summary += f"; a route longer than that of the best least set in {longer.sum()}"
     print(
-        f"{name}: {told}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in"
+        f"{name}: {summary}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in"
         f" {end - middle:.1f} s",
         flush=True,
     )

@@ -155,8 +155,8 @@ def checks(rows: Rows, empty: Rows, size: int) -> list[tuple[str, str, bool]]:
     paper's size alone.
     """
     found = [
-        _tally(told, [row["checks"][name] for row in rows if name in row["checks"]])
-        for name, told in _CHECKS.items()
+        _tally(check, [row["checks"][name] for row in rows if name in row["checks"]])
+        for name, check in _CHECKS.items()
     ]
     if size == PAPER_SIZE:
         off = max(abs(100 * row["explored"] - PAPER_EXPLORED[row["blockage"]]) for row in empty)
@@ -175,7 +175,7 @@ def checks(rows: Rows, empty: Rows, size: int) -> list[tuple[str, str, bool]]:
 
 
 def checks_table(found: list[tuple[str, str, bool]]) -> Table:
-    lines = [[told, what, "yes" if holds else "NO"] for told, what, holds in found]
+    lines = [[check, what, "yes" if holds else "NO"] for check, what, holds in found]
     return Table("Checks", ("what has to hold", "found", "holds"), lines)
 
 
@@ -187,6 +187,6 @@ _CHECKS = {
 }
 
 
-def _tally(told: str, holding: list[bool]) -> tuple[str, str, bool]:
+def _tally(check: str, holding: list[bool]) -> tuple[str, str, bool]:
     """Nothing found where there is nothing to check."""
-    return told, f"{sum(holding)} of {len(holding)}" if holding else "", all(holding)
+    return check, f"{sum(holding)} of {len(holding)}" if holding else "", all(holding)

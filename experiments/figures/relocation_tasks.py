@@ -50,7 +50,7 @@ def _cities(count: int, size: int, seed: int) -> list[Task]:
 
 def _helsinki(count: int, size: int, seed: int) -> list[Task]:
     """Windows of the shipped city, cells of 3 to 6 m; a window without room for the task is drawn
-    anew.
+    again.
     """
     place, tasks = helsinki(), []
     x_min, y_min, x_max, y_max = place.bounds

@@ -43,8 +43,8 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
 
 def test_the_papers_loop_plans_anew_at_each_blockage_and_passes_last():
     task, names = task_from(TWO_WALLS)
-    told = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
-    assert told == [
+    names_of_steps = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
+    assert names_of_steps == [
         ("APPROACH", "a"),
         ("DESTROY", "a"),
         ("APPROACH", "b"),

@@ -22,7 +22,7 @@ from srt_jax.symbols.scene_of_task import scene_of
 from tests.helpers.pictures import task_from
 
 
-def told(labels, start, goal, **options):
+def explained(labels, start, goal, **options):
     task = make_task(np.array(labels, np.int32), start, goal, **options)
     return explain(task, solve(task))
 
@@ -42,14 +42,14 @@ def two_gates(mode="least"):
 
 def test_an_open_way_is_told_with_its_length():
     assert (
-        told([[-1, -1, -1]], (0, 0), (0, 2))
+        explained([[-1, -1, -1]], (0, 0), (0, 2))
         == "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
         "A path exists, 2.0 long; nothing has to be destroyed."
     )
 
 
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
-    text = told([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
+    text = explained([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
     assert (
         "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of"
         " contour, close, rightward)" in text
@@ -80,7 +80,7 @@ def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     ],
 )
 def test_each_way_to_fail_has_its_sentence(start, goal, destroyable, expected):
-    assert expected in told([[-1, -1, 0, -1]], start, goal, destroyable=destroyable)
+    assert expected in explained([[-1, -1, 0, -1]], start, goal, destroyable=destroyable)
 
 
 def test_a_batch_is_told_line_by_line():

@@ -27,14 +27,14 @@ def compiled():
 
 def test_random_maps_snakes_and_slow_twins_agree(capsys):
     assert kernels.main(["--quick"]) == 0
-    told = capsys.readouterr().out
-    assert "0 checks failed" in told and "data: left out" in told
+    printed = capsys.readouterr().out
+    assert "0 checks failed" in printed and "data: left out" in printed
     for check in (
         "padded on all sides",
         "contour is the wall follower's trace",
         "trace_path holds every cell",
     ):
-        assert check in told
+        assert check in printed
 
 
 def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsys):
@@ -46,11 +46,12 @@ def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsy
         kernels.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start))
     )
     assert kernels.main(["--quick", "--only", "random", "--seed", "3"]) == 1
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     assert (
-        "random, reach equals scipy.ndimage.label: " in told.err and "seed 3, number " in told.err
+        "random, reach equals scipy.ndimage.label: " in printed.err
+        and "seed 3, number " in printed.err
     )
-    assert "turned by 90: no bit changes" in told.out
+    assert "turned by 90: no bit changes" in printed.out
 
 
 def test_an_unknown_part_is_refused(capsys):

@@ -1,4 +1,4 @@
-"""Generated instances: the optimum told is the optimum, every kind comes, and a seed settles
+"""Generated instances: the stated optimum is the optimum, every kind comes, and a seed settles
 all.
 """
 

@@ -178,8 +178,8 @@ def test_what_can_be_destroyed_is_named_first():
     solution = solve(task)
     assert solution.blocking.tolist() == [0, 1]
     assert [known["id"] for known in explanation(task, solution)["blockage"]["obstacles"]] == [1, 0]
-    told = explain(task, solution)
-    assert told.index("1 (destroyable") < told.index("0 (indestructible")
+    answer = explain(task, solution)
+    assert answer.index("1 (destroyable") < answer.index("0 (indestructible")
 
 
 def test_the_command_line_solves_them(capsys):
@@ -188,8 +188,8 @@ def test_the_command_line_solves_them(capsys):
         ("break_bound_too_high.npz", ("--mode", "paper")),
     ):
         assert run(["solve", str(ODD / name), *options, "--json"]) == 0
-        (told,) = json.loads(capsys.readouterr().out)["tasks"]
-        assert told["status"] == "SOLVED" and told["removal_bound"] <= 100000001
+        (answer,) = json.loads(capsys.readouterr().out)["tasks"]
+        assert answer["status"] == "SOLVED" and answer["removal_bound"] <= 100000001
     ends = ("--start", "0,0", "--goal", "0,4")
     assert run(["solve", str(ODD / "base.map"), *ends, "--max-destroyed", "1000000", "--json"]) == 0
 
