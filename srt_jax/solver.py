@@ -123,6 +123,7 @@ def _in_buckets(
 
     On the host a large batch goes in parts, side by side on all cores (`cores`).
     """
+    # The shape of the bucket; how many tasks one part has.
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
@@ -136,6 +137,7 @@ def _in_buckets(
     )
     solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
 
+    # A part that fills its bucket needs neither padding nor cutting.
     def run(part: Task) -> Solution:
         shape = (size, *bucket[1:])
         whole = (
@@ -231,17 +233,20 @@ def _solve_batch(
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells
     a route may use `room`.
     """
+    # The way, for all tasks whose ends may be joined at all.
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
     reached, bound, way = walk(
         task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity
     )
+    # What blocks at first; where nothing helps, the proof.
     is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, separating = blockages(
         task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
     )
+    # What fits into the answer, and the status.
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
     for applies, value in (  # the first that applies, so it is set last
@@ -253,6 +258,7 @@ def _solve_batch(
         (~starts, Status.START_BLOCKED),
     ):
         status = jnp.where(applies, jnp.int32(value), status)
+    # A route or a set that does not fit is not returned, but its true number is.
     is_too_long = way.num_cells > room
     are_too_many = way.is_there & (way.num_destroyed > max_destroyed) & ~is_too_long
     return Solution(

@@ -204,6 +204,7 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
     """The seed, contour and blocking ids against their definitions; all must be empty where nothing
     blocks.
     """
+    # The definitions of PY16 §3.2, on a flood of our own.
     seed, contour, blocking = (-1, -1), np.zeros_like(free), np.zeros(0, np.int32)
     if reached.any() and not holds_at(reached, goal):
         seed = nearest_cell(reached, goal)
@@ -212,6 +213,7 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
         met = labels[:, blob & dilate(contour)]
         blocking = np.unique(met[met >= 0])
     problems = []
+    # What the solution says instead.
     if tuple(solution.seed.tolist()) != seed:
         problems.append(f"seed is {tuple(solution.seed.tolist())}, but must be {seed}")
     padding = [

@@ -18,6 +18,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
     num_cells, cells = int(solution.num_cells), solution.cells
     if not 1 <= num_cells <= len(cells):
         return [f"num_cells is {num_cells}, but a route that fits has 1 to {len(cells)} cells"]
+    # Its form: padding, the map, the ends.
     route, problems = cells[:num_cells], []
     if (cells[num_cells:] != -1).any():
         problems.append(f"cells must be -1 from index {num_cells} (num_cells) on")
@@ -37,6 +38,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
                 f"the route has its {name} in {tuple(route[place].tolist())}, but the task's is"
                 f" {cell}"
             )
+    # Its moves, and its length from the numbers of straight and diagonal ones.
     problems += _replay(labels, route, np.zeros_like(task.destroyable), solution)
     num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
     length = num_cells - 1 - num_diagonal + num_diagonal * 2**0.5
@@ -94,6 +96,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         len(solution.destroyed),
         len(task.destroyable),
     )
+    # The form of the list: the rest makes sense only for ids that exist.
     if not 0 <= number <= room:
         return [f"num_destroyed is {number}, but `destroyed` has room for 0 to {room}"]
     ids, at, problems = (
@@ -110,6 +113,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
             *problems,
             f"destroyed {ids} names an obstacle that does not exist: ids are 0 to {known - 1}",
         ]
+    # What may be destroyed, and in which order.
     if len(set(ids)) < number:
         problems.append(f"destroyed {ids} names an obstacle twice")
     if solution.status == Status.PATH_EXISTS and ids:
@@ -125,6 +129,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         problems.append(
             f"destroyed_at {at} must rise and lie on the route, 0 to {int(solution.num_cells) - 1}"
         )
+    # The sums, as whole numbers.
     total = sum(exact(cost) for cost in task.removal_cost[ids])
     if solution.removal_cost != rounded_down(total):
         problems.append(
@@ -150,6 +155,7 @@ def plan_problems(solution: SimpleNamespace, labels: np.ndarray) -> list[str]:
         solution.plan[:, 1].tolist(),
         solution.plan_at.tolist(),
     )
+    # The form of the plan.
     number, last = sum(act >= 0 for act in acts), int(solution.num_cells) - 1
     if any(act not in list(Act) for act in acts[:number]) or any(
         v != -1 for v in acts[number:] + ids[number:] + ends[number:]
@@ -165,6 +171,7 @@ def plan_problems(solution: SimpleNamespace, labels: np.ndarray) -> list[str]:
         or (ends or [0])[-1] != last
     ):
         return [f"plan_at {ends} must rise along the route and end with it, at {last}"]
+    # What it destroys, and where; then each step by itself.
     destroyed = list(zip(solution.destroyed.tolist(), solution.destroyed_at.tolist()))[
         : int(solution.num_destroyed)
     ]

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.envs.relocation import EnvParams, SmartRelocation, oracle_score
+from srt_jax.envs.rules import EnvState
 from srt_jax.types import Array
 
 Policy = Callable[[Array, Array], Array]
@@ -65,6 +66,14 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
     )
 
 
+class _Episodes(NamedTuple):
+    """One episode a level. key: for the steps to come. states: [N]. is_over: bool [N]."""
+
+    key: Array
+    states: EnvState
+    is_over: Array
+
+
 def _play(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> tuple[Array, ...]:
     @jax.jit
     def play(params: EnvParams, key: Array) -> tuple[Array, ...]:
@@ -73,24 +82,26 @@ def _play(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -
             jnp.arange(number, dtype=jnp.int32), params
         )[1]
 
-        def step(carry):
-            key, states, is_done = carry
-            key, used = jax.random.split(key)
+        def step(episodes: _Episodes) -> _Episodes:
+            key, used = jax.random.split(episodes.key)
+            states, is_done = episodes.states, episodes.is_over
             seen = jax.vmap(env.get_obs, in_axes=(0, None))(states, params)
             actions = jax.vmap(policy)(jax.random.split(used, number), seen)
             new = jax.vmap(env.step_env, in_axes=(None, 0, 0, None))(used, states, actions, params)[
                 1
             ]
+            # An episode that is over keeps its last state.
             kept = jax.tree.map(
                 lambda a, b: jnp.where(is_done.reshape(-1, *[1] * (a.ndim - 1)), a, b), states, new
             )
-            return key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params)
+            return _Episodes(key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params))
 
         def is_over(state, params):
             return env.is_terminated(state, params) | env.is_truncated(state, params)
 
-        carry = (key, states, jnp.zeros(number, bool))
-        _, states, _ = jax.lax.while_loop(lambda carry: ~carry[2].all(), step, carry)
+        # Ends: every episode is over, at the latest when it is truncated.
+        begin = _Episodes(key, states, jnp.zeros(number, bool))
+        states = jax.lax.while_loop(lambda now: ~now.is_over.all(), step, begin).states
         success = jax.vmap(env.is_terminated, in_axes=(0, None))(states, params)
         return success, states.score, states.length, states.removal
 

@@ -68,6 +68,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
             f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: "
             "give a list of tasks, [task] for one, or one batch made with stack"
         )
+    # Every task as a level; an infinite price says that an obstacle cannot be destroyed.
     nothing = np.full(len(batch.start), np.nan, np.float32)
     levels = Levels(
         labels=np.asarray(batch.labels),
@@ -80,6 +81,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
         removal=nothing,
         length=nothing,
     )
+    # With the oracle only what has a solution of at least one step is kept.
     if oracle:
         solution = solve(batch, max_destroyed=_MOST_DESTROYED)
         levels = levels.replace(

@@ -95,11 +95,13 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
     """Walls are obstacle 0; the posts, two directions of (rooms - 1) x rooms, come after it; an
     open door is a free cell.
     """
+    # The walls, which do not depend on the key.
     keys = jax.random.split(key, 5)
     edges = np.array([-1, *(i * size // _ROOMS for i in range(1, _ROOMS)), size], np.int32)
     row, col = np.mgrid[:size, :size].astype(np.int32)
     walls = np.isin(row, edges) | np.isin(col, edges)
     labels = jnp.asarray(np.where(walls, 0, FREE).astype(np.int32))
+    # A door in each piece of wall between two rooms, open or closed by its post.
     number = (_ROOMS - 1) * _ROOMS
     places = jax.random.uniform(keys[0], (2, number), jnp.float32)
     is_open = jax.random.bernoulli(keys[1], jnp.float32(0.25), (2, number))
@@ -118,6 +120,7 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
     price = jnp.concatenate(
         [jnp.full(1, jnp.inf, jnp.float32), _draw_prices(keys[2], (2 * number,))]
     )
+    # Start and goal: a cell each of two different rooms.
     rooms = jax.random.choice(
         keys[3], jnp.arange(_ROOMS * _ROOMS, dtype=jnp.int32), (2,), replace=False
     )

@@ -158,11 +158,13 @@ def repaired(parts: Parts) -> Parts:
         valid = shapely.get_parts(shapely.get_parts(shapely.make_valid(shapely.Polygon(ring))))
         return shapely.union_all([one for one in valid if isinstance(one, shapely.Polygon)])
 
+    # Each polygon without its holes, then all together.
     polygons = [
         filled(outer).difference(shapely.union_all([filled(hole) for hole in holes]))
         for outer, *holes in parts
     ]
     valid = shapely.union_all(polygons)
+    # Back to whole units, which may leave lines and points: they are dropped.
     snapped = shapely.get_parts(
         shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE))
     )
@@ -181,6 +183,7 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     rings = [(owner, ring) for owner, parts in enumerate(many) for part in parts for ring in part]
     if not rings:
         return {}
+    # All edges of all rings as arrays: the obstacle, the ring and the next edge of each.
     sizes = np.array([len(ring) for _, ring in rings])
     tails = as_units(points_of(ring for _, ring in rings))
     ring_of = np.repeat(np.arange(len(rings)), sizes)
@@ -188,12 +191,14 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     ends = np.cumsum(sizes)
     next_edge = np.arange(1, len(tails) + 1)
     next_edge[ends - 1] = ends - sizes
+    # Relative to a corner of the obstacle the products of the test stay exact.
     origin = np.minimum.reduceat(tails, np.flatnonzero(np.diff(owner, prepend=-1)), axis=0)[
         np.unique(owner, return_inverse=True)[1]
     ]
     extent = int((tails - origin).max())
     tails = for_products(tails - origin, 2 * extent * extent)
     heads = tails[next_edge]
+    # Only edges whose boxes meet are compared; the first wrong pair of an obstacle is kept.
     found: dict[int, str] = {}
     for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
         is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)

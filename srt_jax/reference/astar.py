@@ -35,6 +35,7 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
       free: bool [H, W], True where the agent fits.
       start, goal: (row, col); a start that is blocked or outside reaches nothing.
     """
+    # The map as one list, with a blocked rim: no test for the border in the loop.
     height, width = free.shape
     stride = width + 2
     is_open = np.pad(np.asarray(free, bool), 1).ravel().tolist()
@@ -46,6 +47,8 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
     if is_free_at(free, start):
         cost[source] = 0.0
         waiting = [(heuristic[source], 0.0, source)]
+    # Ends: the goal is expanded, or all that can be reached is. A cell is pushed again when a
+    # shorter way to it is found; the longer entries are skipped.
     while waiting:
         _, minus_cost, cell = heappop(waiting)
         if closed[cell]:

@@ -26,6 +26,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
       free: bool [H, W], True where the agent fits.
       start, goal: (row, col); a start that is blocked or outside reaches nothing.
     """
+    # The map as one list, with a blocked rim, as in `astar`.
     height, width = free.shape
     stride = width + 2
     is_open = np.pad(np.asarray(free, bool), 1).ravel().tolist()
@@ -35,6 +36,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
     closed, parent, cost = [False] * len(is_open), {source: source}, {source: 0.0}
     waiting = [(heuristic[source], 0.0, source)] if is_free_at(free, start) else []
     num_expansions = 0
+    # Ends: the goal is expanded, or every jump point that can be reached is.
     while waiting:
         _, minus_cost, cell = heappop(waiting)
         if closed[cell]:
