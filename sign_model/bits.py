@@ -1,5 +1,8 @@
-"""Sets of features as words of bits on the host: packing, and unions or intersections of rows named
-by lists.
+"""Sets of features as words of 64 bits on the host: packing, and unions or intersections of rows
+named by lists.
+
+NumPy works on 64 bits at a time, so the exact searches use these. Kernels use words of 32 bits
+(`sign_model.ground.words`), since JAX has no 64-bit integers unless they are switched on.
 """
 
 import numpy as np

@@ -1,14 +1,14 @@
-"""Random blocks tasks and their optimal plan lengths: training ground for learning, and ground
-truth for benchmarks.
+"""Random blocks tasks and their optimal plan lengths: training data for learning, and ground truth
+for benchmarks.
 
-A state is an array below [n]: the block under each block, -1 for the table. Every state is equally
-likely; how towers are counted for that is told in Slaney & Thiébaux, "Blocks World revisited"
-(2001).
+A state is an array `below`, int [n]: the block under each block, -1 for the table. Every state is
+equally likely; for the counting of towers see Slaney & Thiébaux, "Blocks World revisited" (2001).
 """
 
 import dataclasses
 import functools
 import heapq
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -31,30 +31,40 @@ DOMAIN = """
     :effect (and (ontable ?block) (clear ?block) (handempty) (not (holding ?block))))
   (:action stack :parameters (?upper ?lower)
     :precondition (and (holding ?upper) (clear ?lower))
-    :effect (and (on ?upper ?lower) (clear ?upper) (handempty) (not (holding ?upper)) (not (clear ?lower))))
+    :effect (and (on ?upper ?lower) (clear ?upper) (handempty)
+                 (not (holding ?upper)) (not (clear ?lower))))
   (:action unstack :parameters (?upper ?lower)
     :precondition (and (on ?upper ?lower) (clear ?upper) (handempty))
-    :effect (and (holding ?upper) (clear ?lower) (not (on ?upper ?lower)) (not (clear ?upper)) (not (handempty)))))
+    :effect (and (holding ?upper) (clear ?lower)
+                 (not (on ?upper ?lower)) (not (clear ?upper)) (not (handempty)))))
 """
 
 
 def random_blocks_tasks(num_blocks: int, count: int, *, seed: int = 0) -> list[PlanningTask]:
-    """Returns `count` random tasks that share one set of matrices; the goals name `on` facts only,
-    at least one.
+    """Returns `count` random tasks that share one set of matrices; each goal consists of at least
+    one `on` fact and nothing else.
 
-    ValueError for fewer than 2 blocks (a goal could name nothing).
+    Args:
+      num_blocks: at least 2.
+      count: of tasks.
+      seed: of the random numbers.
+
+    Raises:
+      ValueError: there are fewer than 2 blocks, so that a goal could name no fact.
     """
     if num_blocks < 2:
         raise ValueError(f"a blocks task needs at least 2 blocks, got {num_blocks}")
     rng = np.random.default_rng(seed)
     base, tasks = None, []
     for _ in range(count):
+        # Two states; the goal must have a block on another.
         start, goal = random_state(num_blocks, rng), random_state(num_blocks, rng)
         while (goal == TABLE).all():
             goal = random_state(num_blocks, rng)
         problem = Problem(
             "random", _objects(num_blocks), frozenset(_atoms(start)), tuple(_on_atoms(goal))
         )
+        # Only the first task is grounded.
         if base is None:
             base = ground(parse(DOMAIN, problem_text(problem))[0], problem)
             index = {atom: i for i, atom in enumerate(base.features)}
@@ -71,29 +81,39 @@ def random_blocks_tasks(num_blocks: int, count: int, *, seed: int = 0) -> list[P
 
 
 def random_state(num_blocks: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns int [n], a state drawn uniformly: floating towers are set down or on another tower,
-    one after the other.
+    """Returns a state, int [n], sampled uniformly: floating towers are put on the table or on
+    another tower, one after the other.
     """
+    # At first every block is a floating tower of its own, in random order. Ends: each round leaves
+    # one floating tower less.
     ways, below = _ways(num_blocks), np.full(num_blocks, TABLE)
     floating = [(block, block) for block in rng.permutation(num_blocks).tolist()]  # (bottom, top)
-    standing: list[int] = []  # tops
+    standing: list[int] = []  # tops of the towers on the table
     while floating:
         bottom, top = floating.pop()
-        left, stood = len(floating), len(standing)
-        if rng.random() * ways[left + 1][stood] < ways[left][stood + 1]:
+        num_floating, num_standing = len(floating), len(standing)
+        # On the table, with the probability that uniform sampling requires.
+        if (
+            rng.random() * ways[num_floating + 1][num_standing]
+            < ways[num_floating][num_standing + 1]
+        ):
             standing.append(top)
             continue
-        choice = int(rng.integers(left + stood))
-        if choice < left:
+        # Else on any other tower, floating or standing.
+        choice = int(rng.integers(num_floating + num_standing))
+        if choice < num_floating:
             below[bottom], floating[choice] = floating[choice][1], (floating[choice][0], top)
         else:
-            below[bottom], standing[choice - left] = standing[choice - left], top
+            number = choice - num_floating
+            below[bottom], standing[number] = standing[number], top
     return below
 
 
 @functools.cache
 def _ways(num_blocks: int) -> list[list[float]]:
-    """ways[m][k]: in how many ways m floating towers can come to stand beside k standing ones."""
+    """Returns ways[m][k]: in how many ways m floating towers can be placed when k towers stand on
+    the table.
+    """
     ways = [[1.0] * (2 * num_blocks + 2)]
     for floating in range(1, num_blocks + 1):
         before = ways[-1]
@@ -104,12 +124,18 @@ def _ways(num_blocks: int) -> list[list[float]]:
 
 
 def optimal_length(start: np.ndarray, goal: np.ndarray) -> int:
-    """Returns the length of a shortest plan (4 operators); -1 in the goal leaves a block's place
-    open.
+    """Returns the length of a shortest plan (with 4 operators); -1 in the goal leaves the place of
+    a block open.
 
-    A* over moves of whole blocks, 2 steps each. A block whose place is ready goes there (never a
-    mistake); else some block that must move goes to the table, and that choice is what is searched.
+    A* over moves of single blocks, each of 2 steps. If the place of some block is ready, it is
+    moved there, which is always optimal; else some block that must move goes to the table, and the
+    search decides which one.
+
+    Args:
+      start, goal: int [n], states.
     """
+    # The queue is ordered by moves + misplaced blocks, a lower bound; among equals the deepest
+    # state comes first. Ends: there are finitely many states, and one of them meets the goal.
     places = [int(place) for place in goal]
     first = tuple(int(y) for y in start)
     queue, moves_to = [(len(_misplaced(first, places)), 0, first)], {first: 0}
@@ -131,6 +157,9 @@ def optimal_length(start: np.ndarray, goal: np.ndarray) -> int:
 
 
 def _moves(state: tuple[int, ...], goal: list[int], wrong: set[int]) -> list[tuple[int, ...]]:
+    """Returns the states after the moves worth trying: one onto a final place if there is any, else
+    all moves of misplaced tops to the table.
+    """
     tops = set(range(len(state))) - set(state)
     to_table = []
     for block in sorted(tops & wrong):
@@ -143,17 +172,19 @@ def _moves(state: tuple[int, ...], goal: list[int], wrong: set[int]) -> list[tup
 
 
 def _misplaced(state: tuple[int, ...], goal: list[int]) -> set[int]:
-    """The blocks that must move: not where the goal wants them, on one that another must stand on,
-    or above such a one.
+    """Returns the blocks that must move: those that are not in their place of the goal, on a block
+    that another must be on, or above a block that must move.
     """
-    wanted_above = {place: block for block, place in enumerate(goal) if place != TABLE}
+    goal_above = {place: block for block, place in enumerate(goal) if place != TABLE}
     fine: dict[int, bool] = {TABLE: True}
 
+    # A block is fine in its place of the goal, or anywhere if it has none, on a block that is fine
+    # and that no other block must be on.
     def is_fine(block: int) -> bool:
         if block not in fine:
             place = state[block]
             right = goal[block] in (TABLE, place) and (
-                place == TABLE or wanted_above.get(place, block) == block
+                place == TABLE or goal_above.get(place, block) == block
             )
             fine[block] = right and is_fine(place)
         return fine[block]
@@ -171,10 +202,12 @@ def state_of(atoms: frozenset[Atom] | tuple[Atom, ...], num_blocks: int) -> np.n
 
 
 def _objects(num_blocks: int) -> dict[str, tuple[str, ...]]:
+    """Returns the objects of a problem with their types."""
     return {f"b{i}": ("object",) for i in range(num_blocks)}
 
 
 def _on_atoms(below: np.ndarray) -> list[Atom]:
+    """Returns the `on` facts of a state."""
     return [
         ("on", f"b{block}", f"b{place}")
         for block, place in enumerate(below.tolist())
@@ -183,22 +216,24 @@ def _on_atoms(below: np.ndarray) -> list[Atom]:
 
 
 def _atoms(below: np.ndarray) -> list[Atom]:
+    """Returns all facts of a state."""
     under = set(below.tolist())
-    standing = [
+    on_table = [
         ("ontable", f"b{block}") for block, place in enumerate(below.tolist()) if place == TABLE
     ]
     clear = [("clear", f"b{block}") for block in range(len(below)) if block not in under]
-    return [*_on_atoms(below), *standing, *clear, ("handempty",)]
+    return [*_on_atoms(below), *on_table, *clear, ("handempty",)]
 
 
-def _bits(atoms, index: dict[Atom, int]) -> np.ndarray:
+def _bits(atoms: Iterable[Atom], index: dict[Atom, int]) -> np.ndarray:
+    """Returns facts as a set of features, bool [F]; index is {feature: number}."""
     bits = np.zeros(len(index), bool)
     bits[[index[atom] for atom in atoms]] = True
     return bits
 
 
 def problem_text(problem: Problem) -> str:
-    """Returns a random task's problem as PDDL."""
+    """Returns the problem of a random task as PDDL."""
     start, goal = (
         " ".join(f"({' '.join(atom)})" for atom in atoms)
         for atoms in (sorted(problem.start), problem.goal)

@@ -21,16 +21,19 @@ _COLOURS = {Component.IMAGE: "black", Component.SIGNIFICANCE: "blue", Component.
 
 def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
     """Returns the signs, their matrices and the three networks as text; for a model without signs,
-    the heading alone.
+    only the heading.
 
-    A matrix reads from its first moment to its last: `nose -> mouth`; effects follow `=>`, `+` what
-    is added, `-` what is deleted. `[strict order]` marks the component of a procedural sign, whose
-    columns keep one order in all its matrices. Links are listed once, under the sign from which
-    they go.
+    A matrix reads from its first moment to its last: `nose -> mouth`. Effects follow `=>`: `+` what
+    is added, `-` what is deleted. `[strict order]` marks a component of a procedural sign, whose
+    columns have the same order in all its matrices. Links are listed once, under the sign where
+    they begin.
 
     Args:
       model: the world model.
-      names: the signs to tell of, in this order; by default all.
+      names: the signs to describe, in this order; by default all.
+
+    Raises:
+      ValueError: a name is not the name of a sign.
     """
     links = np.asarray(networks(model.matrices))
     counts = ", ".join(
@@ -43,7 +46,7 @@ def describe(model: WorldModel, *, names: Iterable[str] | None = None) -> str:
     )
     signs = model.signs() if names is None else tuple(model.sign(name) for name in names)
     return (
-        "\n".join([heading, *(line for sign in signs for line in _told_sign(model, sign, links))])
+        "\n".join([heading, *(line for sign in signs for line in _sign_lines(model, sign, links))])
         + "\n"
     )
 
@@ -75,36 +78,38 @@ def to_dot(
 
 def describe_steps(steps: Iterable[Step]) -> str:
     """Returns a specified plan as an indented list, each act with its sub-plan below it; "" for a
-    plan of no act.
+    plan without acts.
     """
-    return "".join(_told_steps(steps, indent=0))
+    return "".join(_step_lines(steps, indent=0))
 
 
-def told_matrix(matrix: PredictionMatrix) -> str:
-    """Returns one matrix in one line; `(nothing)` where it has no column."""
+def describe_matrix(matrix: PredictionMatrix) -> str:
+    """Returns one matrix as one line; `(nothing)` if it has no columns."""
     conditions = " -> ".join(
-        _told_set(column.features)
+        _set_text(column.features)
         for column in matrix.columns
         if column.kind == ColumnKind.CONDITION
     )
     if not matrix.is_causal:
         return conditions or "(nothing)"
     effects = (
-        [f"+{_told_set(matrix.named(ColumnKind.ADDS))}"] if matrix.named(ColumnKind.ADDS) else []
+        [f"+{_set_text(matrix.named(ColumnKind.ADDS))}"] if matrix.named(ColumnKind.ADDS) else []
     )
     effects += (
-        [f"-{_told_set(matrix.named(ColumnKind.DELETES))}"]
+        [f"-{_set_text(matrix.named(ColumnKind.DELETES))}"]
         if matrix.named(ColumnKind.DELETES)
         else []
     )
     return " ".join([conditions or "(nothing)", "=>", *effects])
 
 
-def _told_set(features: frozenset[str]) -> str:
+def _set_text(features: frozenset[str]) -> str:
+    """Returns a set of features: a single one by its name, several in braces."""
     return next(iter(features)) if len(features) == 1 else "{" + ", ".join(sorted(features)) + "}"
 
 
-def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str]:
+def _sign_lines(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterator[str]:
+    """Yields the lines that describe one sign; links is bool [3, S, S], of `networks`."""
     number = model.index(sign.name)
     yield f"\n{sign.name}"
     for component in Component:
@@ -113,7 +118,8 @@ def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str
             mark = " [strict order]" if is_procedural(model.matrices, number, component) else ""
             yield f"  {COMPONENT_NAMES[component]}{mark}"
             yield from (
-                f"    {count}. {told_matrix(matrix)}" for count, matrix in enumerate(matrices, 1)
+                f"    {count}. {describe_matrix(matrix)}"
+                for count, matrix in enumerate(matrices, 1)
             )
             yield (
                 f"    {NETWORK_NAMES[component]}:"
@@ -121,12 +127,14 @@ def _told_sign(model: WorldModel, sign: Sign, links: np.ndarray) -> Iterable[str
             )
 
 
-def _told_steps(steps: Iterable[Step], *, indent: int) -> Iterator[str]:
+def _step_lines(steps: Iterable[Step], *, indent: int) -> Iterator[str]:
+    """Yields the lines of some steps and of their sub-plans."""
     for step in steps:
         is_open = step.decision == SPECIFY and step.steps is None
         yield f"{'  ' * indent}{step.action}{' (no sub-plan found)' if is_open else ''}\n"
-        yield from _told_steps(step.steps or (), indent=indent + 1)
+        yield from _step_lines(step.steps or (), indent=indent + 1)
 
 
 def _quoted(text: str) -> str:
+    """Returns a text as a quoted name of DOT."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

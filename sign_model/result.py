@@ -1,19 +1,19 @@
-"""What planning ends with: a status, the plan, and what it took."""
+"""The result of planning: a status, the plan, and the effort spent."""
 
 import enum
 from dataclasses import dataclass, field
 
 
 class PlanStatus(enum.IntEnum):
-    """How planning ended. The numbers are the exit codes of `srt-jax plan`; the text says what it
-    means.
+    """How planning ended. The numbers are the exit codes of `srt-jax plan`; `meaning` explains them
+    in words.
     """
 
     SOLVED = 0, "the plan leads from the start to the goal; it was replayed"
     UNSOLVABLE = 1, "proven: no plan exists"
     BUDGET_SPENT = (
         3,
-        "the budget was spent before a plan or a proof: raise max_expansions or max_seconds",
+        "the budget was exhausted before a plan or a proof: raise max_expansions or max_seconds",
     )
 
     meaning: str
@@ -29,9 +29,10 @@ class PlanStatus(enum.IntEnum):
 class PlanResult:
     """The answer to a planning task.
 
-    actions: the plan in the order of execution, `(pick-up a)` each; empty without one, or where the
-      goal holds from the start.
-    expansions: situations (or states) expanded; 1 where a precedent served.
+    status: how planning ended.
+    actions: the plan in the order of execution, `(pick-up a)` each; empty without a plan, or if the
+      goal holds at the start.
+    expansions: situations (or states) expanded; 1 if the plan is that of a precedent.
     seconds: wall-clock time by stage: parse, build, search, validate.
     """
 
@@ -42,4 +43,5 @@ class PlanResult:
 
     @property
     def is_solved(self) -> bool:
+        """Whether there is a plan."""
         return self.status == PlanStatus.SOLVED

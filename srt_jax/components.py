@@ -23,7 +23,7 @@ def label(blocked: np.ndarray) -> np.ndarray:
     """
     blocked = np.asarray(blocked, dtype=bool)
     first, last = _runs(blocked)
-    root = _joined(len(first), *_touching(first, last, blocked.shape[1] + 1))
+    root = _least_members(len(first), *_touching_runs(first, last, blocked.shape[1] + 1))
     # A root is the first run of its component, and runs are in row-major order.
     _, number = np.unique(root, return_inverse=True)
     flat = np.full(blocked.size, -1, np.int32)
@@ -74,7 +74,9 @@ def _runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(step == 1), np.flatnonzero(step == -1) - 1
 
 
-def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
+def _touching_runs(
+    first: np.ndarray, last: np.ndarray, stride: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of runs (upper, lower) in neighbouring rows that touch: the lower one's columns, one
     more at each end, meet.
     """
@@ -88,12 +90,12 @@ def _touching(first: np.ndarray, last: np.ndarray, stride: int) -> tuple[np.ndar
     return np.repeat(low, count) + offset, lower
 
 
-def _joined(num: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The least member of every node's component, given edges a-b: hooking roots onto smaller ones,
-    then jumping to the root.
+def _least_members(num: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The least member of every node's component, given edges a-b: roots are hooked onto smaller
+    ones, then every node jumps to its root.
 
-    It ends, because every round in which an edge still joins two roots takes at least one root
-    away; all but few in practice.
+    It ends, because every round in which an edge still joins two roots removes at least one root,
+    in practice nearly all.
     """
     root = np.arange(num)
     while True:
@@ -103,6 +105,7 @@ def _joined(num: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
             return root
         a, b = low[apart], high[apart]
         np.minimum.at(root, b, a)
+        # pointer jumping, until every node points to a root
         while True:
             further = root[root]
             if np.array_equal(further, root):

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax.engine.arguments import batch_bucket, map_bucket
+from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.solver import MAX_BRANCHES, pad_batch, solve, with_slots
 from srt_jax.task import stack
 from srt_jax.types import Solution, Status, Task

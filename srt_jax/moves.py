@@ -32,6 +32,11 @@ FIXED_POINTS = (
 """
 
 
+def is_on_map(row: Array, col: Array, height: Array | int, width: Array | int) -> Array:
+    """Returns whether cells lie on a map of this size: bool, of the shapes broadcast."""
+    return (row >= 0) & (row < height) & (col >= 0) & (col < width)
+
+
 def max_path_cells(height: int, width: int) -> int:
     """Returns a number of cells that no shortest path on a map of this size exceeds.
 

@@ -2,8 +2,8 @@
 obstacles border a region.
 
 `owners_at` and `opens_at` answer for one cell of each map of a batch. The rest is for use inside a
-marked call (`kernel`), map by map: rows of labels are read from the whole batch, since a map cut
-out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
+marked call (`sign_model.ground.marks`), map by map: rows of labels are read from the whole batch,
+since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
 """
 
 import functools
@@ -11,20 +11,20 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import each, read, read_apart, write
-from srt_jax.moves import octile_order
-from srt_jax.types import FREE
+from srt_jax.engine.batching import each
+from srt_jax.engine.in_place import read_apart, write
+from srt_jax.moves import is_on_map, octile_order
+from srt_jax.types import FREE, Array
 
 FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
 
 _MOST_SELECTED = 16
-"""Words of obstacles up to which picking one by comparing is faster than a table look-up per cell.
-"""
+"""Up to so many words of obstacles, comparing with each is faster than a table look-up per cell."""
 
 
 class Labels(NamedTuple):
@@ -131,10 +131,10 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
     """Returns the obstacles that cover at least one of `cells` (a mask): bool [M]."""
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells)
+        ids, is_owned = _owners(labels, cells)
         return (
             jnp.zeros(num_obstacles, bool)
-            .at[jnp.where(is_asked, ids, num_obstacles)]
+            .at[jnp.where(is_owned, ids, num_obstacles)]
             .set(True, mode="drop")
         )
 
@@ -142,7 +142,8 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
         return write(met, jnp.uint32(1), owner)
 
     return (
-        _noted(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles] != 0
+        _visit_owners(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles]
+        != 0
     )
 
 
@@ -154,12 +155,12 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
     """
     far = jnp.full(num_obstacles + 1, FAR, jnp.int32)
     if not runs_in_place():
-        ids, is_asked = _owners(labels, cells)
+        ids, is_owned = _owners(labels, cells)
         rows, cols = jnp.indices(labels.all.shape[2:], jnp.int32)
         h = jnp.broadcast_to(
             octile_order(rows - goal[0], cols - goal[1]), labels.all.shape[1:]
         ).reshape(-1)
-        return far.at[jnp.where(is_asked, ids, num_obstacles)].min(h)[:num_obstacles]
+        return far.at[jnp.where(is_owned, ids, num_obstacles)].min(h)[:num_obstacles]
 
     def note(near: Array, owner: Array, row: Array, col: Array) -> Array:
         return write(
@@ -168,59 +169,39 @@ def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) ->
             owner,
         )
 
-    return _noted(labels, cells, note, far)[:num_obstacles]
+    return _visit_owners(labels, cells, note, far)[:num_obstacles]
 
 
 def _owners(labels: Labels, cells: Array) -> tuple[Array, Array]:
-    """The label of each cell and layer, and whether it is an obstacle's and the cell is asked for:
-    [L * H * W] each.
+    """The label of each cell and layer, and whether it is an obstacle's and the cell is in the mask
+    `cells`: [L * H * W] each.
     """
     own = labels.all[labels.which]
-    asked = packing.unpack(cells[None], own.shape[2])
-    return own.reshape(-1), (asked & (own >= 0)).reshape(-1)
+    in_mask = packing.unpack(cells[None], own.shape[2])
+    return own.reshape(-1), (in_mask & (own >= 0)).reshape(-1)
 
 
-def _noted(
+def _visit_owners(
     labels: Labels, cells: Array, note: Callable[[Array, Array, Array, Array], Array], out: Array
 ) -> Array:
-    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer; the
-    last owner is nobody.
+    """Returns `out` after out = note(out, owner, row, col) for each cell of the mask and layer.
 
-    Takes the lowest bit of the word in hand; when that was the last, the next word.
+    Where no obstacle owns the cell, the last entry of `out` stands for nobody. Rows and columns are
+    int32, owners uint32.
     """
-    per_row, one, nobody = jnp.uint32(cells.shape[1]), jnp.uint32(1), len(out) - 1
-    words = jnp.pad(cells.reshape(-1), (0, 1))
-    num_words = jnp.uint32(words.shape[0])
+    nobody = len(out) - 1
 
-    def step(state: tuple) -> tuple:
-        ahead, word, out = state
-        which = ahead - one
-        # of an empty word: a cell that is not noted
-        bit = lax.population_count((word & -word) - one) & jnp.uint32(31)
-        row, col = (
-            (which // per_row).astype(jnp.int32),
-            (which % per_row * jnp.uint32(packing.WORD) + bit).astype(jnp.int32),
-        )
+    def visit(out: Array, row: Array, col: Array, is_set: Array) -> Array:
+        row, col = row.astype(jnp.int32), col.astype(jnp.int32)
         for layer in range(labels.all.shape[1]):
             owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
                 labels, row, col
             )
-            out = note(
-                out,
-                jnp.where((word != 0) & (owner >= 0), owner, nobody).astype(jnp.uint32),
-                row,
-                col,
-            )
-        word = word & (word - one)
-        is_spent = word == 0
-        return (
-            ahead + is_spent.astype(jnp.uint32),
-            jnp.where(is_spent, read(words, ahead), word),
-            out,
-        )
+            owner = jnp.where(is_set & (owner >= 0), owner, nobody).astype(jnp.uint32)
+            out = note(out, owner, row, col)
+        return out
 
-    state = (one, words[0], out)
-    return lax.while_loop(lambda state: (state[0] < num_words) | (state[1] != 0), step, state)[2]
+    return packing.for_each_cell(cells, visit, out)
 
 
 def owners_of(labels: Labels, cell: Array, num_obstacles: int) -> Array:
@@ -244,31 +225,14 @@ def holds(mask: Array, cell: Array) -> Array:
 
 
 def beside(mask: Array) -> Array:
-    """Returns the cells that share a side with one of the mask's, those inside it too; past the
-    map's last column perhaps.
+    """Returns the cells that share a side with one of the mask's, inside the mask or outside.
+
+    Bits past the map's last column may be set as well.
     """
     one, top = jnp.uint32(1), jnp.uint32(31)
     tall, wide = jnp.pad(mask, ((1, 1), (0, 0))), jnp.pad(mask, ((0, 0), (1, 1)))
     along = (mask << one) | (mask >> one) | (wide[:, :-2] >> top) | (wide[:, 2:] << top)
     return along | tall[:-2] | tall[2:]
-
-
-def around(masks: Array) -> Array:
-    """Returns the cells of each mask, uint32 [..., H, words], and all that touch them by side or
-    corner.
-    """
-    one, top = jnp.uint32(1), jnp.uint32(31)
-    sides = [(0, 0)] * (masks.ndim - 2)
-    guarded = jnp.pad(masks, (*sides, (0, 0), (1, 1)))
-    wide = (
-        masks
-        | (masks << one)
-        | (masks >> one)
-        | (guarded[..., :-2] >> top)
-        | (guarded[..., 2:] << top)
-    )
-    wide = jnp.pad(wide, (*sides, (1, 1), (0, 0)))
-    return wide[..., :-2, :] | wide[..., 1:-1, :] | wide[..., 2:, :]
 
 
 def owners_at(labels: Array, cell: Array, num_obstacles: int) -> Array:
@@ -295,7 +259,7 @@ def _entry_at(array: Array, cell: Array) -> tuple[Array, Array]:
     """
     _, H, W = array.shape[:3]
     row, col = cell[:, 0], cell[:, 1]
-    is_inside = (row >= 0) & (row < H) & (col >= 0) & (col < W)
+    is_inside = is_on_map(row, col, H, W)
     return array[
         jnp.arange(array.shape[0], dtype=jnp.int32), row.clip(0, H - 1), col.clip(0, W - 1)
     ], is_inside

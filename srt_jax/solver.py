@@ -14,8 +14,9 @@ import numpy as np
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import cores
-from srt_jax.engine.arguments import batch_bucket, common_batch, fold, is_traced, map_bucket, unfold
-from srt_jax.engine.kernel import batch_kernel
+from srt_jax.engine.arguments import common_batch, fold, is_traced, unfold
+from srt_jax.engine.batching import batch_kernel
+from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
@@ -25,7 +26,7 @@ from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
 from srt_jax.removal.route import in_order
 from srt_jax.removal.sums import totals
-from srt_jax.symbols.acts import left_behind, placed
+from srt_jax.symbols.acts import left_behind, place_plan
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
@@ -312,7 +313,7 @@ def _least(
     is_here = (task.start == task.goal).all(axis=1)
     acts = plan_along_chain(num_destroyed, is_here, num_slots=max_destroyed)
     left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
-    plan, plan_at = placed(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
+    plan, plan_at = place_plan(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
     way = Way(
         *path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never

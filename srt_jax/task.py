@@ -125,7 +125,14 @@ def unstack(batch: Task) -> list[Task]:
     ]
 
 
-def _without_padding(labels, destroyable, removal_cost, start, goal, size) -> Task:
+def _without_padding(
+    labels: np.ndarray,
+    destroyable: np.ndarray,
+    removal_cost: np.ndarray,
+    start: np.ndarray,
+    goal: np.ndarray,
+    size: np.ndarray,
+) -> Task:
     own = labels[:, : size[0], : size[1]]
     num_layers = 1 + max(
         (layer for layer in range(1, len(own)) if (own[layer] != FREE).any()), default=0

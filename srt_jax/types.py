@@ -6,21 +6,22 @@ N the cells a route may have, P the steps of a plan. A cell is (row, col), row 0
 """
 
 import enum
-from collections.abc import ItemsView
-from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # chex.dataclass is opaque to type checkers
-    from dataclasses import dataclass
-    from typing import Self
+from sign_model.ground.records import Array, Record, record
 
-    class _Record:
-        def replace(self, **changes: Any) -> Self: ...
-        def items(self) -> ItemsView[str, Any]: ...
-
-else:
-    from chex import dataclass
-
-    _Record = object
+__all__ = [
+    "FREE",
+    "OUTSIDE",
+    "Act",
+    "Array",
+    "Cell",
+    "Path",
+    "Record",
+    "Solution",
+    "Status",
+    "Task",
+    "record",
+]
 
 FREE = -1
 """Label of a cell that no obstacle covers (in this layer)."""
@@ -28,10 +29,8 @@ FREE = -1
 OUTSIDE = -2
 """Label of padding: a blocked cell that belongs to no obstacle, hence can never be opened."""
 
-Array = Any
-"""A jax.Array or np.ndarray: what they share, and all that is used of them here, no type checker
-can tell.
-"""
+Cell = tuple[int, int]
+"""A cell on the host, (row, col), row 0 on top."""
 
 
 class Status(enum.IntEnum):
@@ -46,8 +45,8 @@ class Status(enum.IntEnum):
     STOPPED_SHORT = (
         6,
         (
-            "the paper's loop, read literally, met something firm in its way; modes paper and least"
-            " find a way"
+            "the paper's loop, read literally, met an indestructible obstacle in its way; modes"
+            " paper and least find a way"
         ),
     )
 
@@ -76,8 +75,8 @@ class Act(enum.IntEnum):
     DESTROY = 3
 
 
-@dataclass(frozen=True)
-class Task(_Record):
+@record
+class Task(Record):
     """One smart relocation task, or a batch of them padded to one shape (PY16 §2).
 
     labels: int32 [..., L, H, W], id of the obstacle that covers the cell, FREE (-1) where none
@@ -97,14 +96,14 @@ class Task(_Record):
     size: Array
 
 
-@dataclass(frozen=True)
-class Path(_Record):
+@record
+class Path(Record):
     """A shortest path, start first.
 
     cells: int32 [..., N, 2], -1 after the last cell; all -1 where there is no path or it has more
       than N cells.
-    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: ask
-      again with a larger N.
+    num_cells: int32 [...], the true number of cells, 0 where there is no path. More than N: retry
+      with a larger N.
     cost: float32 [...], length in cell sides, inf where there is no path.
     """
 
@@ -113,8 +112,8 @@ class Path(_Record):
     cost: Array
 
 
-@dataclass(frozen=True)
-class Solution(_Record):
+@record
+class Solution(Record):
     """The answer to a task, or to each task of a batch.
 
     status: int32 [...], a `Status`.
@@ -141,7 +140,8 @@ class Solution(_Record):
       goal are one cell, or without a route.
     plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
     separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
-      of firm obstacles that keep start and goal apart whatever else is gone, -1 after the last.
+      of indestructible obstacles that keep start and goal apart whatever else is gone, -1 after
+      the last.
       Empty elsewhere, and where the goal lies outside the map.
     """
 

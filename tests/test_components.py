@@ -16,7 +16,7 @@ def _twin(blocked):
     return labels - 1
 
 
-def test_pieces_hang_together_through_corners_and_are_numbered_by_their_first_cell():
+def test_components_are_connected_through_corners_and_are_numbered_by_their_first_cell():
     free, _ = drawn("""
         .@.@
         @...

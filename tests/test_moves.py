@@ -50,3 +50,8 @@ def test_no_shortest_path_has_more_cells_than_the_bound():
         assert length[np.isfinite(length)].max() <= moves.max_path_cells(height, width) * math.sqrt(
             2
         )
+
+
+def test_a_cell_is_on_the_map_within_all_four_sides():
+    rows, cols = np.array([0, 2, -1, 3, 0, 0]), np.array([0, 3, 0, 0, -1, 4])
+    assert moves.is_on_map(rows, cols, 3, 4).tolist() == [True, True, False, False, False, False]

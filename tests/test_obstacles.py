@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from srt_jax import obstacles
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import batch_kernel
+from srt_jax.engine.batching import batch_kernel
 
 SHAPES = [
     (1, 1, 1, 1, 1),
@@ -60,7 +60,7 @@ def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("share", [0, 0.2, 1])
-def test_how_near_an_obstacle_comes_is_told_by_its_nearest_cell(shape, share):
+def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
     labels, rng = random_labels(shape, seed=3)
     B, _, H, W, M = shape
     cells = rng.random((B, H, W)) < share
@@ -69,11 +69,11 @@ def test_how_near_an_obstacle_comes_is_told_by_its_nearest_cell(shape, share):
     fast = jax.jit(batch_kernel(lambda *args: obstacles.all_nearest_of(*args, M)))(
         labels, words, goals
     )
-    for which, (one, asked, (row, col)) in enumerate(zip(labels, cells, goals)):
+    for which, (one, in_mask, (row, col)) in enumerate(zip(labels, cells, goals)):
         down, across = (abs(place) for place in np.mgrid[-row : H - row, -col : W - col])
         order = np.maximum(down, across) * 5741 + np.minimum(down, across) * 2378
         expected = [
-            min(order[((one == i).any(axis=0)) & asked], default=obstacles.FAR) for i in range(M)
+            min(order[((one == i).any(axis=0)) & in_mask], default=obstacles.FAR) for i in range(M)
         ]
         assert fast[which].tolist() == expected
         plain = obstacles.nearest_of(
@@ -84,15 +84,15 @@ def test_how_near_an_obstacle_comes_is_told_by_its_nearest_cell(shape, share):
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("share", [0, 0.2, 1])
-def test_met_are_the_owners_of_the_cells_asked_for(shape, share):
+def test_the_obstacles_met_are_the_owners_of_the_cells_in_the_mask(shape, share):
     labels, rng = random_labels(shape, seed=1)
     cells = rng.random(labels[:, 0].shape) < share
     words = packing.pack(jnp.asarray(cells))
     fast = jax.jit(
         batch_kernel(lambda labels, cells: obstacles.all_met_by(labels, cells, shape[4]))
     )(labels, words)
-    for which, (one, asked) in enumerate(zip(labels, cells)):
-        owners = set(one[:, asked].ravel().tolist()) - {-1, -2}
+    for which, (one, in_mask) in enumerate(zip(labels, cells)):
+        owners = set(one[:, in_mask].ravel().tolist()) - {-1, -2}
         assert set(np.flatnonzero(fast[which]).tolist()) == owners
         # Outside a marked call, as on a GPU, by another way.
         plain = obstacles.met_by(
@@ -113,7 +113,7 @@ def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
     assert np.array_equal(
-        unpacked(obstacles.around(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
+        unpacked(packing.dilate(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
     )
 
 
@@ -128,7 +128,7 @@ def test_one_cell_is_in_its_own_mask_and_no_other():
         assert sum(map(sum, held)) == 1
 
 
-def test_the_owners_of_a_cell_are_told():
+def test_the_owners_of_a_cell_are_those_that_cover_it():
     labels = np.array([[[[-1, 0, 3]], [[-1, 2, -1]]]], np.int32)
     one = obstacles.Labels(jnp.asarray(labels), jnp.int32(0))
     owners = [

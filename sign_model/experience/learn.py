@@ -1,16 +1,17 @@
-"""Learns the weights of a heuristic sign from solved-and-unsolved experience: a cross-entropy
-search over whole batches.
+"""Learns the weights of a heuristic sign from experience, by a cross-entropy search over whole
+batches of tasks.
 
-Weights are drawn around a mean, a batch of tasks is searched with each, and the mean moves towards
-the best quarter. The weights are an argument of the jitted search, so that all of it compiles once.
-What is learned are whole numbers per predicate: they serve tasks of the same domain with more
-objects than those learned on.
+Weights are sampled around a mean, a batch of tasks is searched with each sample, and the mean moves
+towards the best quarter of the samples. The weights are an argument of the jitted search, so it is
+compiled only once. The result is a whole number for each predicate, so the sign also applies to
+tasks of the same domain with more objects than those it was learned from.
 """
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.ground.sizes import next_power_of_two
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_batch.iteration import regress
@@ -20,7 +21,7 @@ from sign_model.pddl.planning_task import PlanningTask
 
 _COUNTS = ("landmarks", "held", "unmet")
 _FIRST_SCALE, _FIRST_SPREAD, _LEAST_SPREAD = 4.0, 3.0, 0.2
-_HARDLY = 1.002  # how much longer plans may get for a weight less
+_TOLERANCE = 1.002  # how much longer plans may become, as a factor, when a weight is set to 0
 
 
 def learn(
@@ -41,31 +42,37 @@ def learn(
       tasks: of one domain, sharing their features and actions (as from `random_blocks_tasks`); a
         few hundred small ones.
       name: of the sign.
-      generations, population: of the search; one batch of `lanes` tasks for each of their product.
-      beam: situations kept a step while learning; narrow ones tell good weights from bad.
-      lanes: tasks tried a generation, in turn.
-      seed: of all random draws.
-      log: told of progress.
+      generations, population: of the search. Each sample of each generation searches one batch.
+      beam: situations kept in each step while learning; a narrow beam separates good weights from
+        bad ones.
+      lanes: tasks of one batch; the generations take the batches in turn.
+      seed: of the random numbers.
+      log: called with a line of text to report progress.
 
     Raises:
-      ValueError: no tasks, or tasks that don't share their features and actions.
+      ValueError: there are no tasks, or they do not share their features and actions.
     """
     trial = _Trial(tasks, name, beam, lanes)
     rng = np.random.default_rng(seed)
     mean, spread = trial.unlearned * _FIRST_SCALE, np.full(trial.unlearned.shape, _FIRST_SPREAD)
-    best = max(2, population // 4)
+    num_best = max(2, population // 4)
+
+    # Cross-entropy search. Ends: after `generations` rounds.
     for generation in range(generations):
-        drawn = mean + spread * rng.normal(size=(population, *mean.shape))
-        drawn[0] = mean
-        scores = np.array([trial.mean_length(weights, generation) for weights in drawn])
-        chosen = drawn[np.argsort(scores, kind="stable")[:best]]
-        mean = (mean + chosen.mean(axis=0)) / 2
-        spread = (spread + chosen.std(axis=0) + _LEAST_SPREAD) / 2
+        # The mean itself is among the samples.
+        samples = mean + spread * rng.normal(size=(population, *mean.shape))
+        samples[0] = mean
+        scores = np.array([trial.mean_length(weights, generation) for weights in samples])
+        best = samples[np.argsort(scores, kind="stable")[:num_best]]
+        mean = (mean + best.mean(axis=0)) / 2
+        spread = (spread + best.std(axis=0) + _LEAST_SPREAD) / 2
         if log is not None and generation % 5 == 4:
             log(
                 f"generation {generation + 1} of {generations}: best mean length {scores.min():.2f}"
             )
-    mean = _pruned(trial, mean)
+
+    # Simplify, and compare with the unlearned weights on all tasks.
+    mean = _prune(trial, mean)
     learned, unlearned = (trial.mean_length_of_all(weights) for weights in (mean, trial.unlearned))
     if log is not None:
         log(
@@ -75,12 +82,12 @@ def learn(
     return trial.sign(mean if learned <= unlearned else trial.unlearned)
 
 
-def _pruned(trial: "_Trial", weights: np.ndarray) -> np.ndarray:
-    """The weights less those that hardly help, the smallest first: what counts nothing needs no
-    table.
+def _prune(trial: "_Trial", weights: np.ndarray) -> np.ndarray:
+    """Returns the weights, float [counts, kinds], with those set to 0 that hardly help, the
+    smallest first: a count without weights needs no table.
     """
     kept = np.round(weights)
-    bound = trial.mean_length_of_all(kept) * _HARDLY
+    bound = trial.mean_length_of_all(kept) * _TOLERANCE
     for place in sorted(np.ndindex(kept.shape), key=lambda place: kept[place]):
         without = kept.copy()
         without[place] = 0
@@ -90,13 +97,19 @@ def _pruned(trial: "_Trial", weights: np.ndarray) -> np.ndarray:
 
 
 class _Trial:
-    """Batches of tasks on which weights are tried."""
+    """Batches of tasks on which weights are tried.
+
+    kinds: the predicates.
+    unlearned: the weights of `LANDMARKS`, float [counts, kinds].
+    steps: the longest plan.
+    """
 
     def __init__(self, tasks: Sequence[PlanningTask], name: str, beam: int, lanes: int) -> None:
         if not tasks:
             raise ValueError("learn needs at least one task")
         self.name, self.beam = name, beam
         self.kinds = sorted({kind_of(atom) for atom in tasks[0].features})
+        # Landmark columns for every predicate, whatever is sampled.
         everything = HeuristicSign("everything", landmarks={"*": 1})
         self.batch = pack_batch(tasks, (everything,))
         goals = {
@@ -109,21 +122,26 @@ class _Trial:
             ],
             float,
         )
+
+        # The batches: at most `lanes` tasks each, padded to a multiple of the batch slots.
         self.steps = 6 * int(len(self.batch.space.features) ** 0.5) + 8
         numbers = np.arange(len(tasks))
-        self.side_by_side = min(64, 1 << (lanes - 1).bit_length())
-        size = -(-lanes // self.side_by_side) * self.side_by_side
+        self.num_slots = min(64, next_power_of_two(lanes))
+        size = -(-lanes // self.num_slots) * self.num_slots
         self.parts = [
             self.batch.queue(numbers[i : i + lanes], size) for i in range(0, len(tasks), lanes)
         ]
 
     def sign(self, weights: np.ndarray) -> HeuristicSign:
+        """Returns the sign with these weights, float [counts, kinds], rounded."""
         whole = np.clip(np.round(weights), 0, MAX_WEIGHT).astype(int)
         tables = [{kind: int(w) for kind, w in zip(self.kinds, row) if w} for row in whole]
         return HeuristicSign(self.name, **dict(zip(_COUNTS, tables)))
 
     def mean_length(self, weights: np.ndarray, part: int) -> float:
-        """The mean length of the plans; a task left unsolved counts twice the longest plan."""
+        """Returns the mean length of the plans of one batch, numbered cyclically; an unsolved task
+        counts twice the longest plan.
+        """
         start, goal, count = self.parts[part % len(self.parts)]
         packed = self.batch.weights_of(self.sign(weights))
         branch = min(64, int(len(self.batch.space.features) ** 0.5) + 2)
@@ -131,7 +149,7 @@ class _Trial:
             "beam": self.beam,
             "branch": branch,
             "steps": self.steps,
-            "lanes": self.side_by_side,
+            "lanes": self.num_slots,
         }
         length = np.asarray(regress(self.batch.tables, packed, start, goal, count, **options)[0])[
             :count
@@ -139,4 +157,5 @@ class _Trial:
         return float(np.where(length >= 0, length, 2 * self.steps).mean())
 
     def mean_length_of_all(self, weights: np.ndarray) -> float:
+        """Returns the mean over all batches of `mean_length`."""
         return float(np.mean([self.mean_length(weights, part) for part in range(len(self.parts))]))

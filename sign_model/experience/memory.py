@@ -1,14 +1,14 @@
 """Experience: solved tasks become precedents, personal meanings that are tried before any search
 (PY16 §3.1, A-step).
 
-Two questions are asked of a memory, and whatever it answers has been replayed on the new task
-first, so a precedent that does not unfold does no harm:
+A memory answers two questions. Every answer is replayed on the new task first, so a precedent that
+does not fit does no harm:
 
-- `recall`: was this task solved before, under whatever names? Start, goal and static facts must be
-  the same but for the names; then the plan is as good as the one once found.
+- `recall`: was this task solved before, perhaps under other names? Start, goal and static facts
+  must be equal up to the names; then the plan is as good as the one found before.
 - `suggest`: does some precedent fit by inclusion? Its needs, renamed, must lie in the start, and
-  the goal in what it gives. This is a plan where a search spends its budget, and a bound where it
-  does not, for a search may find a shorter one.
+  the goal in what it brings about. This gives a plan where a search would exhaust its budget, and
+  elsewhere an upper bound, because a search may find a shorter plan.
 """
 
 import dataclasses
@@ -16,9 +16,10 @@ import json
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Any
 
-from sign_model.experience.precedent import Precedent, precedent_of, unsolved
-from sign_model.experience.renaming import Atom, find_renaming, renamed
+from sign_model.experience.precedent import Precedent, precedent_of, without_plan
+from sign_model.experience.renaming import Atom, find_renaming, rename
 from sign_model.ground.files import read_text, written
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
@@ -28,7 +29,7 @@ _FORMAT = "sign_model memory, version 1"
 
 
 Match = Callable[[Precedent, Precedent, int], dict[str, str] | None]
-"""(precedent, task, most nodes) -> renaming, None where the precedent does not fit."""
+"""(precedent, task, max_nodes) -> renaming; None if the precedent does not fit."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,8 +39,12 @@ class Memory:
     precedents: tuple[Precedent, ...] = ()
 
     def learned(self, task: PlanningTask, actions: Sequence[str]) -> "Memory":
-        """Returns a memory that also holds this solved task, unless it holds the same one with a
-        plan as short.
+        """Returns a memory that also holds this solved task; the same memory if it holds the same
+        task with a plan at most as long.
+
+        Args:
+          task: that was solved.
+          actions: the plan, `(pick-up a)` each.
 
         Raises:
           ValueError: the plan does not solve the task.
@@ -53,45 +58,48 @@ class Memory:
         return Memory((*self.precedents, precedent_of(task, actions)))
 
     def recall(self, task: PlanningTask, *, max_nodes: int = 2000) -> tuple[str, ...] | None:
-        """Returns the plan of a precedent that solved this very task, under other names perhaps;
-        None where there is none.
+        """Returns the plan of a precedent that solved the same task, perhaps under other names;
+        None if there is none.
 
-        Of several the shortest, then the oldest. Where the goal holds from the start the plan is
-        empty, without any precedent.
+        Of several plans the shortest is returned, then the oldest. If the goal holds at the start,
+        the plan is empty and needs no precedent.
 
         Args:
           task: to be solved.
           max_nodes: bound on the match with each precedent.
         """
-        return self._unfolded(task, _same, max_nodes)
+        return self._first_valid_plan(task, _same, max_nodes)
 
     def suggest(self, task: PlanningTask, *, max_nodes: int = 2000) -> tuple[str, ...] | None:
-        """Returns a plan of a precedent that fits the task by inclusion; as `recall` for the
-        rest.
+        """Returns the plan of a precedent that fits the task by inclusion; in all else like
+        `recall`.
         """
-        return self._unfolded(task, _included, max_nodes)
+        return self._first_valid_plan(task, _included, max_nodes)
 
-    def _unfolded(self, task: PlanningTask, match: Match, max_nodes: int) -> tuple[str, ...] | None:
+    def _first_valid_plan(
+        self, task: PlanningTask, match: Match, max_nodes: int
+    ) -> tuple[str, ...] | None:
+        """Returns the first renamed plan that solves the task, shorter plans first."""
         if not validate(task, ()):
             return ()
-        asked = unsolved(task)
-        fitting = (known for known in self.precedents if known.domain == asked.domain)
-        for known in sorted(fitting, key=lambda known: len(known.plan)):
-            renaming = match(known, asked, max_nodes)
+        requested = without_plan(task)
+        of_domain = (known for known in self.precedents if known.domain == requested.domain)
+        for known in sorted(of_domain, key=lambda known: len(known.plan)):
+            renaming = match(known, requested, max_nodes)
             if renaming is not None:
-                actions = tuple(fact_name(renamed(action, renaming)) for action in known.plan)
+                actions = tuple(fact_name(rename(action, renaming)) for action in known.plan)
                 if not validate(task, actions):
                     return actions
         return None
 
 
 def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
-    """Writes the precedents as JSON: names and lists only, nothing that could run."""
-    told = {
+    """Writes the precedents as JSON: names and lists only, nothing executable."""
+    payload = {
         "format": _FORMAT,
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
     }
-    text = json.dumps(told, indent=1)
+    text = json.dumps(payload, indent=1)
     with written(path) as file:
         file.write(text + "\n")
 
@@ -103,17 +111,18 @@ def load_memory(path: str | pathlib.Path) -> Memory:
       ValueError: the file is not JSON, not of this format, or a precedent lacks a part; names the
         file and the precedent.
     """
+    # The file is JSON, and says that it is a memory.
     try:
-        told = json.loads(read_text(path, what="memory"))
+        payload = json.loads(read_text(path, what="memory"))
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
-            f"{path}: not a memory, for it is not JSON ({error}): give a file written by"
+            f"{path}: not a memory, because it is not JSON ({error}): give a file written by"
             " save_memory"
         ) from None
     if (
-        not isinstance(told, dict)
-        or told.get("format") != _FORMAT
-        or not isinstance(told.get("precedents"), list)
+        not isinstance(payload, dict)
+        or payload.get("format") != _FORMAT
+        or not isinstance(payload.get("precedents"), list)
     ):
         raise ValueError(
             f"{path}: not a memory: its format must be {_FORMAT!r}; give a file written by"
@@ -122,12 +131,13 @@ def load_memory(path: str | pathlib.Path) -> Memory:
     return Memory(
         tuple(
             _from_plain(entry, f"{path}: precedent {i}")
-            for i, entry in enumerate(told["precedents"], 1)
+            for i, entry in enumerate(payload["precedents"], 1)
         )
     )
 
 
-def _to_plain(precedent: Precedent) -> dict:
+def _to_plain(precedent: Precedent) -> dict[str, object]:
+    """Returns a precedent as plain data: a member for each field, sets as sorted lists."""
     plain = {field.name: getattr(precedent, field.name) for field in dataclasses.fields(precedent)}
     return {
         name: sorted(value) if isinstance(value, frozenset) else value
@@ -136,11 +146,38 @@ def _to_plain(precedent: Precedent) -> dict:
 
 
 def _from_plain(entry: object, where: str) -> Precedent:
+    """Returns the inverse of `_to_plain`.
+
+    Args:
+      entry: any JSON value.
+      where: the file and the precedent, for error messages.
+
+    Raises:
+      ValueError: a member is missing, unknown or of a wrong type.
+    """
+    parts = _checked_parts(entry, where)
+    return Precedent(
+        domain=parts["domain"],
+        objects=tuple((name, tuple(types)) for name, types in parts["objects"]),
+        constants=tuple(parts["constants"]),
+        plan=tuple(map(tuple, parts["plan"])),
+        **{
+            part: frozenset(map(tuple, parts[part])) for part in ("start", "goal", "needs", "gives")
+        },
+    )
+
+
+def _checked_parts(entry: object, where: str) -> dict[str, Any]:
+    """Returns the members of a precedent of the file; ValueError if one is missing, unknown or of a
+    wrong type.
+    """
     names = [field.name for field in dataclasses.fields(Precedent)]
     if not isinstance(entry, dict) or sorted(entry) != sorted(names):
         raise ValueError(
             f"{where}: must have exactly the parts {', '.join(names)}; write it with save_memory"
         )
+
+    # Each member has its type.
     objects = entry["objects"]
     if (
         not isinstance(entry["domain"], str)
@@ -168,59 +205,63 @@ def _from_plain(entry: object, where: str) -> Precedent:
             raise ValueError(
                 f"{where}: {part} must be a list of lists of names; write it with save_memory"
             )
-    return Precedent(
-        domain=entry["domain"],
-        objects=tuple((name, tuple(types)) for name, types in objects),
-        constants=tuple(entry["constants"]),
-        plan=tuple(map(tuple, entry["plan"])),
-        **{
-            part: frozenset(map(tuple, entry[part])) for part in ("start", "goal", "needs", "gives")
-        },
-    )
+    return entry
 
 
 def _is_names(value: object) -> bool:
+    """Returns whether a JSON value is a list of texts."""
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
-def _same(known: Precedent, asked: Precedent, max_nodes: int) -> dict[str, str] | None:
-    """Returns a renaming that takes the whole precedent to the task asked for; the identity where
-    it is the very same.
+def _same(known: Precedent, requested: Precedent, max_nodes: int) -> dict[str, str] | None:
+    """Returns a renaming that maps the whole precedent to the requested task; {} (the identity) if
+    they are equal, None if there is no such renaming.
     """
-    if known.start == asked.start and known.goal == asked.goal and known.objects == asked.objects:
+    if (
+        known.start == requested.start
+        and known.goal == requested.goal
+        and known.objects == requested.objects
+    ):
         return {}
-    if known.fingerprint != asked.fingerprint:
+    if known.fingerprint != requested.fingerprint:
         return None
 
     def may_play(role: str, name: str) -> bool:
-        return known.colours.get(role, role) == asked.colours.get(name, name)
+        return known.colours.get(role, role) == requested.colours.get(name, name)
 
-    # As many atoms on both sides and one to one: every need met means the sets are equal.
+    # Both sides have equally many atoms and the renaming is one to one: if every atom has its
+    # image, the sets are equal.
     return find_renaming(
-        known.start, asked.start, asked.goal, known.goal, may_play=may_play, max_nodes=max_nodes
+        known.start,
+        requested.start,
+        requested.goal,
+        known.goal,
+        may_play=may_play,
+        max_nodes=max_nodes,
     )
 
 
-def _included(known: Precedent, asked: Precedent, max_nodes: int) -> dict[str, str] | None:
-    """Returns a renaming that takes the needs into the start, and some of what is given to the goal
-    still open.
+def _included(known: Precedent, requested: Precedent, max_nodes: int) -> dict[str, str] | None:
+    """Returns a renaming that maps the needs of the precedent into the start of the requested task,
+    and some of what it brings about to the goals that do not hold at the start; None if there is
+    none.
     """
-    open_goal = {atom for atom in asked.goal - asked.start if atom[0] != "not"}
-    if _exceeds(known.needs, asked.start) or _exceeds(open_goal, known.gives):
+    open_goal = {atom for atom in requested.goal - requested.start if atom[0] != "not"}
+    if _exceeds(known.needs, requested.start) or _exceeds(open_goal, known.gives):
         return None
-    types, other_types = dict(known.objects), dict(asked.objects)
+    types, other_types = dict(known.objects), dict(requested.objects)
 
     def may_play(role: str, name: str) -> bool:
-        is_fixed = role in known.constants or name in asked.constants
+        is_fixed = role in known.constants or name in requested.constants
         return role == name if is_fixed else types.get(role) == other_types.get(name)
 
     return find_renaming(
-        known.needs, asked.start, open_goal, known.gives, may_play=may_play, max_nodes=max_nodes
+        known.needs, requested.start, open_goal, known.gives, may_play=may_play, max_nodes=max_nodes
     )
 
 
 def _exceeds(some: frozenset[Atom] | set[Atom], others: frozenset[Atom]) -> bool:
     """Returns whether some predicate occurs more often among `some` than among `others`: then no
-    renaming fits.
+    renaming maps the first into the second.
     """
     return bool(Counter(atom[0] for atom in some) - Counter(atom[0] for atom in others))

@@ -1,5 +1,6 @@
-"""A precedent: one solved task, kept so that other objects may play its roles (PY16 §3.1:
-precedents, personal meanings).
+"""A precedent: one solved task, stored so that other objects may play its roles. It becomes a sign
+whose image is the sequence of acts and whose personal meaning is what the plan needs and brings
+about (PY16 §3.1).
 """
 
 import dataclasses
@@ -8,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sign_model.experience.renaming import Atom, colours, renamed
+from sign_model.experience.renaming import Atom, colours, rename
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import act_name, fact_name
 from sign_model.signs.sign import Sign, causal, sequence
@@ -19,13 +20,15 @@ from sign_model.signs.world_model import WorldModel
 class Precedent:
     """One solved task.
 
-    domain: names and arities of the predicates and schemas; a precedent is tried on tasks of the
-      same domain only.
-    objects: (name, types) of each object; constants: those that only play themselves.
+    domain: names and arities of the predicates and schemas; a precedent is only tried on tasks of
+      the same domain.
+    objects: (name, types) of each object.
+    constants: the objects that no other object may stand for.
     start, goal: all atoms; a negative goal begins with "not", the value of a cost function ends
       with `=value`.
-    plan: ground actions. needs: the atoms of the start on which it rests. gives: the atoms it
-      leaves behind.
+    plan: ground actions.
+    needs: the atoms of the start that the plan relies on.
+    gives: the atoms that the plan has brought about at its end.
     """
 
     domain: str
@@ -39,7 +42,9 @@ class Precedent:
 
     @functools.cached_property
     def colours(self) -> dict[str, str]:
-        """Equal for objects that a renaming of the whole task could exchange."""
+        """The colour of each object, equal for objects that a renaming of the whole task could
+        exchange.
+        """
         fixed = {
             name: (*types, f"constant {name}")
             for name, types in self.objects
@@ -49,21 +54,23 @@ class Precedent:
 
     @functools.cached_property
     def fingerprint(self) -> tuple:
-        """Equal for tasks that are the same but for the names of their objects."""
+        """Equal for tasks that differ only in the names of their objects; tasks with different
+        fingerprints differ in more.
+        """
         return (self.domain, len(self.start), len(self.goal), *sorted(self.colours.values()))
 
 
 def precedent_of(task: PlanningTask, actions: Sequence[str]) -> Precedent:
-    """Returns the precedent that a solved task leaves; `actions` must be a valid plan of it."""
-    plan = tuple(_parsed(action) for action in actions)
+    """Returns the precedent of a solved task; `actions` must be a valid plan of it."""
+    plan = tuple(_parse(action) for action in actions)
     needs, gives = _footprint(task, plan)
-    return dataclasses.replace(unsolved(task), plan=plan, needs=needs, gives=gives)
+    return dataclasses.replace(without_plan(task), plan=plan, needs=needs, gives=gives)
 
 
-def unsolved(task: PlanningTask) -> Precedent:
-    """Returns the task as a precedent without a plan."""
+def without_plan(task: PlanningTask) -> Precedent:
+    """Returns a task in the form of a precedent, without a plan."""
     if task.domain is None or task.problem is None:
-        # Nameless features carry no object that could be renamed, so the rules themselves must
+        # A task from arrays has no objects that could be renamed, so the rules themselves must
         # agree.
         rules = np.concatenate(
             [part.ravel() for part in (task.conditions, task.adds, task.deletes)]
@@ -75,6 +82,7 @@ def unsolved(task: PlanningTask) -> Precedent:
             start=frozenset(atom for atom, holds in zip(task.features, task.start) if holds),
             goal=frozenset(atom for atom, holds in zip(task.features, task.goal) if holds),
         )
+    # Predicates and schemas identify the domain; the values of cost functions belong to the start.
     domain, problem = task.domain, task.problem
     parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
     parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
@@ -95,7 +103,9 @@ def unsolved(task: PlanningTask) -> Precedent:
 def _footprint(
     task: PlanningTask, plan: tuple[Atom, ...]
 ) -> tuple[frozenset[Atom], frozenset[Atom]]:
-    """Returns what a valid plan needs of the start, and what it has brought about at its end."""
+    """Returns the atoms of the start that a valid plan relies on, and the atoms that it has brought
+    about at its end.
+    """
     needs: set[Atom] = set()
     gives: set[Atom] = set()
     for conditions, adds, deletes in _rules(task, plan):
@@ -107,6 +117,8 @@ def _footprint(
 def _rules(
     task: PlanningTask, plan: tuple[Atom, ...]
 ) -> Iterator[tuple[set[Atom], set[Atom], set[Atom]]]:
+    """Yields (conditions, adds, deletes) of each action of a plan, static conditions among them."""
+    # A task from arrays: the rules are rows of its matrices.
     if task.domain is None:
         number_of = {action: number for number, action in enumerate(task.actions)}
         for action in plan:
@@ -116,20 +128,22 @@ def _rules(
             )
             yield conditions, adds, deletes
         return
+
+    # Else they are the schemas with their roles replaced by the arguments.
     schemas = {schema.name: schema for schema in task.domain.schemas}
     for name, *arguments in plan:
         schema = schemas[name]
-        filled = dict(zip((role for role, _ in schema.roles), arguments))
+        object_of = dict(zip((role for role, _ in schema.roles), arguments))
         conditions, adds, deletes = (
-            {renamed(atom, filled) for atom in atoms}
+            {rename(atom, object_of) for atom in atoms}
             for atoms in (schema.conditions, schema.adds, schema.deletes)
         )
         yield conditions, adds, deletes
 
 
 def precedent_sign(precedent: Precedent, name: str) -> Sign:
-    """Returns the precedent as a sign: its image the sequence of acts, its personal meaning what
-    the plan needs and gives.
+    """Returns the precedent as a sign called `name`: its image is the sequence of acts, its
+    personal meaning a causal matrix of what the plan needs and brings about.
     """
     plan = sequence(*(act_name(action) for action in precedent.plan))
     return Sign(
@@ -140,16 +154,17 @@ def precedent_sign(precedent: Precedent, name: str) -> Sign:
 
 
 def with_precedent(model: WorldModel, precedent: Precedent, name: str) -> WorldModel:
-    """Returns the world model of a task grown by a precedent: a sign called `name`, and bare signs
-    for static facts it needs.
+    """Returns the world model of a task extended by a precedent: a sign called `name`, and
+    elementary signs for the static facts that it needs.
 
-    In a flow of acts, recognition then tells when the plan is being followed, and attention which
-    act comes next.
+    In a flow of acts, recognition then reports when the plan is being followed, and `expectation`
+    (`signs.recognition`) which act comes next.
     """
     sign = precedent_sign(precedent, name)
     features = frozenset().union(*(matrix.features for _, matrix in sign))
     return model.with_signs((*map(Sign, sorted(features - set(model.names))), sign))
 
 
-def _parsed(action: str) -> Atom:
+def _parse(action: str) -> Atom:
+    """Returns an action, `(stack a b)`, as a tuple of words."""
     return tuple(action.strip().strip("()").lower().split())

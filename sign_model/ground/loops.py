@@ -18,11 +18,11 @@ def repeat(count: int, step: Callable[[Array, Any], Any], value: Any) -> Any:
     `lax.fori_loop` with a known number of steps would count in int64 under `jax_enable_x64`.
     """
 
-    def one(state: tuple, _: None) -> tuple:
+    def one(state: tuple[Array, Any], _: None) -> tuple[tuple[Array, Any], None]:
         i, value = state
         return (i + 1, step(i, value)), None
 
-    if count < 1:  # which scan does not take under `jax.disable_jit`
+    if count < 1:  # scan does not accept it under `jax.disable_jit`
         return value
     return lax.scan(one, (jnp.int32(0), value), None, length=count)[0][1]
 
@@ -32,7 +32,7 @@ def in_a_loop(fun: Callable) -> Callable:
     inside a marked call.
 
     At least one of its arguments holds integers or bools. The number of steps is hidden from the
-    compiler, which would do away with the loop.
+    compiler, which would otherwise remove the loop.
     """
 
     def run(*args: Any) -> Any:

@@ -67,16 +67,16 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
     without, with a warning.
 
     The marks are undocumented, and another jaxlib, or one with more threads, may not take them
-    everywhere. That is noticed when a call fails that succeeds without them; only calls of the same
-    shapes go without marks afterwards. A user's own jit is not caught so: there SRT_JAX_PLAIN=1
-    helps. The call is compiled under `jax.disable_jit` too: there is nothing in a kernel for its
-    caller to step through.
+    everywhere. That is noticed when a call fails with them and succeeds without; from then on calls
+    of the same shapes go without marks. A user's own jit cannot be caught in this way: there
+    SRT_JAX_PLAIN=1 helps. The call is compiled under `jax.disable_jit` too: a kernel holds nothing
+    that its caller could step through.
 
     Args:
       fun: takes and returns arrays.
       is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any
-        other jit. XLA would split the steps that are not marked among all cores, where they wait
-        for each other's.
+        other jit. XLA would else split the steps that are not marked among all cores, and the calls
+        would wait for each other there.
     """
     options = {"xla_cpu_multi_thread_eigen": False} if is_part else None
     forms = [jax.jit(lambda *args: fun(*args), compiler_options=options) for _ in range(2)]
@@ -93,7 +93,7 @@ def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
     knows_options = "compiler_options" in inspect.signature(jax.jit).parameters
 
     @functools.cache
-    # made when first called: to ask for the backend starts it
+    # made at the first call, since asking for the backend starts it
     def form(is_marked: bool) -> Callable:
         is_wide = knows_options and is_marked and jax.default_backend() == "cpu"
         options: dict[str, Any] = {"compiler_options": _WIDE} if is_wide else {}
@@ -119,14 +119,14 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
         try:
             return form(True)(*args, **static)
         except jax.errors.JaxRuntimeError as error:
-            # raises what has nothing to do with the marks
+            # an error that has nothing to do with the marks is raised here again
             out = _unmarked(form(False), *args, **static)
             refused.add(_program(args, static))
-            told = (
+            message = (
                 f"the compiler refuses the fast form of {name} for arrays of this size, it runs"
                 f" slower: {_reason(error)}"
             )
-            warnings.warn(told, stacklevel=2)
+            warnings.warn(message, stacklevel=2)
             return out
 
     run.form = form  # pyright: ignore[reportFunctionMemberAccess]
@@ -167,7 +167,7 @@ def compiled_whole(fun: Callable) -> Callable:
             with _set(_marks_apart, marks_apart):
                 return fun(*args)
 
-        # becomes the call that the mark goes on; only `apart` marks anything inside it
+        # this jit becomes the call that carries the mark; inside it only `apart` marks anything
         return jax.jit(run)
 
     plain, kept = traced(False), traced(True)
@@ -210,11 +210,10 @@ def manual_axes() -> tuple:
 
 
 def runs_in_place() -> bool:
-    """Returns whether the code being traced goes into a marked call: whether a queue is worth its
-    while there.
+    """Returns whether the code being traced goes into a marked call, where a queue pays.
 
-    Elsewhere (a GPU, an older JAX) its arrays would be copied at every step; kernels then sweep to
-    the end.
+    Elsewhere (on a GPU, with an older JAX) its arrays would be copied at every step; kernels then
+    sweep to the end.
     """
     return _marks_apart.get()
 

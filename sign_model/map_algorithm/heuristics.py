@@ -1,21 +1,23 @@
-"""The A-step's heuristics as small records that signs mediate, and that learning modifies.
+"""The heuristics of the A-step as small records: each is mediated by a sign and can be modified by
+learning (PY16 §3.1).
 
-A rating of a situation S is a sum of four weighted counts, each over the predicates (or action
-schemas) it names:
+The rating of a situation S is a sum of four weighted counts, each over the predicates (or action
+schemas) that it names:
 
-    landmarks   features that S still needs on every way from the start
+    landmarks   features that are needed on every way from the start to S
     plan        actions of the relaxed plans of the features of S
-    held        features of S that hold in the start
-    unmet       features of S that do not
+    held        features of S that hold at the start
+    unmet       features of S that do not hold at the start
 
-Weights are whole numbers by name. Two names stand for many: "*" every name not given, "@goal" the
-predicates of the goal.
+Weights are whole numbers by name. Two names stand for several: "@goal" for the predicates of the
+goal, and "*" for every other name.
 """
 
 import json
 import pathlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from sign_model.ground.files import read_text, written
 
@@ -24,7 +26,9 @@ Weights = Mapping[str, int]
 
 @dataclass(frozen=True)
 class HeuristicSign:
-    """One heuristic: the weights by which it rates a situation. An empty table counts nothing."""
+    """One heuristic: the weights by which it rates a situation, {predicate or schema: weight}. An
+    empty table counts nothing.
+    """
 
     name: str
     landmarks: Weights = field(default_factory=dict)
@@ -34,21 +38,23 @@ class HeuristicSign:
 
 
 OVERLAP = HeuristicSign("overlap", unmet={"*": 1})
-"""How much of the situation the start lacks: the rule of the paper's authors."""
+"""The number of features of the situation that do not hold at the start: the rule of the paper's
+authors.
+"""
 
 LANDMARKS = HeuristicSign("landmarks", landmarks={"*": 1}, held={"@goal": 1}, unmet={"@goal": 1})
-"""Landmarks still needed, and what the situation keeps of the kinds that the goal asks for."""
+"""The number of landmarks, and of features whose predicate occurs in the goal."""
 
 RELAXED_PLAN = HeuristicSign("relaxed plan", plan={"*": 1}, held={"@goal": 1}, unmet={"@goal": 1})
-"""Size of the relaxed plan, and what the situation keeps of the kinds that the goal asks for."""
+"""The size of the relaxed plan, and the number of features whose predicate occurs in the goal."""
 
 DEFAULTS = (LANDMARKS, RELAXED_PLAN)
-"""Unlearned and domain-independent. They are tried side by side: neither serves all domains."""
+"""Unlearned and domain-independent. Both are tried: neither is best in all domains."""
 
 
 def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> int:
-    """Returns the weight of a predicate or schema: its own, else that of "@goal" where it applies,
-    else that of "*", else 0.
+    """Returns the weight of a predicate or schema: its own, else that of "@goal" if the name is one
+    of `goal_names`, else that of "*", else 0.
     """
     if name in weights:
         return weights[name]
@@ -58,7 +64,7 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 
 
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
-    """Writes signs as JSON, whole or not at all."""
+    """Writes signs as JSON; the file is replaced as a whole or not at all."""
     text = json.dumps(
         {
             "heuristic_signs": [
@@ -72,23 +78,27 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
 
 
 def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
-    """Returns the signs that `save_signs` wrote; ValueError names the file and what is wrong with
-    it.
+    """Returns the signs that `save_signs` wrote.
+
+    Raises:
+      ValueError: the file cannot be read or does not contain heuristic signs; the message names the
+        file and the fault.
     """
     try:
         entries = json.loads(read_text(path, what="file of heuristic signs"))["heuristic_signs"]
-        return tuple(_checked_sign(entry) for entry in entries)
+        return tuple(_sign_of(entry) for entry in entries)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a file of heuristic signs ({error}): write one with save_signs"
         ) from None
 
 
-def _checked_sign(entry: dict) -> HeuristicSign:
+def _sign_of(entry: dict[str, Any]) -> HeuristicSign:
+    """Returns one sign of a file; raises ValueError, KeyError or TypeError if it is not one."""
     name, tables = entry["name"], {key: value for key, value in entry.items() if key != "name"}
     for key, table in tables.items():
         if key not in ("landmarks", "plan", "held", "unmet"):
-            raise ValueError(f"'{key}' is no count of a heuristic sign")
+            raise ValueError(f"'{key}' is not a count of a heuristic sign")
         for weight in table.values():
             if not isinstance(weight, int) or isinstance(weight, bool) or not 0 <= weight <= 255:
                 raise ValueError(f"weight {weight!r} must be a whole number from 0 to 255")

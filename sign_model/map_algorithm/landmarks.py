@@ -1,12 +1,13 @@
-"""What each feature still needs, seen from the start: tables made once a task, with which every
-situation is rated.
+"""What each feature needs, seen from the start: tables made once per task, by which every situation
+is rated.
 
-That is what regression buys: all situations are measured against one start, so a rating is an OR of
-table rows and a count.
+This is an advantage of regression: all situations are measured against one start, so a rating is an
+OR of table rows and a count.
 
-    landmarks     bit q of row f: feature q must become true on every way from the start to f,
-    deletes ignored relaxed plan  bit a of row f: action a belongs to the relaxed plan that h_add
-    picks for f (the FF heuristic, tabulated)
+    landmarks     bit q of row f: feature q must become true on every way from the start to f, if
+                  deletes are ignored
+    relaxed plan  bit a of row f: action a belongs to the relaxed plan that h_add selects for f (the
+                  FF heuristic, tabulated)
 """
 
 import numpy as np
@@ -19,17 +20,17 @@ from sign_model.map_algorithm.regression import RegressionSpace
 def landmark_table(
     space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
 ) -> np.ndarray:
-    """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, itself among them; 0 for
-    what holds in the start.
+    """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, including itself; 0 for
+    features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
     The greatest fixpoint of
 
-        L[f] = {f} | AND over achievers a of f ( OR over conditions p of a: L[p]  |  what a itself
-        adds )     f not in the start
+        L[f] = {f} | AND over achievers a of f of ( adds of a | OR over conditions p of a of L[p] )
 
-    An achiever's own adds belong in: without them the table is blind to what comes along with f.
-    Ends: rows only shrink.
+    for every f that does not hold at the start. The adds of an achiever belong to it: without them
+    the table would miss the features that always come along with f. Ends: rows only shrink.
     """
+    # The matrices as lists of pairs, and the table with every landmark.
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
     feature_of, achievers = np.nonzero(space.adds.T)
@@ -39,6 +40,7 @@ def landmark_table(
         start[:, None], np.uint64(0), pack(np.ones((num_features, num_features), bool))
     )
     while True:
+        # What each action needs, then what all achievers of a feature need.
         clock.check()
         need = any_row(table, condition_of, conditions, num_actions) | comes_along
         shared = (
@@ -55,11 +57,12 @@ def landmark_table(
 def relaxed_plan_table(
     space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
 ) -> np.ndarray:
-    """Returns uint64 [F, ceil(A / 64)]: the actions of each feature's relaxed plan; 0 for what
-    holds in the start.
+    """Returns uint64 [F, ceil(A / 64)]: the actions of the relaxed plan of each feature; 0 for
+    features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
-    The best achiever of a feature is the one of least h_add cost, ties to the lowest action.
+    The best achiever of a feature is the one of least h_add cost; ties go to the lowest action.
     """
+    # The best achiever of each feature, and the conditions of that action.
     num_actions, num_features = space.conditions.shape
     best = best_achievers(space, start, clock)
     known = np.flatnonzero(best >= 0)
@@ -69,6 +72,9 @@ def relaxed_plan_table(
     chosen_needs = np.zeros((num_features, num_features), bool)
     chosen_needs[known] = space.conditions[best[known]]
     owner, member = np.nonzero(chosen_needs)
+
+    # The least fixpoint: the achiever and the relaxed plans of its conditions. Ends: rows only
+    # grow.
     table = own_words
     while True:
         clock.check()
@@ -81,8 +87,9 @@ def relaxed_plan_table(
 def best_achievers(
     space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
 ) -> np.ndarray:
-    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for what holds
-    in the start or never can.
+    """Returns int [F]: the action of least h_add cost that adds each feature; -1 for features that
+    hold at the start, bool [F], or can never be reached. OutOfTime once the limit of the clock has
+    passed.
     """
     num_actions, num_features = space.conditions.shape
     condition_of, conditions = np.nonzero(space.conditions)
@@ -90,6 +97,8 @@ def best_achievers(
     best = np.full(num_features, -1)
     if not len(feature_of):
         return best
+
+    # The h_add costs of features and actions. Ends: costs only fall, and there are finitely many.
     first = np.flatnonzero(np.diff(feature_of, prepend=-1))
     cost = np.where(start, 0.0, np.inf)
     while True:
@@ -103,11 +112,13 @@ def best_achievers(
         if (new == cost).all():
             break
         cost = new
-    hit = (
+
+    # The achievers whose cost is that of their feature; of several the lowest.
+    is_best = (
         (action_cost[achievers] == cost[feature_of])
         & np.isfinite(cost[feature_of])
         & ~start[feature_of]
     )
-    lowest = np.flatnonzero(hit)[::-1]  # written backwards, the lowest action stays
+    lowest = np.flatnonzero(is_best)[::-1]  # written backwards: the lowest action remains
     best[feature_of[lowest]] = achievers[lowest]
     return best

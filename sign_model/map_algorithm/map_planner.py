@@ -2,19 +2,20 @@
 is a plan or a proof.
 
     S := goal
-    repeat  M-step  actions whose scripts fit: they explain a part of S and break nothing of it
+    repeat  M-step  actions whose causal matrices fit: they explain a part of S and break nothing
+                    of it
             P-step  the situation before each: (S & ~adds) | conditions
-                    forget it when it, or a part of it, was reached before with a plan no longer
-            A-step  rate what is left by a heuristic sign, keep the best
+                    forget it if it, or a part of it, was reached before by a plan at most as long
+            A-step  rate the rest by a heuristic sign, keep the best
     until S is included in the start, or nothing is left
 
-(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because what is
-rated is where an action leads. All of the beam goes through one step together, in matrix
-operations. Nothing was cut off and nothing is left: then there is no plan, and that is a proof,
-because situations are compared bit by bit, never by a hash.
+(PY16 §3.1; regression as in its reference [17].) The A-step comes after the P-step because the
+situation to which an action leads is rated. The whole beam goes through a step together, in matrix
+operations. If nothing was cut off and nothing is left, there is no plan. That is a proof, because
+situations are compared bit by bit, never by a hash.
 
 Deterministic: ties go to the situation that came first, hence to the lowest action of the first
-  situation.
+situation.
 """
 
 from collections.abc import Sequence
@@ -30,24 +31,28 @@ from sign_model.map_algorithm.regression import RegressionSpace, regression_spac
 from sign_model.pddl.planning_task import PlanningTask
 
 BEAMS = (32, 128, 512, 2048, 1 << 30)
-"""Situations kept a step, rung by rung; the last keeps all, so that the search is complete."""
+"""Situations kept in each step, rung by rung; the last rung keeps all, so the search is
+complete."""
 
 _PAIRS_COMPARED = 1 << 22
-"""How many words the test for included situations may touch a step; beyond it only equal situations
-are recognised.
+"""The most words that the test for included situations may compare in a step; beyond it only equal
+situations are recognised.
 """
 
 
 _PAIRS_AT_ONCE = 1 << 22
-"""How many pairs of a situation and an action are tested at once: bounds the memory, and how
-long the clock is not asked.
+"""How many pairs of a situation and an action are tested at once: this bounds the memory, and the
+time between two checks of the clock.
 """
 
 
 @dataclass(frozen=True)
 class Regression:
-    """What a regression ended with: plan (actions of the space, in order of execution) or None;
-    is_proof: there is no plan.
+    """The result of a regression.
+
+    plan: actions of the space in the order of execution; None without a plan.
+    expansions: situations expanded.
+    is_proof: whether it is proven that there is no plan.
     """
 
     plan: list[int] | None
@@ -63,12 +68,21 @@ def plan_map(
     beams: Sequence[int] = BEAMS,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
-    """Returns the shortest plan that the heuristic signs find on the first rung where one of them
-    finds any.
+    """Returns the shortest plan that the heuristic signs find on the first rung on which one of
+    them finds any.
 
-    The plan's actions are numbered as in the task. Without a plan, `is_proof` tells a proof from a
-    spent budget.
+    The actions of the plan are numbered as in the task. Without a plan, `is_proof` distinguishes a
+    proof from an exhausted budget.
+
+    Args:
+      task: to be solved.
+      signs: the heuristics, at least one; all are tried on every rung but the last, which needs
+        only one.
+      max_expansions: the most situations expanded in all.
+      beams: situations kept in each step, rung by rung.
+      clock: asked in every phase; once its limit has passed the search ends without a proof.
     """
+    # The tables. A goal that mutexes exclude needs no search.
     try:
         space = regression_space(task, clock=clock)
         start, goal = space.situations(task.start), space.situations(task.goal)
@@ -78,6 +92,9 @@ def plan_map(
         ratings = [make_rating(sign, space, start, goal, schemas, clock) for sign in signs]
     except OutOfTime:
         return Regression(None, 0, False)
+
+    # Each rung tries every sign, and stops at the first rung with a plan. Ends: the last rung keeps
+    # all situations, so it finds a plan or a proof, or exhausts the budget.
     expansions = 0
     for beam in beams:
         best: Regression | None = None
@@ -115,37 +132,47 @@ def regress(
     max_expansions: int,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
-    """Returns what one beam of regression finds; a goal included in the start needs no action.
+    """Returns the result of a regression with one beam; a goal included in the start needs no
+    action.
 
     Args:
+      space: the features and actions.
       start, goal: bool [F], over the features of the space.
       rating: the A-step.
-      beam: situations kept a step.
+      beam: situations kept in each step.
       max_expansions: the most situations expanded.
-      clock: asked before and during every step; its end spends the budget.
+      clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
         return Regression([], 0, False)
+
+    # The beam, the memory of what was kept, and the trail (parents, actions) of each step.
     scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
+
+    # Ends: every step keeps only new situations, of which there are finitely many.
     try:
         while len(situations) and expansions + len(situations) <= max_expansions:
+            # M-step and P-step; forget what is known.
             clock.check()
             expansions += len(situations)
             parents, actions = _m_step(situations, *scripts, clock)
-            # P-step
             before = (situations[parents] & ~space.adds[actions]) | space.conditions[actions]
             clock.check()
             fresh = memory.forget_known(before)
             parents, actions, before = parents[fresh], actions[fresh], before[fresh]
+
+            # Stop at the first situation that is included in the start.
             done = ~(before & ~start).any(axis=1)
             if done.any():
                 first = int(done.argmax())
                 return Regression(
                     _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
                 )
+
+            # A-step: keep the best.
             if len(before) > beam:
                 was_cut = True
                 kept = np.argsort(rating(before), kind="stable")[:beam]
@@ -161,8 +188,13 @@ def regress(
 def _m_step(
     situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(situation, action) numbers of all fitting pairs, ordered by situation, then action; in
-    parts of bounded size.
+    """Returns the numbers (situation, action), int [n] each, of all pairs that fit, ordered by
+    situation, then action; tests them in parts of bounded size.
+
+    Args:
+      situations: bool [N, F].
+      adds, bad: uint64 [A, words], packed.
+      clock: asked before each part.
     """
     words = pack(situations)
     step = max(1, _PAIRS_AT_ONCE // max(1, len(adds)))
@@ -175,6 +207,7 @@ def _m_step(
 
 
 def _fitting(words: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the same for one part, of situations as uint64 [N, words]."""
     explains = np.zeros((len(words), len(adds)), np.uint64)
     breaks = np.zeros_like(explains)
     for w in range(words.shape[1]):
@@ -185,7 +218,12 @@ def _fitting(words: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.n
 
 
 def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int) -> list[int]:
-    """The plan in the order of execution: the last action chosen is the first to execute."""
+    """Returns the plan in the order of execution: the action chosen last is executed first.
+
+    Args:
+      trail: (parents, actions) of each step before the last.
+      parent, action: of the last step.
+    """
     plan = [action]
     for parents, actions in reversed(trail):
         plan.append(int(actions[parent]))
@@ -194,8 +232,8 @@ def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int
 
 
 class _Memory:
-    """The situations kept so far, to forget those that contain one of them: they ask for more and
-    come later.
+    """The situations kept so far, uint64 [N, words]. A later situation that contains one of them is
+    forgotten: it requires more and its plan is at least as long.
     """
 
     def __init__(self, words: np.ndarray) -> None:
@@ -203,9 +241,10 @@ class _Memory:
         self.keys = {row.tobytes() for row in words}
 
     def forget_known(self, situations: np.ndarray) -> np.ndarray:
-        """Numbers of the situations that are new, each once, in order; none contains a known one or
-        a smaller new one.
+        """Returns the numbers of the situations, bool [N, F], that are new, each once, in order;
+        none contains a known one or a smaller new one, as far as `_PAIRS_COMPARED` allows.
         """
+        # Not equal to a known one or an earlier new one.
         words = pack(situations)
         keys = [row.tobytes() for row in words]
         first: dict[bytes, int] = {}
@@ -213,20 +252,23 @@ class _Memory:
             if key not in self.keys:
                 first.setdefault(key, i)
         fresh = np.fromiter(first.values(), np.int64, len(first))
+
+        # Not larger than a known one or another new one.
         for known in (self.words, words[fresh]):
             if len(fresh) * len(known) * words.shape[1] <= _PAIRS_COMPARED and len(fresh):
                 fresh = fresh[~_contains_another(words[fresh], known)]
         return fresh
 
     def learn(self, situations: np.ndarray) -> None:
+        """Adds situations, bool [N, F]."""
         words = pack(situations)
         self.words = np.concatenate([self.words, words])
         self.keys.update(row.tobytes() for row in words)
 
 
 def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """bool [N]: whether a situation strictly contains one of the others (equal ones don't
-    count).
+    """Returns bool [N]: whether each situation strictly contains one of the others, all of them as
+    words, uint64 [N, words] and [M, words].
     """
     missing = np.zeros((len(words), len(others)), bool)
     extra = np.zeros((len(words), len(others)), bool)

@@ -1,11 +1,12 @@
-"""Plan specification: the acts of a plan unfold into sub-plans of a finer task, or are realised as
+"""Plan specification: the acts of a plan are refined into sub-plans of a finer task, or realised as
 they are (PY16 §3.1).
 
 "Initial situation of the sub-plans is the set of features belonging to conditions of corresponding
-action and final situation is the set of features belonging to effects." To both are added what the
-rest of the plan still relies on, so that sub-plans found apart fit together, and to the first the
-details: what holds in the finer task's start and has no name above. Realise or specify is decided
-by a metacognitive rule which is itself a pair of signs, hence can be described, drawn and grown.
+action and final situation is the set of features belonging to effects." Both are extended by what
+the rest of the plan relies on, so that sub-plans that are found separately fit together. The first
+is also extended by the details: what holds at the start of the finer task and has no name on the
+coarse level. A metacognitive rule decides between realise and specify. The rule is itself a pair of
+signs, so it can be described, drawn and extended by experience.
 """
 
 import dataclasses
@@ -28,13 +29,16 @@ IS_OPERATION, IS_ABSTRACT, HAS_FINER_LEVEL = (
 )
 
 PlanBatch = Callable[[list[PlanningTask]], Sequence[Any]]
-"""Plans many tasks at once; each result has `actions`, whose validity is checked here."""
+"""Plans many tasks at once; each result has `actions`, which are validated here."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Step:
-    """One act of a plan. steps: its sub-plan; None where the act is realised as it is, or where no
-    sub-plan was found.
+    """One act of a plan.
+
+    action: `(change-room hall lab)`.
+    decision: REALISE or SPECIFY.
+    steps: its sub-plan; None if the act is realised as it is, or no sub-plan was found.
     """
 
     action: str
@@ -64,12 +68,12 @@ def metacognition() -> WorldModel:
 
 
 def decide(rule: WorldModel, acts: Sequence[Collection[str]]) -> tuple[str, ...]:
-    """Returns SPECIFY for each act at which that sign alone is recognised, else REALISE; () where
-    there is no act.
+    """Returns for each act SPECIFY if that sign is recognised and REALISE is not, else REALISE; ()
+    without acts.
 
     Args:
-      rule: as of `metacognition`.
-      acts: the features of each act, names of signs of the rule.
+      rule: of `metacognition`, perhaps extended.
+      acts: the features of each act, as names of signs of the rule.
     """
     if not acts:
         return ()
@@ -83,8 +87,8 @@ def decide(rule: WorldModel, acts: Sequence[Collection[str]]) -> tuple[str, ...]
 def sub_tasks(
     task: PlanningTask, actions: Sequence[str], finer: PlanningTask
 ) -> list[PlanningTask]:
-    """Returns the task of specifying each act: from what it needs to what it brings about, on the
-    actions of `finer`.
+    """Returns for each act the task of specifying it: from what it needs to what it brings about,
+    with the actions of `finer`.
 
     Args:
       task: the coarse task.
@@ -92,12 +96,14 @@ def sub_tasks(
       finer: a task whose features include those of the coarse one by name.
 
     Raises:
-      ValueError: the plan is not valid, or a feature it relies on is none of the finer task.
+      ValueError: the plan is not valid, or a feature it relies on does not exist in the finer task.
     """
     wrong = validate(task, actions)
     if wrong:
         raise ValueError(f"only a valid plan can be specified: {wrong[0]}")
-    numbers = [task.action_names.index(_written(action)) for action in actions]
+    numbers = [task.action_names.index(_normalised(action)) for action in actions]
+
+    # What must hold between the acts, and the details that the coarse task has no names for.
     situations = _situations(task, numbers)
     coarse = set(task.features)
     details = finer.start & np.array([atom not in coarse for atom in finer.features], bool)
@@ -109,7 +115,7 @@ def sub_tasks(
     return [_from_to(finer, start, goal) for start, goal in zip(starts, goals)]
 
 
-def specified(
+def specify_plan(
     task: PlanningTask,
     actions: Sequence[str],
     levels: Sequence[PlanningTask],
@@ -118,17 +124,17 @@ def specified(
     operations: Collection[str] = (),
     rule: WorldModel | None = None,
 ) -> tuple[Step, ...]:
-    """Returns the plan as a tree, unfolded level by level as far as the rule wants it; () for a
-    plan of no act.
+    """Returns the plan as a tree, refined level by level as far as the rule decides; () for a plan
+    without acts.
 
-    All acts of one level are planned in one batched call. Where what one sub-plan does to the
-    details spoils another, they are planned one after the other instead, each from the situation in
-    which it will really start. Levels below are entered while the plan as a whole can be replayed
-    on the level reached; an act that is realised stands for itself there.
+    All acts of one level are planned in one batched call. If the changes that one sub-plan makes to
+    the details invalidate another, they are planned one after the other instead, each from the
+    situation in which it really starts. The next level is entered only if the whole plan can be
+    replayed on the level reached; an act that is realised is an action there too.
 
     Args:
       task, actions: the coarse task and a valid plan of it.
-      levels: ever finer tasks; the acts of a plan unfold into actions of the next.
+      levels: finer and finer tasks; the acts of a plan are refined into actions of the next one.
       plan_batch: the planner.
       operations: schemas that can be executed as they are.
       rule: decides for each act; by default `metacognition()`.
@@ -136,80 +142,86 @@ def specified(
     Raises:
       ValueError: as of `sub_tasks`.
     """
+    # Decide for each act.
     rule = rule or metacognition()
-    acts = tuple(map(_written, actions))
+    acts = tuple(map(_normalised, actions))
     traits = [{IS_OPERATION if _schema(act) in operations else IS_ABSTRACT} for act in acts]
     decisions = decide(rule, [trait | {HAS_FINER_LEVEL} for trait in traits] if levels else traits)
     if SPECIFY not in decisions:
         return tuple(Step(act, decision) for act, decision in zip(acts, decisions))
+
+    # Plan the sub-tasks, and refine the joined plan on the next level if it is valid.
     finer, tasks = levels[0], sub_tasks(task, acts, levels[0])
-    parts = _unfolded(finer, tasks, acts, decisions, plan_batch)
+    parts = _sub_plans(finer, tasks, acts, decisions, plan_batch)
     whole, joined = _from_to(finer, finer.start, tasks[-1].goal), _joined(parts)
     inner = iter(
         tuple(Step(act, REALISE) for act in joined)
         if validate(whole, joined)
-        else specified(
+        else specify_plan(
             whole, joined, levels[1:], plan_batch=plan_batch, operations=operations, rule=rule
         )
     )
-    unfolded = [None if part is None else tuple(next(inner) for _ in part) for part in parts]
+
+    # Cut the refined plan into the sub-plans of the acts again.
+    sub_steps = [None if part is None else tuple(next(inner) for _ in part) for part in parts]
     return tuple(
         Step(act, decision, steps if decision == SPECIFY else None)
-        for act, decision, steps in zip(acts, decisions, unfolded)
+        for act, decision, steps in zip(acts, decisions, sub_steps)
     )
 
 
-def _unfolded(
+def _sub_plans(
     finer: PlanningTask,
     tasks: list[PlanningTask],
     acts: Sequence[str],
     decisions: Sequence[str],
     plan_batch: PlanBatch,
 ) -> list[tuple[str, ...] | None]:
-    """Returns for each act its sub-plan, None where there is none, and the act itself where it is
+    """Returns the sub-plan of each act, None if none was found; the act itself if it is
     realised.
     """
     chosen = [number for number, decision in enumerate(decisions) if decision == SPECIFY]
     parts: list[tuple[str, ...] | None] = [(act,) for act in acts]
-    for number, plan in zip(chosen, _planned([tasks[number] for number in chosen], plan_batch)):
+    for number, plan in zip(chosen, _plan_all([tasks[number] for number in chosen], plan_batch)):
         parts[number] = plan
     is_whole = len(chosen) == len(acts) and None not in parts
     if is_whole and validate(_from_to(finer, finer.start, tasks[-1].goal), _joined(parts)):
-        return _planned_in_turn(finer, tasks, plan_batch)
+        return _plan_in_turn(finer, tasks, plan_batch)
     return parts
 
 
 def _joined(parts: Sequence[tuple[str, ...] | None]) -> tuple[str, ...]:
+    """Returns all sub-plans as one plan."""
     return tuple(act for part in parts for act in part or ())
 
 
-def _planned(tasks: list[PlanningTask], plan_batch: PlanBatch) -> list[tuple[str, ...] | None]:
-    """Returns a valid plan for each task, None where the planner has none."""
+def _plan_all(tasks: list[PlanningTask], plan_batch: PlanBatch) -> list[tuple[str, ...] | None]:
+    """Returns a valid plan for each task, None if the planner found none."""
     plans = [tuple(result.actions or ()) for result in plan_batch(tasks)]
     return [None if validate(task, plan) else plan for task, plan in zip(tasks, plans)]
 
 
-def _planned_in_turn(
+def _plan_in_turn(
     finer: PlanningTask, tasks: list[PlanningTask], plan_batch: PlanBatch
 ) -> list[tuple[str, ...] | None]:
-    """Returns sub-plans each of which starts where the one before ends; None from the first that
-    has none.
+    """Returns sub-plans of which each starts where the previous one ends; None for the first task
+    without a plan and for all after it.
     """
     situation, plans = finer.start, []
     for task in tasks:
-        plan = _planned([_from_to(finer, situation, task.goal)], plan_batch)[0]
+        plan = _plan_all([_from_to(finer, situation, task.goal)], plan_batch)[0]
         if plan is None:
             return plans + [None] * (len(tasks) - len(plans))
         for action in plan:
-            number = finer.action_names.index(_written(action))
+            number = finer.action_names.index(_normalised(action))
             situation = (situation & ~finer.deletes[number]) | finer.adds[number]
         plans.append(plan)
     return plans
 
 
 def _situations(task: PlanningTask, numbers: list[int]) -> list[np.ndarray]:
-    """Returns what the plan relies on before each act and at its end: the situations of the P-step,
-    bool [F] each.
+    """Returns what the rest of the plan relies on before each act and at its end: the situations of
+    the P-step, bool [F] each.
     """
     situations = [task.goal]
     for number in reversed(numbers):
@@ -218,6 +230,7 @@ def _situations(task: PlanningTask, numbers: list[int]) -> list[np.ndarray]:
 
 
 def _translated(task: PlanningTask, finer: PlanningTask, situation: np.ndarray) -> np.ndarray:
+    """Returns a situation of the task over the features of the finer task, by their names."""
     return finer.situation([task.features[feature] for feature in np.flatnonzero(situation)])
 
 
@@ -231,19 +244,21 @@ def _from_to(finer: PlanningTask, start: np.ndarray, goal: np.ndarray) -> Planni
         holds = {
             atom for atom, is_true in zip(finer.features, start) if is_true and atom[0] != "not"
         }
-        wanted = tuple(atom for atom, is_wanted in zip(finer.features, goal) if is_wanted)
+        goal_atoms = tuple(atom for atom, is_goal in zip(finer.features, goal) if is_goal)
         problem = dataclasses.replace(
             problem,
             start=(problem.start - features) | holds,
-            goal=tuple(atom for atom in wanted if atom[0] != "not"),
-            negative_goal=tuple(atom[1:] for atom in wanted if atom[0] == "not"),
+            goal=tuple(atom for atom in goal_atoms if atom[0] != "not"),
+            negative_goal=tuple(atom[1:] for atom in goal_atoms if atom[0] == "not"),
         )
     return dataclasses.replace(finer, start=start, goal=goal, problem=problem, seconds={})
 
 
 def _schema(action: str) -> str:
-    return _written(action)[1:-1].split(" ")[0]
+    """Returns the name of the schema of an action."""
+    return _normalised(action)[1:-1].split(" ")[0]
 
 
-def _written(action: str) -> str:
+def _normalised(action: str) -> str:
+    """Returns an action in lower case, with parentheses and single blanks."""
     return f"({' '.join(action.strip().strip('()').lower().split())})"

@@ -1,4 +1,5 @@
-"""Rates situations on the host: the A-step for one task, from the tables of `landmarks`."""
+"""Rates situations on the host: the A-step for one task, by the tables of `landmarks` (PY16
+§3.1)."""
 
 from collections.abc import Callable
 
@@ -11,7 +12,7 @@ from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_tabl
 from sign_model.map_algorithm.regression import RegressionSpace
 
 Rating = Callable[[np.ndarray], np.ndarray]
-"""Situations bool [N, F] -> int32 [N], low is near the start."""
+"""Situations, bool [N, F] -> ratings, int32 [N]; a low rating is near the start."""
 
 
 def kind_of(atom: tuple[str, ...]) -> str:
@@ -29,14 +30,16 @@ def make_rating(
     schemas: list[str],
     clock: Clock = NO_LIMIT,
 ) -> Rating:
-    """Returns the rating by which `sign` judges the situations of one task.
+    """Returns the rating of situations of one task by a heuristic sign.
 
     Args:
+      sign: the weights.
       space: the kept features and actions.
       start, goal: bool [F], over the kept features.
       schemas: the name of each kept action's schema.
       clock: asked while the tables are made, and before each rating.
     """
+    # The tables that the sign reads, with a weight for each column.
     kinds = [kind_of(atom) for atom in space.features]
     goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
     parts = []
@@ -51,6 +54,8 @@ def make_rating(
         parts.append(
             (relaxed_plan_table(space, start, clock), _column_weights(sign.plan, schemas, set()))
         )
+
+    # The weight of each feature itself; and for each table the columns of equal weight, as masks.
     held, unmet = (
         _column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet)
     )
@@ -65,14 +70,15 @@ def make_rating(
         rating = (situations @ feature_weights).astype(np.int32)
         owner, member = np.nonzero(situations)
         for table, masks in classes:
-            needed = any_row(table, owner, member, len(situations))
+            needs = any_row(table, owner, member, len(situations))
             for weight, mask in masks:
-                rating += np.int32(weight) * popcount(needed & mask)
+                rating += np.int32(weight) * popcount(needs & mask)
         return rating
 
     return rate
 
 
 def _column_weights(weights: Weights, names: list[str], goal_names: set[str]) -> np.ndarray:
+    """Returns the weight of each column, int64 [n], from the name of its predicate or schema."""
     known = {name: weight_of(weights, name, goal_names) for name in set(names)}
     return np.array([known[name] for name in names], np.int64)

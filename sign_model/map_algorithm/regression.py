@@ -1,11 +1,11 @@
-"""A task made ready for regression: only features and actions that matter, and what an action must
-not meet.
+"""A task prepared for regression: only the features and actions that matter, and for each action
+the features that a situation after it cannot have.
 
-An action a may be the last step towards a situation S (the M-step's test) when
+An action a may be the last step towards a situation S (the test of the M-step) if
 
     adds(a) & S != 0      it explains a part of S
-    bad(a) & S == 0       it breaks nothing of S, where bad = deletes | (mutex with one of its
-    conditions, unless it adds it)
+    bad(a) & S == 0       it breaks nothing of S; bad(a) are the features that it deletes, and those
+                          that are mutex with one of its conditions and that it does not add
 
 so two masks are the whole test of relevance and consistency.
 """
@@ -26,11 +26,12 @@ MAX_FEATURES = 1 << 15
 
 @dataclass(frozen=True, eq=False)
 class RegressionSpace:
-    """The matrices a regression works on; F and A count what was kept.
+    """The matrices of a regression, over the F features and A actions that were kept.
 
-    features: atoms. kept_features, kept_actions: int, their numbers in the task.
-    conditions, adds, deletes, bad: bool [A, F]. mutex: bool [F, F]; a feature mutex with itself can
-      never be reached.
+    features: F atoms.
+    kept_features, kept_actions: int [F], int [A], their numbers in the task.
+    conditions, adds, deletes, bad: bool [A, F].
+    mutex: bool [F, F]; a feature that is mutex with itself can never be reached.
     """
 
     features: tuple[Atom, ...]
@@ -47,8 +48,8 @@ class RegressionSpace:
         return of_task[..., self.kept_features]
 
     def is_consistent(self, goals: np.ndarray) -> np.ndarray:
-        """Returns bool [N]: False where the mutexes alone prove that a goal, bool [N, F], can never
-        hold.
+        """Returns bool [N]: False for each goal, bool [N, F], that can never hold by the mutexes
+        alone.
         """
         owner, member = np.nonzero(goals)
         excluded = any_row(pack(self.mutex), owner, member, len(goals))
@@ -61,23 +62,25 @@ def regression_space(
     goals: np.ndarray | None = None,
     clock: Clock = NO_LIMIT,
 ) -> RegressionSpace:
-    """Returns the space for every pair of a start and a goal; those of the task where none are
-    given.
+    """Returns the space that serves every pair of a start and a goal.
 
     Args:
-      task: whose features and actions they share.
-      starts, goals: bool [N, F]. Mutexes hold for all starts at once.
-      clock: asked in every phase; OutOfTime where its limit has passed.
+      task: whose features and actions all of them share.
+      starts, goals: bool [N, F]; by default those of the task. Mutexes hold for all starts at once.
+      clock: asked in every phase; OutOfTime once its limit has passed.
 
     Raises:
-      ValueError: more than `MAX_FEATURES` features that the goals can depend on.
+      ValueError: the goals can depend on more than `MAX_FEATURES` features.
     """
+    # Mutexes, and the actions that can ever be executed.
     starts = task.start[None] if starts is None else starts
     goals = task.goal[None] if goals is None else goals
     if task.num_features > MAX_FEATURES:
         return _of_relevant(task, starts, goals, clock)
     mutex, usable = mutexes(task.features, task.conditions, task.adds, task.deletes, starts, clock)
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
+
+    # Of those, the features and actions that matter for some goal.
     relevant = _relevant(
         task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)), clock
     )
@@ -102,7 +105,9 @@ def regression_space(
 def _of_relevant(
     task: PlanningTask, starts: np.ndarray, goals: np.ndarray, clock: Clock
 ) -> RegressionSpace:
-    """The space of a task with too many features, made without those that no goal depends on."""
+    """Returns the space of a task with too many features, made without those that no goal depends
+    on.
+    """
     kept = np.flatnonzero(
         _relevant(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock)
     )
@@ -127,11 +132,13 @@ def _of_relevant(
 def _relevant(
     conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray, clock: Clock
 ) -> np.ndarray:
-    """bool [F]: what some chain of actions can need for the goal. Ends: it only grows."""
+    """Returns bool [F]: what some chain of actions can need for the goal, bool [F]. Ends: the set
+    only grows.
+    """
     relevant = goal.copy()
     while True:
         clock.check()
-        needed = relevant | conditions[(adds & relevant).any(axis=1)].any(axis=0)
-        if (needed == relevant).all():
+        larger = relevant | conditions[(adds & relevant).any(axis=1)].any(axis=0)
+        if (larger == relevant).all():
             return relevant
-        relevant = needed
+        relevant = larger

@@ -1,11 +1,11 @@
-"""Which tasks of a batch may ride together: those for which the search is the same whether they do
-or not.
+"""Which tasks of a batch may be searched together: those for which the search is the same whether
+they are or not.
 
-They share their features and actions; their goals name the same kinds of features (which a sign may
-weigh) and depend on the same ones (all others are left out of the search). So an answer does not
-depend on the tasks beside it. One thing is shared that is not looked at here: mutexes, which hold
-for all starts of a group. Starts from which different pairs of features can ever come together
-belong into batches of their own.
+The tasks of a group share their features and actions; their goals name the same predicates (which a
+sign may weigh) and depend on the same features (all others are left out of the search). So an
+answer does not depend on the tasks beside it. One thing is shared that is not compared here:
+mutexes, which hold for all starts of a group. Starts from which different pairs of features can
+become true together belong in separate batches.
 """
 
 import hashlib
@@ -20,11 +20,16 @@ from sign_model.pddl.planning_task import PlanningTask
 
 
 def groups_of(tasks: Sequence[PlanningTask]) -> list[list[int]]:
-    """Returns the numbers of the tasks group by group, each ascending; [] of no task."""
+    """Returns the numbers of the tasks, group by group and ascending within each; [] without
+    tasks.
+    """
+    # Equal features, actions and matrices first: that comparison is cheap.
     alike: dict[bytes, list[int]] = defaultdict(list)
     known: dict[tuple[int, ...], bytes] = {}
     for number, task in enumerate(tasks):
         alike[_matrices(task, known)].append(number)
+
+    # Then goals that lead to the same search.
     groups = []
     for numbers in alike.values():
         parts: dict[bytes, list[int]] = defaultdict(list)
@@ -41,8 +46,8 @@ def share_matrices(tasks: Sequence[PlanningTask]) -> bool:
 
 
 def _matrices(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
-    """A digest of features, actions and matrices; parts seen before (the same objects) are not read
-    again.
+    """Returns a digest of features, actions and matrices. `known` holds the digests of earlier
+    tasks by the identity of those parts: the same objects are not read again.
     """
     parts = (task.features, task.actions, task.conditions, task.adds, task.deletes)
     key = tuple(map(id, parts))
@@ -55,7 +60,9 @@ def _matrices(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
 
 
 def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
-    """What the search for each goal depends on, of tasks with the same matrices."""
+    """Returns for each task what its search depends on beside the matrices, which they share: the
+    predicates of its goal, and the features that some chain of actions towards it can need.
+    """
     if len(tasks) == 1 or not tasks[0].num_features:
         return [b""] * len(tasks)
     goals = np.stack([task.goal for task in tasks])
@@ -69,8 +76,8 @@ def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
 
 
 def _closure(task: PlanningTask) -> np.ndarray:
-    """uint64 [F, F / 64]: what some chain of actions towards each feature can need, itself
-    included. Ends: it only grows.
+    """Returns uint64 [F, F / 64]: the features that some chain of actions towards each feature can
+    need, itself included. Ends: the rows only grow.
     """
     feature_of, achievers = np.nonzero(task.adds.T)
     size = task.num_features
@@ -79,7 +86,7 @@ def _closure(task: PlanningTask) -> np.ndarray:
     )
     table = pack(np.eye(size, dtype=bool))
     while True:
-        grown = table | any_row(table, owner, member, size)
-        if np.array_equal(grown, table):
+        larger = table | any_row(table, owner, member, size)
+        if np.array_equal(larger, table):
             return table
-        table = grown
+        table = larger

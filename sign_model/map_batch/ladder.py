@@ -1,9 +1,9 @@
-"""Many tasks in one jitted search: tasks that share matrices ride together, a ladder of beams takes
-what is left unsolved.
+"""Many tasks in one jitted search: tasks that share their matrices are searched together, on a
+ladder of ever wider beams.
 
-The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, the next one
-tries only what it left. What the whole ladder leaves goes to the exact search, which alone can
-prove that there is no plan.
+The bulk of a batch does not wait for its few hard tasks: the first rung is narrow, and the next one
+tries only the tasks that are still unsolved. What the whole ladder leaves unsolved goes to the
+exact search, which alone can prove that there is no plan.
 """
 
 import functools
@@ -26,21 +26,30 @@ from sign_model.pddl.planning_task import PlanningTask
 from sign_model.result import PlanResult
 
 QUEUES = (16, 256, 2048)
-"""How many tasks one call takes: few sizes, so that few programs are compiled. The rest of a queue
-is padding.
+"""Sizes of a queue, the tasks of one call: few of them, so that few programs are compiled. What the
+tasks do not fill is padding.
 """
 
 DOMAINS = (8, 32)
-"""How many domains of one bucket ride in one call."""
+"""How many domains of one bucket share a call: the first number, or the second if there are more
+queues than that.
+"""
 
 _MAX_TABLE_BYTES = 1 << 25
-"""The most that the tables of one queue may take."""
+"""The most memory that the tables of one queue may take."""
 
 
 @dataclass(frozen=True)
 class Rung:
-    """One try of a batch: situations kept a step, actions tried a situation, the longest plan,
-    tasks side by side.
+    """One attempt at a batch.
+
+    beam: situations kept in each step, 1 to `MAX_BEAM`.
+    branch: actions tried for each situation, 1 to `MAX_BEAM`.
+    steps: the longest plan.
+    lanes: batch slots, that is, tasks searched side by side; a power of two.
+
+    Raises:
+      ValueError: a number lies outside its range.
     """
 
     beam: int
@@ -61,18 +70,18 @@ class Rung:
                 )
         if self.lanes & (self.lanes - 1):
             raise ValueError(
-                "a rung's lanes must be a power of two, as queues are cut into them, got"
+                "a rung's lanes must be a power of two, so that they divide a queue, got"
                 f" {self.lanes}"
             )
 
 
 def default_ladder(num_features: int) -> tuple[Rung, ...]:
-    """Returns the rungs for a domain of that many features: a narrow one for the bulk, then each
+    """Returns the rungs for a domain with that many features: a narrow beam for the bulk, then each
     four times as wide.
 
-    Measured on blocks of 8 to 15: twice the beam halves the speed and takes a third of what is left
-    above the optimum. Small domains of other kinds (tiles, sokoban) got plans half as long from 16
-    situations as from 6, and there they cost little.
+    Measured on tasks of 8 to 15 blocks: doubling the beam halves the speed and removes a third of
+    the excess over the optimal length. Small domains of other kinds (tiles, sokoban) got plans half
+    as long from 16 situations as from 6, at little cost.
     """
     side = math.isqrt(num_features)
     narrow, branch = 16 if num_features <= 64 else max(6, 5 * side // 8), min(64, side + 2)
@@ -102,14 +111,17 @@ def plan_batch(
     are better planned one by one.
 
     Args:
-      tasks: those with the same features and actions ride side by side; domains of one bucket of
-        shapes share one jitted call.
-      heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` where
+      tasks: those with the same features and actions are searched side by side; domains of one
+        bucket of shapes share one jitted call.
+      heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` if
         None.
-      ladder: the rungs; by the size of the domain where None.
-      max_expansions: of the exact search for what the ladder leaves.
-      num_threads: batches searched at once; the number of cores, at most SRT_JAX_CORES
-        (environment), where None.
+      ladder: the rungs; chosen by the size of the domain if None.
+      max_expansions: of the exact search for the tasks that the ladder leaves unsolved.
+      num_threads: batches searched at once; if None the number of cores, at most SRT_JAX_CORES
+        (environment).
+
+    Raises:
+      ValueError: `heuristic` is an empty sequence, or a weight of it is too large.
     """
     signs = (
         DEFAULTS
@@ -122,11 +134,15 @@ def plan_batch(
         raise ValueError(
             "plan_batch needs at least one heuristic sign: give None for the unlearned ones"
         )
+
+    # Pack the tasks group by group, and collect the groups whose shapes are equal.
     members = groups_of(tasks)
     groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members]
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
         buckets[group.shapes].append(group)
+
+    # Search the buckets side by side, and the queues of each bucket side by side as well.
     num_threads = num_threads or num_cores()
     with ThreadPoolExecutor(num_threads) as outer, ThreadPoolExecutor(num_threads) as inner:
 
@@ -138,6 +154,8 @@ def plan_batch(
 
         for _ in outer.map(climb, buckets.values()):
             pass
+
+    # Replay the plans; the exact search takes the tasks that have none.
     results: dict[int, PlanResult] = {}
     for group, numbers in zip(groups, members):
         results.update(zip(numbers, group.results(max_expansions)))
@@ -151,38 +169,45 @@ def _climb(
     signs: tuple[HeuristicSign, ...],
     rungs: Sequence[Rung],
 ) -> None:
-    """Climbs the ladder with all groups of one bucket; notes the plans found."""
+    """Climbs the ladder with all groups of one bucket; each group records the plans found for it.
+
+    Ends early when no task is left that may have a plan.
+    """
     for rung in rungs:
         for number, sign in enumerate(signs):
             began = time.perf_counter()
-            open_ = [group.open_tasks() for group in groups]
-            if not any(map(len, open_)):
+            unsolved = [group.unsolved_tasks() for group in groups]
+            if not any(map(len, unsolved)):
                 return
+
+            # Cut the unsolved tasks into queues, and the queues into calls.
             size = _queue_size(
-                max(map(len, open_)),
+                max(map(len, unsolved)),
                 num_threads if len(groups) == 1 else 1,
                 groups[0].task_bytes(sign),
             )
             jobs = [
                 (group, part)
-                for group, tasks in zip(groups, open_)
-                for part in _parts(tasks, size, num_threads)
+                for group, tasks in zip(groups, unsolved)
+                for part in _split(tasks, size, num_threads)
             ]
             at_once = 1 if len(groups) == 1 else DOMAINS[len(jobs) > DOMAINS[0]]
             slices = [jobs[i : i + at_once] for i in range(0, len(jobs), at_once)]
+
+            # Search them, and record the answers; the time is shared among the groups.
             search = functools.partial(
                 _search, rung=rung, sign=sign, number=number, size=size, domains=at_once
             )
             for found in pool.map(search, slices):
                 for group, *plans in found:
-                    group.note(*plans)
+                    group.record(*plans)
             for group in groups:
                 group.seconds["search"] += (time.perf_counter() - began) / len(groups)
 
 
 def _queue_size(num_tasks: int, num_threads: int, task_bytes: int) -> int:
-    """The least size that takes a thread's share of the tasks, bounded by what their tables
-    take.
+    """Returns the least of `QUEUES` that holds one thread's share of the tasks; less if their
+    tables, `task_bytes` per task, would take more than `_MAX_TABLE_BYTES`.
     """
     share = -(-num_tasks // num_threads)
     size = next((size for size in QUEUES if size >= share), QUEUES[-1])
@@ -191,8 +216,8 @@ def _queue_size(num_tasks: int, num_threads: int, task_bytes: int) -> int:
     return size
 
 
-def _parts(tasks: np.ndarray, size: int, num_threads: int) -> list[np.ndarray]:
-    """The tasks in parts of at most `size`, as many for each thread."""
+def _split(tasks: np.ndarray, size: int, num_threads: int) -> list[np.ndarray]:
+    """Returns the tasks in parts of at most `size`, the same number of parts for each thread."""
     if not len(tasks):
         return []
     rounds = -(-len(tasks) // (size * num_threads))
@@ -207,11 +232,15 @@ def _search(
     number: int,
     size: int,
     domains: int,
-) -> list[tuple]:
-    """One jitted search over the jobs, each the tasks of one domain; where there are fewer, the
-    first stands in unread.
+) -> list[tuple[PackedBatch, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Returns what one jitted search finds for the jobs, each the tasks of one domain: (group, its
+    tasks, lengths, plans, whether they have detours) for each job.
 
-    -> (group, its tasks, lengths, plans, whether they have detours) of each job.
+    Args:
+      jobs: at most `domains` of them; an empty copy of the first fills up the rest.
+      rung, sign, number: the attempt, its heuristic sign and the number of that sign.
+      size: of each queue.
+      domains: how many jobs the compiled program takes.
     """
     options = {
         "beam": rung.beam,
@@ -226,6 +255,8 @@ def _search(
     inputs = [
         (group.tables, group.weights[number], *group.queue(tasks, size)) for group, tasks in jobs
     ]
+
+    # One domain goes in as it is; several are stacked along a new first axis.
     if domains == 1:
         found = [np.asarray(part)[None] for part in regress(*inputs[0], **options)]
     else:
@@ -233,7 +264,9 @@ def _search(
         inputs += [nothing] * (domains - len(inputs))
         stacked = jax.tree.map(lambda *leaves: np.stack(leaves), *inputs)
         found = [np.asarray(part) for part in regress_domains(*stacked, **options)]
-    return [
-        (group, tasks, *(part[i, : len(tasks)] for part in found))
-        for i, (group, tasks) in enumerate(jobs)
-    ]
+    lengths, plans, detours = found
+    answers = []
+    for i, (group, tasks) in enumerate(jobs):
+        rows = i, slice(len(tasks))  # without the padding
+        answers.append((group, tasks, lengths[rows], plans[rows], detours[rows]))
+    return answers

@@ -1,146 +1,186 @@
-"""Lanes and their queue: a lane that is done with its task writes the plan down and takes the next
-task from the queue.
+"""The slots of a batch and their queue: a slot whose task is finished writes the plan down and
+takes the next task from the queue.
 
-So no lane rides along idle while others need more steps, and a task that wanders holds up nobody
-but itself. All of it is scalar work inside the one compiled loop, about a microsecond a task.
+A slot (`lanes` counts them) is one place of the batch axis: it holds the search for one task at a
+time. So no slot idles while others need more steps, and a task that takes long delays no other. All
+of this is scalar work inside the one compiled loop, about a microsecond per task.
+
+Q tasks in the queue, B slots, K situations in the beam, W words of features, F features, S words of
+a row of the tables made from a start.
 """
 
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jax import lax
 
+from sign_model.ground.records import Array
+
 
 class Queue(NamedTuple):
-    """The tasks, one after the other: what a lane needs of each. Q tasks, of which the first
-    `count` count.
+    """The tasks in order: what a slot needs of each. Only the first `count` of the Q rows are
+    tasks, the rest is padding.
     """
 
-    count: jax.Array  # int32
-    start: jax.Array  # uint32 [Q, W]
-    goal: jax.Array  # uint32 [Q, W]
-    parts: tuple[jax.Array, ...]  # uint32 [Q, F, S] each, the tables made from the start
+    count: Array  # int32 []
+    start: Array  # uint32 [Q, W]
+    goal: Array  # uint32 [Q, W]
+    start_tables: tuple[Array, ...]  # uint32 [Q, F, S] each
 
 
-class Lanes(NamedTuple):
-    """What each of B lanes is at. `task` -1: idle. A finished lane waits to be emptied and filled
-    again.
+class Slots(NamedTuple):
+    """The state of the B slots. `task` is -1 where a slot is idle. A finished slot waits until its
+    answer is written and its next task loaded.
     """
 
-    clock: jax.Array  # int32, steps taken by all
-    waiting: jax.Array  # int32, the first task of the queue that no lane has taken
-    task: jax.Array  # int32 [B]
-    age: jax.Array  # int32 [B], steps taken for the task
-    finished: jax.Array  # bool [B]
-    solved: jax.Array  # bool [B]
-    start: jax.Array  # uint32 [W, B]
-    parts: tuple[jax.Array, ...]  # uint32 [F, S, B] each
-    situations: jax.Array  # uint32 [W, K, B]
-    alive: jax.Array  # bool [K, B]
-    seen: jax.Array  # uint32 [memory, B], hashes of what was kept in earlier steps
+    clock: Array  # int32 [], steps taken by all
+    waiting: Array  # int32 [], the first task of the queue that no slot has taken
+    task: Array  # int32 [B], number in the queue
+    age: Array  # int32 [B], steps taken for the task
+    finished: Array  # bool [B]
+    solved: Array  # bool [B]
+    start: Array  # uint32 [W, B]
+    start_tables: tuple[Array, ...]  # uint32 [F, S, B] each
+    situations: Array  # uint32 [W, K, B], the beam
+    alive: Array  # bool [K, B], which situations of the beam are in use
+    visited: Array  # uint32 [memory, B], hashes of the situations kept in earlier steps
     # int32 [steps, K, B], action << 8 | parent, of the step at `clock` in row clock % steps
-    trail: jax.Array
+    trail: Array
 
 
 class Answers(NamedTuple):
-    """One row a task, and a last one for what is nobody's."""
+    """One row per task, and a last row for the answers of idle slots, which nobody reads."""
 
-    length: jax.Array  # int32 [Q + 1], -1 where no plan was found
-    plan: jax.Array  # int32 [Q + 1, steps], actions in the order of execution, -1 after the last
+    length: Array  # int32 [Q + 1], -1 where no plan was found
+    plan: Array  # int32 [Q + 1, steps], actions in the order of execution, -1 after the last
 
 
-def empty(
-    queue: Queue, *, num_lanes: int, beam: int, steps: int, memory: int
-) -> tuple[Lanes, Answers]:
-    """Returns lanes that all wait for a task, and answers yet to be given."""
+class Search(NamedTuple):
+    """The carry of the search loop."""
+
+    slots: Slots
+    answers: Answers
+
+
+def empty_search(queue: Queue, *, num_slots: int, beam: int, steps: int, memory: int) -> Search:
+    """Returns slots that all wait for a task, and answers that are all still open.
+
+    Args:
+      queue: the tasks to come.
+      num_slots: B.
+      beam: K, situations kept in each step.
+      steps: the longest plan.
+      memory: hashes that each slot remembers.
+    """
+    # Finished slots without a task: the first refill writes nothing of theirs that is read.
     size, num_words = queue.start.shape
-    lanes = Lanes(
+    slots = Slots(
         clock=jnp.int32(0),
         waiting=jnp.int32(0),
-        task=jnp.full(num_lanes, -1, jnp.int32),
-        age=jnp.zeros(num_lanes, jnp.int32),
-        finished=jnp.ones(num_lanes, bool),
-        solved=jnp.zeros(num_lanes, bool),
-        start=jnp.zeros((num_words, num_lanes), jnp.uint32),
-        parts=tuple(jnp.zeros((*part.shape[1:], num_lanes), jnp.uint32) for part in queue.parts),
-        situations=jnp.zeros((num_words, beam, num_lanes), jnp.uint32),
-        alive=jnp.zeros((beam, num_lanes), bool),
-        seen=jnp.zeros((memory, num_lanes), jnp.uint32),
-        trail=jnp.zeros((steps, beam, num_lanes), jnp.int32),
+        task=jnp.full(num_slots, -1, jnp.int32),
+        age=jnp.zeros(num_slots, jnp.int32),
+        finished=jnp.ones(num_slots, bool),
+        solved=jnp.zeros(num_slots, bool),
+        start=jnp.zeros((num_words, num_slots), jnp.uint32),
+        start_tables=tuple(
+            jnp.zeros((*table.shape[1:], num_slots), jnp.uint32) for table in queue.start_tables
+        ),
+        situations=jnp.zeros((num_words, beam, num_slots), jnp.uint32),
+        alive=jnp.zeros((beam, num_slots), bool),
+        visited=jnp.zeros((memory, num_slots), jnp.uint32),
+        trail=jnp.zeros((steps, beam, num_slots), jnp.int32),
     )
-    return lanes, Answers(
-        jnp.full(size + 1, -1, jnp.int32), jnp.full((size + 1, steps), -1, jnp.int32)
-    )
+    answers = Answers(jnp.full(size + 1, -1, jnp.int32), jnp.full((size + 1, steps), -1, jnp.int32))
+    return Search(slots, answers)
 
 
-def turn_over(queue: Queue, lanes: Lanes, answers: Answers) -> tuple[Lanes, Answers]:
-    """Empties every finished lane into the answers and fills it from the queue, as long as there is
-    something in it.
+def refill(queue: Queue, search: Search) -> Search:
+    """Returns the search after every finished slot wrote its answer and took the next task.
+
+    A task whose goal holds at its start is finished at once, so a slot may be served more than
+    once. Ends: each round takes a task from the queue or leaves a slot idle, hence not finished.
     """
 
-    def one_lane(state: tuple[Lanes, Answers]) -> tuple[Lanes, Answers]:
-        lanes, answers = state
-        numbers = jnp.arange(lanes.task.shape[0], dtype=jnp.int32)
-        lane = jnp.where(lanes.finished, numbers, jnp.int32(numbers.shape[0])).min()
-        return _filled(queue, lanes, lane), _written(lanes, answers, lane)
+    def serve_slot(search: Search) -> Search:
+        slots, answers = search
+        numbers = jnp.arange(slots.task.shape[0], dtype=jnp.int32)
+        number = jnp.where(slots.finished, numbers, jnp.int32(numbers.shape[0])).min()
+        return Search(_load_next(queue, slots, number), _write_answer(slots, answers, number))
 
-    return lax.while_loop(lambda state: state[0].finished.any(), one_lane, (lanes, answers))
+    return lax.while_loop(lambda search: search.slots.finished.any(), serve_slot, search)
 
 
-def _written(lanes: Lanes, answers: Answers, lane: jax.Array) -> Answers:
-    """The action chosen last is the first to execute: walking the trail back gives the plan in the
-    order of execution.
+class _Backtrack(NamedTuple):
+    """The carry of the walk back along the trail."""
+
+    number: Array  # int32 [], actions written so far
+    parent: Array  # int32 [], the situation of the beam to follow
+    plan: Array  # int32 [Q + 1, steps], of `Answers`
+
+
+def _write_answer(slots: Slots, answers: Answers, number: Array) -> Answers:
+    """Returns the answers with that of slot `number`, int32 [].
+
+    The action chosen last is executed first, so walking the trail back gives the plan in the order
+    of execution.
     """
     task, solved, age = (
-        lax.dynamic_index_in_dim(x, lane, keepdims=False)
-        for x in (lanes.task, lanes.solved, lanes.age)
+        lax.dynamic_index_in_dim(x, number, keepdims=False)
+        for x in (slots.task, slots.solved, slots.age)
     )
     row = jnp.where(task < 0, jnp.int32(answers.length.shape[0] - 1), task)
-    steps = lanes.trail.shape[0]
+    steps = slots.trail.shape[0]
 
-    def back(state):
-        number, at, plan = state
-        place = jnp.remainder(lanes.clock - 1 - number, jnp.int32(steps))
-        entry = lax.dynamic_slice(lanes.trail, (place, at, lane), (1, 1, 1))
-        plan = lax.dynamic_update_slice(plan, entry[0] >> 8, (row, number))
-        return number + 1, entry[0, 0, 0] & 255, plan
+    # Each round writes one action and follows its parent. Ends: after `age` rounds, if solved.
+    def step_back(walk: _Backtrack) -> _Backtrack:
+        place = jnp.remainder(slots.clock - 1 - walk.number, jnp.int32(steps))
+        entry = lax.dynamic_slice(slots.trail, (place, walk.parent, number), (1, 1, 1))
+        plan = lax.dynamic_update_slice(walk.plan, entry[0] >> 8, (row, walk.number))
+        return _Backtrack(walk.number + 1, entry[0, 0, 0] & 255, plan)
 
-    length = jnp.where(solved, age, 0)
-    _, _, plan = lax.while_loop(
-        lambda s: s[0] < length, back, (jnp.int32(0), jnp.int32(0), answers.plan)
+    num_actions = jnp.where(solved, age, 0)
+    walk = lax.while_loop(
+        lambda walk: walk.number < num_actions,
+        step_back,
+        _Backtrack(jnp.int32(0), jnp.int32(0), answers.plan),
     )
-    told = jnp.where(solved, age, -1)[None]
-    return Answers(lax.dynamic_update_slice(answers.length, told, (row,)), plan)
+    length = jnp.where(solved, age, -1)[None]
+    return Answers(lax.dynamic_update_slice(answers.length, length, (row,)), walk.plan)
 
 
-def _filled(queue: Queue, lanes: Lanes, lane: jax.Array) -> Lanes:
-    """The lane with the next task of the queue in it, or idle where there is none. A goal that
-    holds is finished at once.
+def _load_next(queue: Queue, slots: Slots, number: Array) -> Slots:
+    """Returns the slots with the next task of the queue in slot `number`, int32 []; the slot is
+    idle where the queue is empty, and finished at once where the goal holds at the start.
     """
-    is_some = lanes.waiting < queue.count
-    source = jnp.minimum(lanes.waiting, queue.start.shape[0] - 1)
+    # The next task, as columns of one slot.
+    is_some = slots.waiting < queue.count
+    source = jnp.minimum(slots.waiting, queue.start.shape[0] - 1)
 
-    def of(rows: jax.Array) -> jax.Array:
+    def column_of(rows: Array) -> Array:
         return jnp.moveaxis(lax.dynamic_slice_in_dim(rows, source, 1), 0, -1)
 
-    def put(whole: jax.Array, column: jax.Array) -> jax.Array:
-        return lax.dynamic_update_slice_in_dim(whole, column, lane, whole.ndim - 1)
+    def put(whole: Array, column: Array) -> Array:
+        return lax.dynamic_update_slice_in_dim(whole, column, number, whole.ndim - 1)
 
-    start, goal = of(queue.start), of(queue.goal)
-    beam, memory = lanes.alive.shape[0], lanes.seen.shape[0]
+    start, goal = column_of(queue.start), column_of(queue.goal)
+    beam, memory = slots.alive.shape[0], slots.visited.shape[0]
     is_done = is_some & ((goal & ~start) == 0).all()
-    return lanes._replace(
-        waiting=lanes.waiting + is_some.astype(jnp.int32),
-        task=put(lanes.task, jnp.where(is_some, source, -1)[None]),
-        age=put(lanes.age, jnp.zeros(1, jnp.int32)),
-        finished=put(lanes.finished, is_done[None]),
-        solved=put(lanes.solved, is_done[None]),
-        start=put(lanes.start, start),
-        parts=tuple(put(whole, of(rows)) for whole, rows in zip(lanes.parts, queue.parts)),
-        situations=put(lanes.situations, jnp.broadcast_to(goal[:, None], (goal.shape[0], beam, 1))),
-        alive=put(
-            lanes.alive, (jnp.arange(beam, dtype=jnp.int32)[:, None] == 0) & is_some & ~is_done
+
+    # The beam begins with the goal alone, and nothing has been visited.
+    return slots._replace(
+        waiting=slots.waiting + is_some.astype(jnp.int32),
+        task=put(slots.task, jnp.where(is_some, source, -1)[None]),
+        age=put(slots.age, jnp.zeros(1, jnp.int32)),
+        finished=put(slots.finished, is_done[None]),
+        solved=put(slots.solved, is_done[None]),
+        start=put(slots.start, start),
+        start_tables=tuple(
+            put(whole, column_of(rows))
+            for whole, rows in zip(slots.start_tables, queue.start_tables)
         ),
-        seen=put(lanes.seen, jnp.zeros((memory, 1), jnp.uint32)),
+        situations=put(slots.situations, jnp.broadcast_to(goal[:, None], (goal.shape[0], beam, 1))),
+        alive=put(
+            slots.alive, (jnp.arange(beam, dtype=jnp.int32)[:, None] == 0) & is_some & ~is_done
+        ),
+        visited=put(slots.visited, jnp.zeros((memory, 1), jnp.uint32)),
     )

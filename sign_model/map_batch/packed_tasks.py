@@ -1,4 +1,4 @@
-"""Tasks of one domain packed for the batched search, and their answers as it finds them."""
+"""Tasks of one domain packed for the batched search, and the answers recorded for them."""
 
 import time
 from collections.abc import Sequence
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
+from sign_model.ground.words import pack_rows
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
@@ -16,7 +17,6 @@ from sign_model.map_batch.tables import (
     landmark_columns,
     make_tables,
     make_weights,
-    pack_words,
 )
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
@@ -25,8 +25,10 @@ from sign_model.result import PlanResult, PlanStatus
 
 
 def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> "PackedBatch":
-    """Returns tasks of one domain packed for the kernel; ValueError where they don't share their
-    features and actions.
+    """Returns tasks of one domain packed for the jitted search.
+
+    Raises:
+      ValueError: the tasks do not share their features and actions.
     """
     if not share_matrices(tasks):
         raise ValueError(
@@ -36,11 +38,23 @@ def pack_batch(tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) 
 
 
 class PackedBatch:
-    """Tasks of one domain, packed; `plans` fills while the ladder is climbed."""
+    """N tasks of one domain, packed; `lengths` and `plans` are filled while the ladder is climbed.
+
+    tasks: the tasks; starts, goals: bool [N, F of the task].
+    space: the regression space of all of them; possible: bool [N], False where the mutexes alone
+      prove that there is no plan.
+    lengths: int [N], -1 while there is no plan. plans: int [N, L], actions of the task in the order
+      of execution, -1 after the last.
+    columns, tables, weights: of the domain and of each sign, as the jitted search reads them.
+    words: starts and goals, uint32 [N, W] each.
+    shapes: equal for domains of one bucket. seconds: time by stage.
+    """
 
     def __init__(self, tasks: Sequence[PlanningTask], signs: tuple[HeuristicSign, ...]) -> None:
         began = time.perf_counter()
         self.tasks, base = tasks, tasks[0]
+
+        # The regression space, and what it decides without a search.
         self.starts, self.goals = (
             np.stack([task.start for task in tasks]),
             np.stack([task.goal for task in tasks]),
@@ -48,13 +62,15 @@ class PackedBatch:
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
         self.lengths, self.plans = np.full(len(tasks), -1), np.zeros((len(tasks), 0), np.int64)
+
+        # The tables of the jitted search, padded to their bucket.
         self.goal_kinds = {
             kind_of(base.features[f]) for f in np.flatnonzero(self.goals.any(axis=0))
         }
         self.columns = landmark_columns(self.space, signs, self.goal_kinds)
         self.tables = make_tables(self.space, self.columns)
         self.words = tuple(
-            pack_words(self.space.situations(m), self.tables.needs.shape[0])
+            pack_rows(self.space.situations(m), self.tables.needs.shape[0])
             for m in (self.starts, self.goals)
         )
         self.weights = [self.weights_of(sign) for sign in signs]
@@ -67,37 +83,43 @@ class PackedBatch:
         }
 
     def weights_of(self, sign: HeuristicSign) -> SignWeights:
-        """The weights of a sign as the kernel reads them; it must count no landmarks but those of
-        the batch's own signs.
+        """Returns the weights of a sign as the jitted search reads them; it must count no landmarks
+        other than those that the signs of this batch count.
         """
         schemas = [self.tasks[0].actions[a][0] for a in self.space.kept_actions]
         return make_weights(sign, self.space, self.columns, schemas, self.goal_kinds)
 
-    def open_tasks(self) -> np.ndarray:
-        """The tasks that may have a plan and have none yet."""
+    def unsolved_tasks(self) -> np.ndarray:
+        """Returns the numbers of the tasks that may have a plan and have none yet, int [n]."""
         return np.flatnonzero((self.lengths < 0) & self.possible)
 
     def queue(self, tasks: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, np.int32]:
-        """(start, goal, count) as the kernel reads them: uint32 [size, W] each, padded."""
+        """Returns (start, goal, count) of some tasks as the jitted search reads them: uint32 [size,
+        W] each, padded, and int32 [].
+        """
         padding = ((0, size - len(tasks)), (0, 0))
         start, goal = (np.pad(words[tasks], padding) for words in self.words)
         return start, goal, np.int32(len(tasks))
 
     def task_bytes(self, sign: HeuristicSign) -> int:
-        """How much the tables made from one start take."""
+        """Returns how many bytes the tables made from one start take."""
         num_words = self.tables.column_own.shape[1] if any(sign.landmarks.values()) else 0
         if any(sign.plan.values()):
             num_words += self.tables.explains.shape[1]
         return 4 * num_words * self.tables.explains.shape[0]
 
-    def note(
+    def record(
         self, tasks: np.ndarray, lengths: np.ndarray, plans: np.ndarray, detours: np.ndarray
     ) -> None:
-        """Notes what a search found of some tasks (numbers [n]); detours are left out.
+        """Records what a search found for some tasks; detours are removed from the plans.
 
-        lengths: int [n], -1 for no plan. plans: int [n, L], actions of the space, -1 after the
-          last. detours: bool [n].
+        Args:
+          tasks: int [n], numbers.
+          lengths: int [n], -1 for no plan.
+          plans: int [n, L], actions of the space, -1 after the last.
+          detours: bool [n], whether the plan has one.
         """
+        # Widen the table to the longest plan; action -1 of the space stays -1.
         steps = plans.shape[1]
         if steps > self.plans.shape[1]:
             self.plans = np.pad(
@@ -105,6 +127,8 @@ class PackedBatch:
             )
         self.plans[tasks, :steps] = np.append(self.space.kept_actions, -1)[plans]
         self.lengths[tasks] = lengths
+
+        # Shorten the plans that have detours.
         for task in tasks[detours].tolist():
             shorter = drop_detours(
                 self.tasks[task], self.plans[task, : self.lengths[task]].tolist()
@@ -115,12 +139,22 @@ class PackedBatch:
             self.lengths[task] = len(shorter)
 
     def results(self, max_expansions: int) -> list[PlanResult]:
-        """Replays all plans; what has none goes to the exact search."""
+        """Returns the result of each task, in order.
+
+        All plans are replayed. A task without a plan goes to the exact search, unless it is proven
+        to have none.
+
+        Args:
+          max_expansions: of the exact search.
+        """
+        # Replay, and share the time among the tasks.
         began = time.perf_counter()
         solved = self.lengths >= 0
         replay_batch(self.tasks[0], self.starts[solved], self.goals[solved], self.plans[solved])
         self.seconds["validate"] = time.perf_counter() - began
         share = {stage: spent / len(self.tasks) for stage, spent in self.seconds.items()}
+
+        # The names of all actions in one list, cut into plans.
         names = np.array(self.tasks[0].action_names, object)[self.plans[self.plans >= 0]].tolist()
         out, end = [], 0
         for task, length, is_possible in zip(

@@ -1,30 +1,29 @@
-"""What each feature still needs, tabulated from the starts of a whole batch: `landmarks` on packed
-words, jitted.
+"""What each feature still needs, tabulated from the starts of a whole batch: the tables of
+`map_algorithm.landmarks`, jitted and on packed words.
 
-The batch is the minor axis, as everywhere in `kernel`.
+The batch is the last axis, as everywhere in `map_batch`. Row F of each table stands for the feature
+"none", which pads the lists of conditions: it needs nothing.
 """
 
-import jax
+from collections.abc import Callable
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.map_batch.tables import WORD, Tables
+from sign_model.ground.records import Array
+from sign_model.ground.words import WORD, pack_columns
+from sign_model.map_batch.tables import Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
 _BITS = np.arange(WORD, dtype=np.uint32)
-# a bound for the compiler: each fixpoint here ends by itself, as it only grows or only shrinks
+# A bound for the compiler only: each fixpoint here ends by itself, because its values only grow or
+# only shrink.
 _MAX_SWEEPS = 4096
 
 
-def pack_rows(bits: jax.Array) -> jax.Array:
-    """bool [32 W, ...] -> uint32 [W, ...]."""
-    words = bits.reshape(-1, WORD, *bits.shape[1:]).astype(jnp.uint32)
-    shifts = jnp.array(_BITS).reshape(1, WORD, *([1] * (bits.ndim - 1)))
-    return (words << shifts).sum(axis=1, dtype=jnp.uint32)
-
-
-def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
+def landmark_table(tables: Tables, start: Array) -> Array:
     """Returns uint32 [F, S, B], the landmarks of each feature as seen from each task's start (see
     `landmarks.landmark_table`).
 
@@ -33,35 +32,61 @@ def landmark_table(tables: Tables, start: jax.Array) -> jax.Array:
       start: bool [F, B].
     """
     size, num_tasks = start.shape
-    # "none" needs nothing
+    # What holds at the start needs nothing, and neither does "none".
     at_start = jnp.concatenate([start, jnp.ones((1, num_tasks), bool)])[:, None]
     comes_along = (
         jnp.asarray(tables.column_adds)[:, :, None]
-        & ~pack_rows(at_start[:, 0][tables.column_features])[None]
+        & ~pack_columns(at_start[:, 0][tables.column_features])[None]
     )
+    # The greatest fixpoint: begin with every landmark; each sweep can only remove some.
     first = jnp.where(
         at_start, jnp.uint32(0), jnp.full((size + 1, tables.column_own.shape[1], num_tasks), _ALL)
     )
 
     own = tables.column_own[:, :, None]
 
-    def sweep(state):
-        table, _, count = state
+    def sweep(table: Array) -> Array:
+        # An action needs what its conditions need, and what it adds comes along with it.
         need = comes_along
         for p in range(tables.need_lists.shape[1]):
             need = need | table[tables.need_lists[:, p]]
-        new = jnp.where(
+        # A feature needs what all its achievers need, and itself.
+        return jnp.where(
             at_start, jnp.uint32(0), _over_achievers(tables, jnp.bitwise_and, need, _ALL) | own
         )
-        return new, (new != table).any(), count + 1
 
-    state = (first, jnp.array(True), jnp.int32(0))
-    return lax.while_loop(lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, state)[0][:-1]
+    return _fixpoint(sweep, first)[:-1]
 
 
-def _over_achievers(tables: Tables, combine, of_actions: jax.Array, empty) -> jax.Array:
-    """Combines a value of every action over the achievers of each feature: [A, ...] -> [F + 1,
-    ...], `empty` without achiever.
+class _Sweep(NamedTuple):
+    """The carry of a fixpoint."""
+
+    values: Array
+    is_changed: Array  # bool []
+    count: Array  # int32 [], sweeps so far
+
+
+def _fixpoint(sweep: Callable[[Array], Array], first: Array) -> Array:
+    """Returns the values that one more sweep leaves unchanged."""
+
+    def step(state: _Sweep) -> _Sweep:
+        new = sweep(state.values)
+        return _Sweep(new, (new != state.values).any(), state.count + 1)
+
+    def continues(state: _Sweep) -> Array:
+        return state.is_changed & (state.count < _MAX_SWEEPS)
+
+    return lax.while_loop(continues, step, _Sweep(first, jnp.array(True), jnp.int32(0))).values
+
+
+def _over_achievers(
+    tables: Tables,
+    combine: Callable[[Array, Array], Array],
+    of_actions: Array,
+    empty: np.uint32 | Array,
+) -> Array:
+    """Returns a value of every action combined over the achievers of each feature: [A, ...] ->
+    [F + 1, ...], `empty` for a feature without achiever.
 
     A tree of fours: each level combines four rows of the level below.
     """
@@ -74,11 +99,16 @@ def _over_achievers(tables: Tables, combine, of_actions: jax.Array, empty) -> ja
     return jnp.concatenate([*levels, nothing])[tables.achieved_at]
 
 
-def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
+def relaxed_plan_table(tables: Tables, start: Array) -> Array:
     """Returns uint32 [F, A / 32, B], the relaxed plan of each feature (see
     `landmarks.relaxed_plan_table`).
+
+    Args:
+      tables: of the domain.
+      start: bool [F, B].
     """
     size = start.shape[0]
+    # The own action of each feature, its cheapest achiever, as one bit: [F + 1, A / 32, B].
     cost, action_cost = _relaxed_costs(tables, start)
     best = _best_achievers(tables, cost, action_cost)
     words = tables.need_lists.shape[0] // WORD
@@ -88,34 +118,37 @@ def relaxed_plan_table(tables: Tables, start: jax.Array) -> jax.Array:
         jnp.uint32(1) << (best & 31).astype(jnp.uint32)[:, None],
         jnp.uint32(0),
     )
-    # [F + 1, P, B]
+    # The conditions of that action, int32 [F + 1, P, B].
     needs = jnp.where(
         (best >= 0)[:, None], tables.need_lists[jnp.maximum(best, 0)].swapaxes(1, 2), size
     )
 
-    def sweep(state):
-        table, _, count = state
+    # The least fixpoint: a feature needs its own action and the relaxed plans of its conditions.
+    def sweep(table: Array) -> Array:
         new = own
         for p in range(needs.shape[1]):
             new = new | jnp.take_along_axis(
                 table, jnp.broadcast_to(needs[:, p][:, None], own.shape), 0
             )
-        return new, (new != table).any(), count + 1
+        return new
 
-    return lax.while_loop(
-        lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (own, jnp.array(True), jnp.int32(0))
-    )[0][:-1]
+    return _fixpoint(sweep, own)[:-1]
 
 
-def _best_achievers(tables: Tables, cost: jax.Array, action_cost: jax.Array) -> jax.Array:
-    """int32 [F + 1, B]: the cheapest achiever, the lowest of several; -1 for what is in the start
-    or unreachable.
+def _best_achievers(tables: Tables, cost: Array, action_cost: Array) -> Array:
+    """Returns int32 [F + 1, B]: the cheapest achiever, the lowest of several; -1 for what holds at
+    the start or is unreachable.
+
+    Args:
+      tables: of the domain.
+      cost, action_cost: float32 [F + 1, B] and [A, B], of `_relaxed_costs`.
     """
     numbers = jnp.broadcast_to(
         jnp.arange(action_cost.shape[0], dtype=jnp.float32)[:, None], action_cost.shape
     )
 
-    def cheaper(one, later):
+    # Pairs (cost, action number), [..., 2, B]. Achievers ascend, so a tie stays with the lowest.
+    def cheaper(one: Array, later: Array) -> Array:
         return jnp.where(later[:, :1] < one[:, :1], later, one)
 
     offers = _over_achievers(
@@ -125,22 +158,20 @@ def _best_achievers(tables: Tables, cost: jax.Array, action_cost: jax.Array) -> 
     return jnp.where(found, jnp.where(found, offers[:, 1], jnp.float32(0)).astype(jnp.int32), -1)
 
 
-def _relaxed_costs(tables: Tables, start: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """(h_add of each feature float32 [F + 1, B], of each action [A, B])."""
+def _relaxed_costs(tables: Tables, start: Array) -> tuple[Array, Array]:
+    """Returns the h_add costs of the features, float32 [F + 1, B], and of the actions, float32
+    [A, B]; start is bool [F, B].
+    """
     free = jnp.zeros((1, start.shape[1]), jnp.float32)
     first = jnp.concatenate([jnp.where(start, jnp.float32(0), jnp.float32(jnp.inf)), free])
 
-    def actions_from(cost):
+    def actions_from(cost: Array) -> Array:
         return cost[tables.need_lists].sum(axis=1) + jnp.float32(1)
 
-    def sweep(state):
-        cost, _, count = state
-        new = jnp.minimum(
+    def sweep(cost: Array) -> Array:
+        return jnp.minimum(
             cost, _over_achievers(tables, jnp.minimum, actions_from(cost), jnp.float32(jnp.inf))
         )
-        return new, (new != cost).any(), count + 1
 
-    cost = lax.while_loop(
-        lambda s: s[1] & (s[2] < _MAX_SWEEPS), sweep, (first, jnp.array(True), jnp.int32(0))
-    )[0]
+    cost = _fixpoint(sweep, first)
     return cost, actions_from(cost)

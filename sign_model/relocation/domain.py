@@ -1,10 +1,10 @@
-"""The smart relocation task on the symbolic level: areas, obstacles between them, and what "I" can
-do about those (PY16 §2).
+"""The smart relocation task on the symbolic level: areas, obstacles between them, and which of
+those "I" can destroy (PY16 §2).
 
-The same scene in two forms: PDDL, which any planner can read, and signs. Areas are what one can
-walk about in; an obstacle closes the way between two of them. Where overlapping obstacles close one
-way, a chain of areas with one obstacle between each two says so. To approach an obstacle is to
-leave the middle of an area for its border: nothing can be destroyed from afar.
+The same scene in two forms: PDDL, which any planner can read, and signs. An area is a place within
+which the agent can move freely; an obstacle closes the way between two of them. If overlapping
+obstacles close one way, it becomes a chain of areas with one obstacle between each two. To approach
+an obstacle is to leave the middle of an area for its border: nothing can be destroyed from afar.
 """
 
 import dataclasses
@@ -19,7 +19,7 @@ from sign_model.signs.world_model import WorldModel, from_signs
 
 AGENT = "i"
 DESTROY = "action destroy"
-"""The sign of the schema `destroy`; with a kind of obstacle it makes an ability of "I"."""
+"""The sign of the schema `destroy`; with a kind of obstacle it forms an ability of "I"."""
 
 DOMAIN = """(define (domain smart-relocation)
   (:requirements :strips :typing)
@@ -59,12 +59,12 @@ class Scene:
     all different.
 
     start, goal: areas.
-    ways: pairs of areas with nothing between them, both ways.
-    blocked: (area, area, obstacle): the way between the two, both ways, is closed by that obstacle
-      alone.
+    ways: pairs of areas with nothing between them, in both directions.
+    blocked: (area, area, obstacle): that obstacle alone closes the way between the two areas, in
+      both directions.
     kinds: the kind of each obstacle.
     abilities: the kinds that "I" can destroy.
-    seen_as: for areas and obstacles, the spatial signs that name where they are seen, such as
+    seen_as: for areas and obstacles, the spatial signs that say where the agent sees them, such as
       ("afar", "ahead-left").
     """
 
@@ -79,10 +79,10 @@ class Scene:
     @property
     def areas(self) -> tuple[str, ...]:
         """Every area named, in order of first mention."""
-        between = [area for pair in self.ways for area in pair] + [
+        mentioned = [area for pair in self.ways for area in pair] + [
             area for *pair, _ in self.blocked for area in pair
         ]
-        return tuple(dict.fromkeys([self.start, self.goal, *between]))
+        return tuple(dict.fromkeys([self.start, self.goal, *mentioned]))
 
     @property
     def obstacles(self) -> tuple[str, ...]:
@@ -93,10 +93,17 @@ class Scene:
 def problem_text(scene: Scene, name: str = "scene") -> str:
     """Returns the scene as a PDDL problem of `DOMAIN`.
 
+    Args:
+      scene: what is known.
+      name: of the problem.
+
     Raises:
-      ValueError: an obstacle has no kind, a name stands for two things, or a name is not one word.
+      ValueError: an obstacle has no kind, a name is used for two things or is not one word, or
+        `seen_as` names something that is not in the scene.
     """
     _check(scene)
+
+    # The facts that hold at the start: where I am, how areas and obstacles lie, kinds, abilities.
     kinds = tuple(dict.fromkeys([*scene.kinds.values(), *scene.abilities]))
     facts = [("at", AGENT, scene.start)]
     facts += [("way", *pair) for way in scene.ways for pair in (way, way[::-1])]
@@ -105,28 +112,31 @@ def problem_text(scene: Scene, name: str = "scene") -> str:
         facts += [("borders", obstacle, one), ("borders", obstacle, other)]
     facts += [("of-kind", obstacle, scene.kinds[obstacle]) for obstacle in scene.obstacles]
     facts += [("can-destroy", AGENT, kind) for kind in scene.abilities]
+
+    # The text; a section without objects is left out.
     objects = "".join(
         f" {' '.join(names)} - {sort}"
         for sort, names in (("area", scene.areas), ("obstacle", scene.obstacles), ("kind", kinds))
         if names
     )
-    told = "\n    ".join(f"({' '.join(fact)})" for fact in dict.fromkeys(facts))
+    lines = "\n    ".join(f"({' '.join(fact)})" for fact in dict.fromkeys(facts))
     return (
         f"(define (problem {name})\n  (:domain smart-relocation)\n  (:objects{objects})\n"
-        f"  (:init\n    {told})\n  (:goal (at {AGENT} {scene.goal})))\n"
+        f"  (:init\n    {lines})\n  (:goal (at {AGENT} {scene.goal})))\n"
     )
 
 
 def scene_task(scene: Scene) -> PlanningTask:
-    """Returns the scene as a planning task; its errors are those of `problem_text`."""
+    """Returns the scene as a planning task; raises the errors of `problem_text`."""
     return load(DOMAIN, problem_text(scene))
 
 
 def scene_signs(scene: Scene) -> WorldModel:
-    """Returns the scene as signs: its planning task's, with "I" and with where things are seen.
+    """Returns the scene as signs: those of its planning task, extended by "I" and by where things
+    are seen.
 
-    The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle I
-    can destroy. The image of an area or obstacle is where it is seen, a set of spatial signs
+    The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle that
+    I can destroy. The image of an area or obstacle is where it is seen: a set of spatial signs
     (`sign_model.space.spatial_signs` grounds them).
     """
     model = with_self(world_model_of(scene_task(scene)), scene.abilities)
@@ -138,20 +148,22 @@ def scene_signs(scene: Scene) -> WorldModel:
 
 
 def with_self(model: WorldModel, abilities: Collection[str]) -> WorldModel:
-    """Returns the model in which the personal meaning of the sign `i` has one matrix more for each
-    kind "I" can destroy.
+    """Returns the model in which the sign `i` has one more personal meaning for each kind that "I"
+    can destroy.
     """
-    able = tuple(sequence({DESTROY, kind}) for kind in abilities)
+    new_meanings = tuple(sequence({DESTROY, kind}) for kind in abilities)
     signs = (
-        dataclasses.replace(sign, meaning=sign.meaning + able) if sign.name == AGENT else sign
+        dataclasses.replace(sign, meaning=sign.meaning + new_meanings)
+        if sign.name == AGENT
+        else sign
         for sign in model.signs()
     )
     return from_signs(signs)
 
 
 def abilities_of(model: WorldModel) -> frozenset[str]:
-    """Returns the kinds of obstacles that "I" can destroy, read from the personal meanings of the
-    sign `i`.
+    """Returns the kinds of obstacles that "I" can destroy, as the personal meanings of the sign `i`
+    say.
     """
     meanings = (matrix.features for matrix in model.sign(AGENT).meaning)
     return frozenset(
@@ -160,12 +172,16 @@ def abilities_of(model: WorldModel) -> frozenset[str]:
 
 
 def _check(scene: Scene) -> None:
+    """Raises ValueError where a scene breaks the rules of `problem_text`."""
+    # Every obstacle has a kind.
     missing = [obstacle for obstacle in scene.obstacles if obstacle not in scene.kinds]
     if missing:
         raise ValueError(
-            f"obstacle {missing[0]!r} has no kind: name one in kinds, so that it is known who can"
+            f"obstacle {missing[0]!r} has no kind: give it one in kinds, which decides who can"
             " destroy it"
         )
+
+    # Every name stands for one thing, and is one word of PDDL.
     groups = (
         scene.areas,
         scene.obstacles,
@@ -176,8 +192,8 @@ def _check(scene: Scene) -> None:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(
-            f"{twice!r} names two things of the scene: give areas, obstacles and kinds names of"
-            " their own"
+            f"{twice!r} names two things of the scene: give areas, obstacles and kinds different"
+            " names"
         )
     broken = next(
         (name for name in names if name.split() != [name.lower()] or set(name) & set("();?")), None
@@ -186,6 +202,8 @@ def _check(scene: Scene) -> None:
         raise ValueError(
             f"{broken!r} is no PDDL name: use one lower-case word without parentheses, ';' and '?'"
         )
+
+    # Only things of the scene are seen.
     unknown = next(
         (name for name in scene.seen_as if name not in (*scene.areas, *scene.obstacles)), None
     )

@@ -1,20 +1,25 @@
-"""Planning tasks -> signs, and back to the matrices of the search.
+"""Planning tasks become signs, and signs the matrices of the search again (PY16 §3.1).
 
-| PDDL | sign | image (W_p) | significance (W_m) | personal meaning (W_a) |
-|---|---|---|---|---|
-| object `a` | `a` | elementary | | |
-| type `block` | `type block` | | one matrix per object and per subtype | |
-| predicate `on` | `predicate on` | | the types of its roles, in order of position | |
-| fact `(on a b)` | `(on a b)` | predicate, then each argument in its place | | |
-| action schema `stack` | `action stack` | | the script: roles, conditions => adds, deletes | its
-acts | | role `?x` of `stack` | `role stack ?x` | | the types that may fill it | | | atom of a
-script | `script stack (on ?x ?y)` | predicate, then each role in its place | | | | ground action |
-`act (stack a b)` | schema, then each argument in its place | | (FC, FA, FD) | | start, goal |
-`situation start`, `situation goal` | | | the facts that hold |
+An action schema is a script: its significance holds the roles of the action instead of objects. A
+ground action is that script with its roles assigned, an entry of the schema's personal meaning.
 
-Places are columns, so an argument may stand in several. A negated atom begins with `predicate not`.
-No two names clash: PDDL names hold neither blank nor parenthesis, and the first word tells the
-kind. Costs are no signs and stay with the task.
+- object `a`: sign `a`, elementary.
+- type `block`: sign `type block`. Significance: one matrix for each object and each subtype.
+- predicate `on`: sign `predicate on`. Significance: the types of its roles, in order of position.
+- fact `(on a b)`: sign `(on a b)`. Image: the predicate, then each argument in its place.
+- action schema `stack`: sign `action stack`. Significance: the script, which is its roles, then
+  conditions => adds, deletes. Personal meaning: one matrix for each ground action.
+- role `?x` of `stack`: sign `role stack ?x`. Significance: the types that may fill it.
+- atom of a script: sign `script stack (on ?x ?y)`. Image: the predicate, then each role in its
+  place.
+- ground action: sign `act (stack a b)`. Image: the schema, then each argument in its place.
+  Personal meaning: the causal matrix (FC, FA, FD).
+- start and goal: signs `situation start` and `situation goal`. Personal meaning: the facts that
+  hold.
+
+Places are columns, so an argument may occur in several. A negated atom begins with `predicate not`.
+No two names are equal: PDDL names contain neither blanks nor parentheses, and the first word of a
+name tells its kind. Costs are not signs and stay with the task.
 """
 
 from collections.abc import Iterator
@@ -24,7 +29,7 @@ import numpy as np
 
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.reader import Atom, Domain, Problem, Schema
-from sign_model.signs.matrix import ColumnKind, Component, features_of, picked
+from sign_model.signs.matrix import ColumnKind, Component, features_of, select
 from sign_model.signs.sign import PredictionMatrix, Sign, causal, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel, from_signs
 
@@ -32,7 +37,7 @@ START, GOAL = "situation start", "situation goal"
 
 
 class TaskMatrices(NamedTuple):
-    """The matrices of a planning task, read from a world model; names and shapes as in
+    """The matrices of a planning task, read from a world model; fields and shapes are those of
     `PlanningTask`.
     """
 
@@ -46,10 +51,10 @@ class TaskMatrices(NamedTuple):
 
 
 def world_model_of(task: PlanningTask) -> WorldModel:
-    """Returns the signs of a planning task, by the table above; `task_matrices` reads the task's
-    matrices back.
+    """Returns the signs of a planning task, by the list above; `task_matrices` reads the matrices
+    of the task back.
 
-    A task made from arrays has no lifted form: its signs have images and personal meanings only.
+    A task made from arrays has no lifted form: its signs have only images and personal meanings.
     """
     lifted = (
         ()
@@ -66,14 +71,15 @@ def world_model_of(task: PlanningTask) -> WorldModel:
 
 
 def task_matrices(model: WorldModel) -> TaskMatrices:
-    """Returns features, actions, (FC, FA, FD), start and goal of a task's world model, bit for bit
-    as they were.
+    """Returns features, actions, (FC, FA, FD), start and goal of the world model of a task, equal
+    bit for bit to those of the task.
     """
+    # The signs of facts, and the owners of the causal matrices and of the two situations.
     facts = [number for number, name in enumerate(model.names) if name.startswith("(")]
     acts = [number for number, name in enumerate(model.names) if name.startswith("act ")]
     owners = [*acts, model.index(START), model.index(GOAL)]
-    # Picked first: dense rows of all slots of a large task would take hundreds of megabytes.
-    table = picked(model.matrices, _meaning_slots(model)[owners])
+    # Selected first: dense rows for all slots of a large task would take hundreds of megabytes.
+    table = select(model.matrices, _meaning_slots(model)[owners])
     kinds = (ColumnKind.CONDITION, ColumnKind.ADDS, ColumnKind.DELETES)
     conditions, adds, deletes = (np.asarray(features_of(table, kind))[:, facts] for kind in kinds)
     return TaskMatrices(
@@ -98,11 +104,12 @@ def act_name(action: Atom) -> str:
 
 
 def _atom(name: str) -> Atom:
+    """Returns the inverse of `fact_name`."""
     return tuple(name[1:-1].split(" "))
 
 
 def _meaning_slots(model: WorldModel) -> np.ndarray:
-    """Returns the slot of each sign's first personal meaning, int [S]; N where it has none."""
+    """Returns the slot of the first personal meaning of each sign, int [S]; N where it has none."""
     owner = np.where(
         np.asarray(model.matrices.component) == Component.MEANING, model.matrices.owner, -1
     )
@@ -113,7 +120,9 @@ def _meaning_slots(model: WorldModel) -> np.ndarray:
 
 
 def _image(atom: Atom, schema: str | None = None) -> PredictionMatrix:
-    """Returns the predicate and then what fills its places; roles are those of `schema`."""
+    """Returns the image of an atom: the predicate, then what fills its places; roles `?x` are those
+    of `schema`.
+    """
     predicate, *places = atom
     if predicate == "not" and places:
         return PredictionMatrix(
@@ -126,11 +135,13 @@ def _image(atom: Atom, schema: str | None = None) -> PredictionMatrix:
 
 
 def _situation(task: PlanningTask, holds: np.ndarray) -> PredictionMatrix:
+    """Returns the matrix of a situation, bool [F]: one column with all facts that hold."""
     facts = [fact_name(task.features[feature]) for feature in np.flatnonzero(holds)]
     return sequence(facts) if facts else sequence()
 
 
 def _acts(task: PlanningTask) -> Iterator[Sign]:
+    """Yields the sign of each ground action."""
     names = [fact_name(atom) for atom in task.features]
     for number, action in enumerate(task.actions):
         rule = (
@@ -145,8 +156,8 @@ def _acts(task: PlanningTask) -> Iterator[Sign]:
 
 
 def _with_meanings(lifted: tuple[Sign, ...], actions: tuple[Atom, ...]) -> Iterator[Sign]:
-    """Yields the lifted signs, each schema with its ground actions as personal meanings; bare
-    schemas where there are none.
+    """Yields the lifted signs, each schema with its ground actions as personal meanings. A schema
+    without a lifted sign (of a task from arrays) becomes a sign with personal meanings only.
     """
     acts: dict[str, list[PredictionMatrix]] = {}
     for action in actions:
@@ -158,10 +169,11 @@ def _with_meanings(lifted: tuple[Sign, ...], actions: tuple[Atom, ...]) -> Itera
 
 
 def _lifted_signs(domain: Domain, problem: Problem) -> tuple[Sign, ...]:
+    """Returns the signs of objects, types, predicates and schemas."""
     objects = tuple(Sign(name) for name in problem.objects)
     types = tuple(_type_sign(kind, domain, problem) for kind in _types(domain, problem))
     predicates = tuple(
-        Sign(f"predicate {name}", significance=(sequence(*map(_told_types, roles)),))
+        Sign(f"predicate {name}", significance=(sequence(*map(_type_names, roles)),))
         for name, roles in domain.predicates.items()
     )
     scripts = tuple(sign for schema in domain.schemas for sign in _schema_signs(schema))
@@ -169,12 +181,14 @@ def _lifted_signs(domain: Domain, problem: Problem) -> tuple[Sign, ...]:
 
 
 def _types(domain: Domain, problem: Problem) -> list[str]:
+    """Returns every type that domain or problem name, each once."""
     declared = [kind for kinds in problem.objects.values() for kind in kinds]
     parents = [parent for parents in domain.types.values() for parent in parents]
     return list(dict.fromkeys(["object", *domain.types, *parents, *declared]))
 
 
 def _type_sign(kind: str, domain: Domain, problem: Problem) -> Sign:
+    """Returns the sign of a type, with its direct subtypes and its objects as significance."""
     subtypes = [
         f"type {name}" for name, parents in domain.types.items() if kind in parents and name != kind
     ]
@@ -182,12 +196,15 @@ def _type_sign(kind: str, domain: Domain, problem: Problem) -> Sign:
     return Sign(f"type {kind}", significance=tuple(map(sequence, (*subtypes, *objects))))
 
 
-def _told_types(kinds: tuple[str, ...]) -> list[str]:
+def _type_names(kinds: tuple[str, ...]) -> list[str]:
+    """Returns the names of the signs of some types; `object` if there is none."""
     return [f"type {kind}" for kind in kinds or ("object",)]
 
 
 def _schema_signs(schema: Schema) -> Iterator[Sign]:
-    """Yields the sign of a schema, then its roles, then the atoms of its script."""
+    """Yields the sign of a schema, then those of its roles, then those of the atoms of its
+    script."""
+    # All conditions as atoms: positive, negative, and equalities.
     negated = [("not", *atom) for atom in schema.negative_conditions]
     equal = [
         ("=", one, other) if wanted else ("not", "=", one, other)
@@ -195,15 +212,18 @@ def _schema_signs(schema: Schema) -> Iterator[Sign]:
     ]
     conditions = (*schema.conditions, *negated, *equal)
 
-    def told(atoms: tuple[Atom, ...]) -> list[str]:
+    def script_names(atoms: tuple[Atom, ...]) -> list[str]:
         return [f"script {schema.name} {fact_name(atom)}" for atom in atoms]
 
+    # The script: the roles one after the other, then the rule.
     roles = sequence(*(f"role {schema.name} {role}" for role, _ in schema.roles))
-    rule = causal(told(conditions), told(schema.adds), told(schema.deletes))
+    rule = causal(*map(script_names, (conditions, schema.adds, schema.deletes)))
     yield Sign(
         f"action {schema.name}", significance=(PredictionMatrix(roles.columns + rule.columns),)
     )
+
+    # What the script is made of.
     for role, kinds in schema.roles:
-        yield Sign(f"role {schema.name} {role}", significance=(sequence(_told_types(kinds)),))
+        yield Sign(f"role {schema.name} {role}", significance=(sequence(_type_names(kinds)),))
     for atom in dict.fromkeys((*conditions, *schema.adds, *schema.deletes)):
         yield Sign(f"script {schema.name} {fact_name(atom)}", image=(_image(atom, schema.name),))

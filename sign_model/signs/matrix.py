@@ -1,33 +1,29 @@
-"""Prediction matrices, the one store of the sign world model (PY16 §3.1).
+"""Prediction matrices, the only store of the sign world model (PY16 §3.1).
 
 A row of a prediction matrix is a feature: a link to a sign. A column is a moment: its 1-bits say
-which features are required then. A causal matrix has condition columns first, then its effects,
-which are one moment in two columns: what it adds and what it deletes.
+which features are required in that moment to recognise the sign. A causal matrix begins with
+condition columns; its effects follow, which are one moment in two columns: the features added and
+the features deleted.
 
 All matrices of a world model lie in one table, one slot each, padded to one shape, with rows only
-for the features a matrix really has. A table needs no padding to the sign with the most matrices,
-as an array with an axis of signs would: an action with two thousand personal meanings costs two
-thousand slots and nothing more. Canonical order, kept by every function here: slots by (owner,
-component, age), unused ones last; rows by feature; columns first to last.
+for the features that a matrix has. The table is not padded to the sign with the most matrices, as
+an array with an axis of signs would be: an action with two thousand personal meanings takes two
+thousand slots and nothing more. Every function here preserves the canonical order: slots by (owner,
+component, age), unused slots last; rows by feature; columns from first to last.
 
-Shapes: S signs, N slots, R rows, T columns. Every function takes one table; batches go through
-  `jax.vmap`.
+Shapes: S signs, N slots, R rows, T columns. Every function takes one table; use `jax.vmap` for
+batches.
 """
 
 import dataclasses
 import enum
 import functools
-from typing import Any, dataclass_transform
 
-import chex
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-Array = Any
-"""A `jax.Array` inside jit, a NumPy array on the host, told apart by no checker; dtype and shape
-stand in the docstrings.
-"""
+from sign_model.ground.records import Array, record
 
 NONE = -1
 """Stands for "no sign" in `owner` and `feature`."""
@@ -42,7 +38,7 @@ class Component(enum.IntEnum):
 
 
 class ColumnKind(enum.IntEnum):
-    """What a column says; in a matrix the kinds come in ascending order."""
+    """What a column says; within a matrix the kinds ascend."""
 
     ABSENT = 0
     CONDITION = 1
@@ -50,22 +46,14 @@ class ColumnKind(enum.IntEnum):
     DELETES = 3
 
 
-@dataclass_transform(frozen_default=True)
-def record(cls: type) -> type:
-    """Returns the class as a frozen record of arrays, a pytree (`chex.dataclass`, in a form that
-    type checkers read).
-    """
-    return chex.dataclass(frozen=True)(cls)
-
-
 @record
 class Matrices:
     """The prediction matrices of a world model.
 
     is_sign: bool [..., S], False on padding.
-    owner: int32 [..., N], the sign whose matrix lies in the slot, NONE (-1) in an unused slot.
+    owner: int32 [..., N], the sign whose matrix lies in the slot; NONE (-1) in an unused slot.
     component: int32 [..., N], a `Component`, -1 in an unused slot.
-    feature: int32 [..., N, R], the sign that the row links to, ascending, NONE (-1) on unused rows,
+    feature: int32 [..., N, R], the sign that the row links to, ascending; NONE (-1) on unused rows,
       which come last.
     bits: bool [..., N, R, T], False on unused rows and absent columns.
     kind: int32 [..., N, T], a `ColumnKind`, ABSENT (0) after the last column.
@@ -77,6 +65,10 @@ class Matrices:
     feature: Array
     bits: Array
     kind: Array
+
+
+_PARTS = ("owner", "component", "feature", "bits", "kind")
+"""The arrays of a table that have an axis of slots."""
 
 
 def empty_matrices(num_signs: int, num_slots: int, num_rows: int, num_columns: int) -> Matrices:
@@ -100,30 +92,31 @@ def capacity(matrices: Matrices) -> tuple[int, int, int, int]:
 def with_capacity(
     matrices: Matrices, num_signs: int, num_slots: int, num_rows: int, num_columns: int
 ) -> Matrices:
-    """Returns the same matrices in a table at least as large in every direction; the content is
-    unchanged (host).
+    """Returns the same matrices in a table of at least the same size in every direction (host).
+
+    Raises:
+      ValueError: a number is smaller than that of the table.
     """
     wanted = (num_signs, num_slots, num_rows, num_columns)
     if any(want < have for want, have in zip(wanted, capacity(matrices))):
         raise ValueError(
-            f"capacity {wanted} is smaller than {capacity(matrices)}: a table can only grow"
+            f"capacity {wanted} is smaller than {capacity(matrices)}: a table can only be enlarged"
         )
     larger = empty_matrices(*wanted)
 
-    def placed(new: np.ndarray, old: Array) -> np.ndarray:
+    def copy_into(new: np.ndarray, old: Array) -> np.ndarray:
         new[tuple(slice(side) for side in old.shape)] = old
         return new
 
-    return jax.tree.map(placed, larger, matrices)
+    return jax.tree.map(copy_into, larger, matrices)
 
 
-def picked(matrices: Matrices, slots: Array) -> Matrices:
-    """Returns a table of the chosen slots only, in the order given (host); canonical where that
-    order ascends.
+def select(matrices: Matrices, slots: Array) -> Matrices:
+    """Returns a table of some slots only, int [n], in the given order (host); the order is
+    canonical if the slots ascend.
     """
-    parts = ("owner", "component", "feature", "bits", "kind")
     return dataclasses.replace(
-        matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in parts}
+        matrices, **{part: np.asarray(getattr(matrices, part))[slots] for part in _PARTS}
     )
 
 
@@ -147,7 +140,7 @@ def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
     """Returns the features that the columns of one kind name in each matrix; all False in unused
     slots.
 
-    With the kinds CONDITION, ADDS and DELETES these are the rule (FC, FA, FD) of a causal matrix.
+    For the kinds CONDITION, ADDS and DELETES these are the sets (FC, FA, FD) of a causal matrix.
 
     Args:
       matrices: one table.
@@ -159,8 +152,8 @@ def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
     named = (matrices.bits & (matrices.kind == kind)[:, None, :]).any(axis=2)
     num_signs = matrices.is_sign.shape[0]
     slot = jnp.arange(named.shape[0], dtype=jnp.int32)[:, None]
-    # Unused rows point one past the end, where the update is dropped (index -1 would wrap to the
-    # last sign).
+    # Unused rows point one past the end, where the update is dropped (index -1 would mean the last
+    # sign).
     column = jnp.where(matrices.feature >= 0, matrices.feature, num_signs)
     return jnp.zeros((named.shape[0], num_signs), bool).at[slot, column].max(named, mode="drop")
 
@@ -169,17 +162,19 @@ def features_of(matrices: Matrices, kind: ColumnKind) -> Array:
 def insert(
     matrices: Matrices, owner: Array, component: Array, feature: Array, bits: Array, kind: Array
 ) -> Matrices:
-    """Returns a table with one more matrix, the youngest of its sign's component: growth by an
-    experience (PY16 §3.1).
+    """Returns a table with one more matrix, the youngest of its sign's component: what an
+    experience adds (PY16 §3.1).
 
-    Pure; the last slot must be free (`WorldModel.grown` sees to it), else the matrix in it is lost.
+    The last slot must be free (`WorldModel.grown` ensures it), else the matrix in it is lost.
 
     Args:
+      matrices: one table.
       owner, component: int32 [].
       feature: int32 [R], ascending, NONE after the last.
       bits: bool [R, T].
       kind: int32 [T].
     """
+    # The new slot follows all matrices of its component; later ones move by one.
     num_slots = matrices.owner.shape[0]
     is_before = (matrices.owner >= 0) & (
         (matrices.owner < owner) | ((matrices.owner == owner) & (matrices.component <= component))
@@ -188,34 +183,26 @@ def insert(
     slot = jnp.arange(num_slots, dtype=jnp.int32)
     source = jnp.where(slot > place, slot - 1, slot)
 
-    def moved(old: Array, new: Array) -> Array:
+    def insert_part(old: Array, new: Array) -> Array:
         shifted = jnp.asarray(old)[source]
         return shifted.at[place].set(jnp.asarray(new, shifted.dtype))
 
     return dataclasses.replace(
         matrices,
-        owner=moved(matrices.owner, owner),
-        component=moved(matrices.component, component),
-        feature=moved(matrices.feature, feature),
-        bits=moved(matrices.bits, bits),
-        kind=moved(matrices.kind, kind),
+        owner=insert_part(matrices.owner, owner),
+        component=insert_part(matrices.component, component),
+        feature=insert_part(matrices.feature, feature),
+        bits=insert_part(matrices.bits, bits),
+        kind=insert_part(matrices.kind, kind),
     )
 
 
 def faults(matrices: Matrices) -> list[str]:
-    """Returns what breaks the canonical order of a table, in words; empty when all is well
-    (host).
+    """Returns the rules of the canonical form that a table breaks, as sentences; [] if it breaks
+    none (host).
     """
-    owner, component, feature, bits, kind = (
-        np.asarray(part)
-        for part in (
-            matrices.owner,
-            matrices.component,
-            matrices.feature,
-            matrices.bits,
-            matrices.kind,
-        )
-    )
+    owner, component, feature, bits, kind = (np.asarray(getattr(matrices, part)) for part in _PARTS)
+    # Sort keys by which unused slots, rows and columns come last.
     used, is_row, is_column = owner >= 0, feature >= 0, kind != ColumnKind.ABSENT
     num_signs = matrices.is_sign.shape[0]
     key = np.where(
@@ -223,6 +210,7 @@ def faults(matrices: Matrices) -> list[str]:
     )
     ranked = np.where(is_row, feature, num_signs)
     order = np.where(is_column, kind, len(ColumnKind))
+
     rules = {
         "slots lie in the order of (owner, component), unused ones last": (np.diff(key) >= 0).all(),
         "every used slot has a component": (

@@ -1,23 +1,24 @@
-"""What is derived from the matrices and never stored: the three networks, and which signs are
-procedural (PY16 §2, §3.1).
+"""What is derived from the prediction matrices and never stored: the three semantic networks W_p,
+W_m and W_a, and which signs are procedural (PY16 §2, §3.1).
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.signs.matrix import Array, ColumnKind, Component, Matrices
+from sign_model.ground.records import Array
+from sign_model.signs.matrix import ColumnKind, Component, Matrices
 
 
 @jax.jit
 def network(matrices: Matrices, component: Component) -> Array:
-    """Returns the network on one component: s -> t where t is a feature of a matrix of s; all False
-    where there is none.
+    """Returns the network on one component: s -> t if t is a feature of a matrix of s; all False
+    without matrices.
 
     W_p for images, W_m for significances, W_a for personal meanings (PY16 §3.1).
 
     Args:
-      matrices: one table; batches through `jax.vmap`.
+      matrices: one table; use `jax.vmap` for batches.
       component: which network.
 
     Returns:
@@ -25,7 +26,7 @@ def network(matrices: Matrices, component: Component) -> Array:
     """
     num_signs = matrices.is_sign.shape[0]
     is_link = (matrices.feature >= 0) & (matrices.component == component)[:, None]
-    # Whatever is no link points one past the end, where the update is dropped.
+    # Rows that are no link point one past the end, where the update is dropped.
     target = jnp.where(is_link, matrices.feature, num_signs)
     return (
         jnp.zeros((num_signs, num_signs), bool)
@@ -40,11 +41,10 @@ def networks(matrices: Matrices) -> Array:
 
 
 def roles(matrices: Matrices) -> Array:
-    """Returns the significances that follow from images: s -> t where the image of t requires s
-    (PY16 §3.1).
+    """Returns the significances that follow from images, bool [S, S], (from, to): s -> t if the
+    image of t requires s (PY16 §3.1).
 
-    The converse of W_p: what a sign is good for, as far as the images tell. bool [S, S], (from,
-    to).
+    The converse of W_p: the roles of a sign, as far as they follow from images.
     """
     return network(matrices, Component.IMAGE).T
 
@@ -52,21 +52,22 @@ def roles(matrices: Matrices) -> Array:
 def precedence(
     matrices: Matrices, sign: int, component: Component
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Returns which features of a sign always precede which others, and whether no two of its
-    matrices disagree (host).
+    """Returns which features of a sign always precede which others, and whether its matrices agree
+    (host).
 
-    f precedes g when in every matrix of the component both occur and every f comes strictly before
-    every g. A deleted feature counts as a feature of its own, the absence. Two matrices disagree
-    where one puts f strictly before g and the other, which has both, does not.
+    f precedes g if both occur in every matrix of the component, and every f comes strictly before
+    every g. A deleted feature counts as a separate feature, its absence. Two matrices disagree if
+    both contain f and g, and one has f strictly before g and the other does not.
 
     Args:
+      matrices: one table.
       sign: its number.
       component: whose matrices are compared.
 
     Returns:
-      features: int32 [U], ascending; a feature f that is deleted stands as -1 - f.
-      precedes: bool [U, U], (earlier, later); all False where the component has no matrix.
-      is_consistent: True where no two matrices disagree.
+      features: int32 [U], ascending; the absence of a feature f is -1 - f.
+      precedes: bool [U, U], (earlier, later); all False if the component has no matrix.
+      is_consistent: True if no two matrices disagree.
     """
     first, last, features = _spans(matrices, sign, component)
     occurs = first <= last
@@ -80,13 +81,13 @@ def precedence(
 def is_procedural(
     matrices: Matrices, sign: int, component: Component, *, whole: bool = True
 ) -> bool:
-    """Returns whether a sign mediates a process: its matrices share a strict order of columns;
-    False without matrices.
+    """Returns whether a sign is procedural: its matrices share a strict order of columns, so it
+    mediates a deterministic process or an action; False without matrices.
 
     PY16 §3.1: "there exists the feature set that always precedes another set". With `whole` the
-    shared order must be the order of all columns, so that no two matrices may disagree on any pair
-    of features: the paper's "face" is then no process, for its left eye comes first in one matrix
-    and last in another. Without `whole` a part suffices (nose, then mouth).
+    shared order must be the order of all columns, so no two matrices may disagree on any pair of
+    features: the paper's "face" is then not procedural, because its left eye comes first in one
+    matrix and last in another. Without `whole` a part of the order suffices (nose, then mouth).
     """
     _, precedes, is_consistent = precedence(matrices, sign, component)
     return bool(precedes.any() and (is_consistent or not whole))
@@ -95,9 +96,10 @@ def is_procedural(
 def _spans(
     matrices: Matrices, sign: int, component: Component
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the first and last column of each feature per matrix, int [M, U]; first > last where
-    it does not occur.
+    """Returns the first and the last column of each feature in each matrix, int [M, U] each, and
+    the features, int [U]; first > last where a feature does not occur.
     """
+    # The matrices of the component; features of DELETES columns become absences, -1 - f.
     slots = np.flatnonzero(
         (np.asarray(matrices.owner) == sign) & (np.asarray(matrices.component) == component)
     )
@@ -108,6 +110,8 @@ def _spans(
         (kind == ColumnKind.DELETES)[:, None, :], -1 - feature[:, :, None], feature[:, :, None]
     )
     features = np.unique(signed[bits])
+
+    # The least and the greatest column of each feature.
     num_columns = kind.shape[1]
     first = np.full((len(slots), len(features)), num_columns, np.int32)
     last = np.full((len(slots), len(features)), -1, np.int32)

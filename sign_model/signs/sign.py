@@ -1,8 +1,8 @@
 """Signs as people read them: a name, and prediction matrices for image, significance and personal
 meaning (PY16 §3.1).
 
-The symbolic view of what `matrix.py` stores as arrays; `world_model.py` goes from one to the other
-and back without loss.
+The symbolic view of what `matrix.py` stores as arrays; `world_model.py` converts each into the
+other without loss.
 """
 
 import dataclasses
@@ -13,14 +13,17 @@ from sign_model.signs.matrix import ColumnKind, Component
 
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """One moment of a prediction matrix: the names of the features required (or added, or deleted)
-    then; never empty.
+    """One moment of a prediction matrix: the names of the features that are required (or added, or
+    deleted) in it.
+
+    Raises:
+      ValueError: the column is empty, or its kind is ABSENT.
     """
 
     features: frozenset[str]
     kind: ColumnKind = ColumnKind.CONDITION
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.features:
             raise ValueError(
                 f"a column of kind {self.kind.name} names no feature: leave the column out"
@@ -33,20 +36,23 @@ class Column:
 
 @dataclasses.dataclass(frozen=True)
 class PredictionMatrix:
-    """A sequence of feature sets; causal where its last columns are effects. No column at all:
-    nothing is required.
+    """A sequence of feature sets; causal if its last columns are effects. Without columns it
+    requires nothing.
+
+    Raises:
+      ValueError: the kinds of the columns are out of order, or an effect occurs twice.
     """
 
     columns: tuple[Column, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         kinds = [column.kind for column in self.columns]
         if kinds != sorted(kinds) or any(
             kinds.count(effect) > 1 for effect in (ColumnKind.ADDS, ColumnKind.DELETES)
         ):
-            told = ", ".join(kind.name for kind in kinds)
+            names = ", ".join(kind.name for kind in kinds)
             raise ValueError(
-                f"columns ({told}) must be conditions, then at most one ADDS, then at most one"
+                f"columns ({names}) must be conditions, then at most one ADDS, then at most one"
                 " DELETES column"
             )
 
@@ -56,9 +62,7 @@ class PredictionMatrix:
         return frozenset().union(*(column.features for column in self.columns))
 
     def named(self, kind: ColumnKind) -> frozenset[str]:
-        """Returns the features named in the columns of one kind; empty where there is no such
-        column.
-        """
+        """Returns the features named in the columns of one kind; empty without such a column."""
         return frozenset().union(
             *(column.features for column in self.columns if column.kind == kind)
         )
@@ -71,8 +75,8 @@ class PredictionMatrix:
 
 @dataclasses.dataclass(frozen=True)
 class Sign:
-    """A sign: each component is a tuple of matrices, oldest first. A sign with no image is an
-    elementary datum or operation.
+    """A sign: name, image, significance and personal meaning (PY16 §2). Each component is a tuple
+    of matrices, oldest first. A sign without an image is an elementary feature or operation.
     """
 
     name: str
@@ -81,19 +85,19 @@ class Sign:
     meaning: tuple[PredictionMatrix, ...] = ()
 
     def matrices(self, component: Component) -> tuple[PredictionMatrix, ...]:
-        """Returns the matrices of one component, oldest first; empty where there are none."""
+        """Returns the matrices of one component, oldest first."""
         return (self.image, self.significance, self.meaning)[component]
 
     def __iter__(self) -> Iterator[tuple[Component, PredictionMatrix]]:
-        """Yields every matrix with its component, in the order in which they are stored."""
+        """Yields every matrix with its component, in the order of storage."""
         for component in Component:
             for matrix in self.matrices(component):
                 yield component, matrix
 
 
 def sequence(*moments: Iterable[str] | str) -> PredictionMatrix:
-    """Returns the matrix that requires the given feature sets one after the other; a single name is
-    a set of one.
+    """Returns the matrix that requires the given feature sets one after the other; a single name
+    stands for a set of one feature.
     """
     return PredictionMatrix(tuple(Column(_as_set(moment)) for moment in moments))
 
@@ -112,7 +116,7 @@ def causal(
 
 
 def with_elementary(signs: Iterable[Sign]) -> tuple[Sign, ...]:
-    """Returns the signs, followed by a bare sign for each feature that none of them carries, in
+    """Returns the signs, followed by an elementary sign for each feature that is none of them, in
     order of name.
     """
     signs = tuple(signs)
@@ -122,4 +126,5 @@ def with_elementary(signs: Iterable[Sign]) -> tuple[Sign, ...]:
 
 
 def _as_set(moment: Iterable[str] | str) -> frozenset[str]:
+    """Returns the features of a moment; a single name is a set of one."""
     return frozenset([moment]) if isinstance(moment, str) else frozenset(moment)

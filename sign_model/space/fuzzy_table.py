@@ -1,11 +1,11 @@
-"""The table that grounds fuzzy directions, distances and relocation actions in degrees and metres;
-data that can be replaced.
+"""The table that grounds fuzzy directions, distances and relocation actions in degrees and metres
+(PY16 §2). It is data and can be replaced.
 
     {"directions": [["ahead", -45, 45], ...], "distances": [["close", 0, 50], ...],
      "relocations": [["moving closer on a curve", "close", 60], ["moving closer by a detour",
      "close", null], ...], "soft_degrees": 10, "soft_metres": 5}
 
-is the same as a JSON file; null permits any deviation.
+is a table as a JSON file; null permits any deviation.
 """
 
 import dataclasses
@@ -13,6 +13,7 @@ import itertools
 import json
 import math
 import pathlib
+from typing import Any
 
 from sign_model.ground.files import read_text, written
 
@@ -30,8 +31,8 @@ class Direction:
 
 @dataclasses.dataclass(frozen=True)
 class Distance:
-    """A fuzzy distance: from `start` to `end`, metres; whatever is farther than the last row bears
-    its name too.
+    """A fuzzy distance: from `start` to `end`, metres; points beyond the last row belong to it
+    too.
     """
 
     name: str
@@ -42,7 +43,7 @@ class Distance:
 @dataclasses.dataclass(frozen=True)
 class Relocation:
     """A kind of relocation: the fuzzy distance it covers, and the deviation H from the straight
-    link it permits, in metres.
+    link that it permits, in metres.
     """
 
     name: str
@@ -52,12 +53,15 @@ class Relocation:
 
 @dataclasses.dataclass(frozen=True)
 class FuzzyTable:
-    """The table that grounds the fuzzy signs. Softness: over how many degrees or metres one term
-    fades into the next.
+    """The table that grounds the fuzzy signs.
+
+    directions, distances: the rows, in ascending order.
+    relocations: the kinds of relocations.
+    soft_degrees, soft_metres: the width over which one term passes into the next.
 
     Raises:
-      ValueError: a row does not start where the one before ends, the directions do not close the
-        circle, the distances do not start at 0, a name stands twice, or a relocation has an unknown
+      ValueError: a row does not start where the previous one ends, the directions do not close the
+        circle, the distances do not start at 0, a name occurs twice, or a relocation has an unknown
         distance or a negative deviation.
     """
 
@@ -67,9 +71,10 @@ class FuzzyTable:
     soft_degrees: float = 10.0
     soft_metres: float = 5.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.directions or not self.distances:
             raise ValueError("a table needs at least one direction and one distance")
+        # Each row ends after it starts, and the next one starts there.
         for rows, kind in ((self.directions, "direction"), (self.distances, "distance")):
             for row, following in itertools.pairwise(rows):
                 if row.end != following.start:
@@ -83,6 +88,7 @@ class FuzzyTable:
                         f"{kind} {row.name!r} must end after it starts, got {row.start} to"
                         f" {row.end}"
                     )
+        # The directions cover the circle, the distances everything from 0 on.
         if self.directions[-1].end - self.directions[0].start != 360:
             raise ValueError(
                 "the directions must close the circle: the last must end 360 degrees after the"
@@ -97,16 +103,18 @@ class FuzzyTable:
         self._check_relocations()
 
     def _check_relocations(self) -> None:
+        """Raises ValueError where a name is not unique or a relocation refers to no distance."""
         names = [row.name for row in (*self.directions, *self.distances, *self.relocations)]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise ValueError(
-                f"the name {twice!r} stands twice in the table: names of signs are unique"
+                f"the name {twice!r} occurs twice in the table: names of signs must be unique"
             )
         for row in self.relocations:
             if row.distance not in [distance.name for distance in self.distances]:
                 raise ValueError(
-                    f"relocation {row.name!r} has the distance {row.distance!r}, which is in no row"
+                    f"relocation {row.name!r} has the distance {row.distance!r}, which is no row of"
+                    " the table: use the name of one"
                 )
             if not row.deviation >= 0:
                 raise ValueError(
@@ -154,12 +162,13 @@ DEFAULT_TABLE = FuzzyTable(
 
 def save_table(table: FuzzyTable, path: str | pathlib.Path) -> None:
     """Writes the table as JSON."""
-    told = dataclasses.asdict(table)
+    payload = dataclasses.asdict(table)
     for part in ("directions", "distances", "relocations"):
-        told[part] = [
-            [None if value == math.inf else value for value in row.values()] for row in told[part]
+        payload[part] = [
+            [None if value == math.inf else value for value in row.values()]
+            for row in payload[part]
         ]
-    text = json.dumps(told, indent=1)
+    text = json.dumps(payload, indent=1)
     with written(path) as file:
         file.write(text + "\n")
 
@@ -168,31 +177,35 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
     """Returns the table of a JSON file.
 
     Raises:
-      ValueError: the file is not JSON, a row has not one name and two values, or the rows do not
-        fit together (`FuzzyTable`).
+      ValueError: the file is not JSON, a row is not a name and two values, or the rows break a rule
+        of `FuzzyTable`; the message names the file.
     """
+    # Each part is removed from the payload once it is read; what is left over is unknown, and
+    # FuzzyTable refuses it.
     try:
-        told = json.loads(read_text(path, what="table of fuzzy terms"))
+        payload = json.loads(read_text(path, what="table of fuzzy terms"))
         numbers = {
-            part: float(told.pop(part)) for part in ("soft_degrees", "soft_metres") if part in told
+            part: float(payload.pop(part))
+            for part in ("soft_degrees", "soft_metres")
+            if part in payload
         }
         return FuzzyTable(
             directions=tuple(
                 Direction(str(name), float(start), float(end))
-                for name, start, end in _rows(told, "directions")
+                for name, start, end in _rows(payload, "directions")
             ),
             distances=tuple(
                 Distance(str(name), float(start), float(end))
-                for name, start, end in _rows(told, "distances")
+                for name, start, end in _rows(payload, "distances")
             ),
             relocations=tuple(
                 Relocation(
                     str(name), str(distance), math.inf if deviation is None else float(deviation)
                 )
-                for name, distance, deviation in _rows(told, "relocations")
+                for name, distance, deviation in _rows(payload, "relocations")
             ),
             **numbers,
-            **told,
+            **payload,
         )
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(
@@ -208,9 +221,9 @@ def load_table(path: str | pathlib.Path) -> FuzzyTable:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _rows(told: dict, part: str) -> list:
-    """Takes one part out of the table that was read."""
-    rows = told.pop(part)
+def _rows(payload: dict[str, Any], part: str) -> list[list]:
+    """Removes one part from the payload of a file and returns its rows."""
+    rows = payload.pop(part)
     if not isinstance(rows, list) or not all(
         isinstance(row, list) and len(row) == 3 for row in rows
     ):

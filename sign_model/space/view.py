@@ -1,9 +1,9 @@
 """What the agent sees, in words: goal area, obstacles and paths named by spatial signs of its own
 frame (PY16 §2, Figure 1).
 
-Going down and up again: an area is seen as a sector of the agent's frame, four pairs (r, phi), and
-the square that holds that sector leads back to the plane. All on the host; points are (x, y) in
-metres.
+The conversion goes both ways: an area is seen as a sector of the agent's frame, four pairs (r,
+phi), and the square that contains that sector is an area of the plane again. Everything runs on the
+host; points are (x, y) in metres.
 """
 
 import dataclasses
@@ -29,10 +29,10 @@ class Seen:
     """How an area is seen.
 
     seen_as: the spatial signs, a distance and a direction, of its nearest point.
-    spans: the regions of all its points that were looked at, by name, in the order of the table.
+    spans: the names of the regions of all given points of the area, in the order of the table.
     sector: four pairs (r, phi), metres and radians leftwards: near right, near left, far left, far
       right.
-    square: centre (x, y) and side of the square that holds the sector.
+    square: centre (x, y) and side of the square that contains the sector.
     """
 
     seen_as: tuple[str, str]
@@ -43,8 +43,11 @@ class Seen:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """The agent's frame: where it stands, where it looks (radians counter-clockwise from the x
-    axis), and its words.
+    """The frame of an agent.
+
+    origin: float64 [2], its position (x, y).
+    heading: where it looks, radians counter-clockwise from the x axis.
+    table: the grounding of its spatial signs.
     """
 
     origin: np.ndarray
@@ -52,32 +55,36 @@ class View:
     table: FuzzyTable = DEFAULT_TABLE
 
     def of_square(self, centre: np.ndarray, side: float) -> Seen:
-        """Returns how an upright square is seen; its signs are those of its centre."""
+        """Returns how an axis-aligned square is seen; its signs are those of its centre, (x, y)."""
         sector = sector_of_square(
             np.asarray(centre, float), np.array(float(side)), self.origin, np.array(self.heading)
         )
-        return self._seen(sector, np.asarray(centre, float)[None])
+        return self._describe(sector, np.asarray(centre, float)[None])
 
     def of_points(self, points: np.ndarray) -> Seen:
-        """Returns how a set of points is seen, float [N, 2], such as a contour; ValueError where
-        there is none.
+        """Returns how a set of points, float [N, 2], such as a contour, is seen; ValueError without
+        points.
         """
         points = np.asarray(points, float)
         if not len(points):
-            raise ValueError("what has no point cannot be seen: give at least one")
+            raise ValueError("an area without points cannot be seen: give at least one point")
         sector = sector_of_points(
             points, np.ones(len(points), bool), self.origin, np.array(self.heading)
         )
-        return self._seen(sector, points)
+        return self._describe(sector, points)
 
-    def relocation(self, path: np.ndarray) -> dict:
-        """Returns the relocation that a path (float [N, 2], one point at least) is an instance of,
-        as plain data.
+    def relocation(self, path: np.ndarray) -> dict[str, str | float | None]:
+        """Returns the relocation of which a path is an instance, as plain data.
 
-        name: of the narrowest that permits it, None where the table has none; deviation: how far
-          the path strays from the
-        straight link; permitted: H of that relocation, None for any; change: the fuzzy distance
-        covered; link: its length.
+        Args:
+          path: float [N, 2], at least one point.
+
+        Returns:
+          name: of the narrowest relocation that permits the path, None if the table has none.
+          deviation: the greatest distance of the path from the straight link, metres.
+          permitted: H of that relocation, None if it permits any deviation.
+          change: the fuzzy distance covered.
+          link: the length of the straight link, metres.
         """
         path = np.asarray(path, float)
         count = np.array(len(path))
@@ -92,7 +99,8 @@ class View:
             "link": link,
         }
 
-    def _seen(self, sector: Sector, points: np.ndarray) -> Seen:
+    def _describe(self, sector: Sector, points: np.ndarray) -> Seen:
+        """Returns how an area is seen that fills a sector and contains the points."""
         polar = to_polar(points, self.origin, np.array(self.heading))
         regions, names = region_of(polar, self.table), region_names(self.table)
         distance, direction = divmod(int(regions[polar[:, 0].argmin()]), len(self.table.directions))

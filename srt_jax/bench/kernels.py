@@ -162,7 +162,7 @@ def _beside(maps: Any, walls: Any) -> tuple[Any, Any]:
 
 
 def _fast_form() -> float:
-    """How many times faster a flood is with the marks of `kernel` than without: about 1 where they
+    """How many times faster a flood is with the compiler's marks than without: about 1 where they
     are not in force.
     """
     import jax

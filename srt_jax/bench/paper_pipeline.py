@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-Cell = tuple[int, int]
+from srt_jax.types import Cell
 
 
 class PaperPipeline:

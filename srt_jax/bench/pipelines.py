@@ -9,8 +9,8 @@ import numpy as np
 
 from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.bench.peers import module
+from srt_jax.types import Cell
 
-Cell = tuple[int, int]
 Ends = list[tuple[Cell, Cell]]
 Maps = list[np.ndarray]
 

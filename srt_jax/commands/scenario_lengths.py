@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from srt_jax.engine.arguments import size_bucket
+from srt_jax.engine.buckets import size_bucket
 from srt_jax.formats.movingai import ScenRow
 from srt_jax.paths.distance import cost_to_come
 

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from sign_model.ground.marks import jitted
-from srt_jax.engine.arguments import batch_bucket
+from srt_jax.engine.buckets import batch_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.many_tasks import solve_many
 from srt_jax.moves import octile_distance

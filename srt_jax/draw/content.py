@@ -7,9 +7,7 @@ import numpy as np
 
 from srt_jax.components import regions
 from srt_jax.draw.colours import Kind
-from srt_jax.types import FREE, Solution, Status, Task
-
-Cell = tuple[int, int]
+from srt_jax.types import FREE, Cell, Solution, Status, Task
 
 
 class Removal(NamedTuple):

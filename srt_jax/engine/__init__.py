@@ -1,1 +1,3 @@
-"""How a public call reaches its kernel: arguments, size buckets, cores, devices, packed masks."""
+"""How a public call reaches its kernel: arguments, size buckets, cores, devices, batches of maps,
+packed masks.
+"""

@@ -1,5 +1,5 @@
-"""What arrays may come in: dtype and rank checks that name the argument, batch dimensions folded
-into one, size buckets.
+"""What arrays may come in: dtype and rank checks that name the argument, and batch dimensions
+folded into one.
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,7 @@ from jax import core, lax
 
 from srt_jax.types import Array
 
-_SIZES = (8, 16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096)
-
-try:  # undocumented; spares an eager call the 50 us of making an array to look at
+try:  # undocumented; saves an eager call the 50 us that making an array to inspect takes
     from jax._src.core import trace_state_clean as _is_outside
 except ImportError:
     _is_outside = None
@@ -60,9 +58,9 @@ def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
         name: array.shape[: array.ndim - rank] for name, (array, rank) in core_ranks_of.items()
     }
     if len(set(batches.values())) != 1:
-        told = ", ".join(f"{name} has {list(batch)}" for name, batch in batches.items())
+        shapes = ", ".join(f"{name} has {list(batch)}" for name, batch in batches.items())
         raise ValueError(
-            f"batch dimensions must be equal: {told}; broadcast them first, or use jax.vmap"
+            f"batch dimensions must be equal: {shapes}; broadcast them first, or use jax.vmap"
         )
     batch = next(iter(batches.values()))
     if 0 in batch:
@@ -86,31 +84,6 @@ def fold(array: Array, core_rank: int) -> Array:
 def unfold(array: Array, batch: tuple[int, ...]) -> Array:
     """Returns the inverse of `fold`: [B, *core] -> [*batch, *core]."""
     return array if len(batch) == 1 else array.reshape((*batch, *array.shape[1:]))
-
-
-def size_bucket(length: int) -> int:
-    """Returns the side to which a map's side is padded, so that few shapes are compiled."""
-    for size in _SIZES:
-        if length <= size:
-            return size
-    return -(-length // 1024) * 1024
-
-
-def map_bucket(height: int, width: int) -> tuple[int, int]:
-    """Returns the sides to which a map is padded where compiling is dear: small maps share
-    squares.
-    """
-    side = max(32, size_bucket(max(height, width)))
-    return (
-        (side, side)
-        if side <= 128
-        else (max(128, size_bucket(height)), max(128, size_bucket(width)))
-    )
-
-
-def batch_bucket(count: int) -> int:
-    """Returns the batch size to which `count` is padded: the next power of two."""
-    return 1 << max(0, count - 1).bit_length()
 
 
 def is_traced(*trees: object) -> bool:

@@ -1,16 +1,16 @@
-"""A large batch of an eager call in parts, on all cores that the process may use, and into memory
-that costs little.
+"""A large batch of an eager call in parts, on all cores that the process may use.
 
 One compiled call runs on one core: each map is a chain of steps, and two such calls in one program
 share their temporaries, so XLA runs one after the other. Calls from several host threads do run
-side by side. So the batch is cut into parts, and as many threads as there are cores take the next
-part until none is left: maps of unequal difficulty even out. Each part's result is copied to its
-place in one array. That array is memory in huge pages: what XLA takes fresh from the system for a
-result of more than 32 MiB comes in pages of 4 KiB, and first touching those costs more than the
-copy, and more than most kernels.
+side by side. So the batch is cut into parts, and each of as many threads as there are cores takes
+the next part until none is left: maps of unequal difficulty even out.
 
-The parts do not depend on each other, and maps of a batch never do: no bit depends on the number of
-parts or cores.
+Each part's result is copied to its place in one array, whose memory lies in huge pages. XLA would
+take a result of more than 32 MiB from the system in pages of 4 KiB, and touching these for the
+first time takes longer than the copy, and longer than most kernels.
+
+Neither the parts nor the maps of a batch depend on each other, so no bit of a result depends on the
+number of parts or cores.
 """
 
 import functools
@@ -28,28 +28,32 @@ from srt_jax.types import Array
 
 
 class Work(NamedTuple):
-    """What decides how a batch is cut, in cells of maps: the most in a part, and the fewest that
-    are worth a thread.
+    """How a batch is cut, in cells of maps: the most in one part, and the fewest that are worth a
+    thread.
     """
 
     most: int
     fewest: int
 
 
-SOLVE = Work(1 << 22, 1 << 17)  # smaller parts no longer fill the lanes of its floods
-# a field of costs of the fewest takes 500 us; the copy of the most, 4 MiB, stays in the caches
+SOLVE = Work(1 << 22, 1 << 17)
+"""The solver. Smaller parts no longer fill the lanes of its floods."""
+
 FIELD = Work(1 << 20, 1 << 17)
-# a flood takes 500 us, a search for seeds 200 us; of masks the most are 2 MiB
+"""A field of costs: `fewest` cells take 500 us; the copy of `most`, 4 MiB, stays in the caches."""
+
 LIGHT = Work(1 << 21, 1 << 21)
-"""The solver; a field of costs; what does little more for each cell than to read it."""
+"""Memory-bound kernels, about one read per cell: a flood of so many cells takes 500 us, a search
+for seeds 200 us, and the mask is 2 MiB.
+"""
 
 # cells that one core does in one part: as float32 16 MiB, which malloc keeps for the next call
 _AT_ONCE = 1 << 22
-_FINE = 16  # maps of a part worth cutting further, to even out
+_FINE = 16  # a part of more maps is cut further, so that unequal maps even out
 
 _forms: dict[tuple, tuple[list[tuple[tuple[int, ...], Any]], Any]] = {}
-"""Of each part that has been run the shapes and dtypes of its results, an entry each, and the tree
-they hang in.
+"""For each kind of part that has been run: shape and dtype of each of its results, for one map, and
+their pytree structure.
 """
 
 
@@ -60,32 +64,32 @@ def is_on_host(*arrays: Array) -> bool:
     home = _home()
     if home is None or jax.config.jax_default_device is not None:  # pyright: ignore
         return False
-    # the others are numpy's, or were made while tracing
-    placed = [array for array in arrays if hasattr(array, "devices")]
-    return all(array.devices() == home for array in placed)
+    # arrays without `devices` are NumPy's, or were made while tracing
+    of_jax = [array for array in arrays if hasattr(array, "devices")]
+    return all(array.devices() == home for array in of_jax)
 
 
 def device_of(*arrays: Array) -> Any:
-    """Returns the device, not the default one, that holds the arrays of JAX among these; None where
-    there is no such one.
+    """Returns the device that holds the JAX arrays among these; None if that is the default one, or
+    there are several or none.
 
-    An array that JAX may move, since nobody has asked for its place, counts only where there are no
-    others.
+    An array that is not committed to a device, so that JAX may move it, counts only where no array
+    is committed.
     """
-    placed = [
+    of_jax = [
         array
         for array in arrays
         if isinstance(array, jax.Array) and not isinstance(array, core.Tracer)
     ]
-    fixed = [array for array in placed if getattr(array, "committed", True)]
-    devices = {device for array in fixed or placed for device in array.devices()}
+    committed = [array for array in of_jax if getattr(array, "committed", True)]
+    devices = {device for array in committed or of_jax for device in array.devices()}
     default = jax.config.jax_default_device or jax.local_devices()[0]  # pyright: ignore
     return devices.pop() if len(devices) == 1 and devices != {default} else None
 
 
 def at_device_of(fun: Callable[[], Any], *arrays: Array) -> Any:
-    """Returns fun(), computed on the device that holds the arrays, and put there, although it goes
-    by way of the host.
+    """Returns fun(), computed on the device that holds the arrays; a result that was put together
+    on the host is moved there.
     """
     device = device_of(*arrays)
     if device is None:
@@ -101,8 +105,7 @@ def _home() -> set[Any] | None:
 
 
 def part_size(bucket: int, cells: int, work: Work) -> int:
-    """Returns how many maps go into one part: a power of two, `bucket` if the batch is not to be
-    cut.
+    """Returns how many maps go into one part: a power of two, `bucket` if the batch stays whole.
 
     Args:
       bucket: size of the batch, a power of two.
@@ -143,7 +146,7 @@ def in_parts(run: Callable[[Any], Any], arrays: Any, size: int, key: tuple) -> A
 
     key = (*key, size, *(array.shape[1:] for array in jax.tree.leaves(arrays)))
     ahead: list[Any] = []
-    # the first time one part goes ahead of the others, or each thread would compile
+    # the first time one part runs before the others; otherwise each thread would compile
     if key not in _forms:
         ahead, structure = jax.tree.flatten(run(_part(arrays, slice(0, size))))
         _forms[key] = [(leaf.shape[1:], leaf.dtype) for leaf in ahead], structure
@@ -171,7 +174,7 @@ def run_parts(
 
     Whatever a part raises is raised here, after all threads have ended.
     """
-    # its next() is one step under the interpreter's lock: each part is taken once
+    # next() is one step under the interpreter's lock, so each part is taken exactly once
     firsts = itertools.count(begin, size)
     raised: list[BaseException] = []
 
@@ -180,7 +183,8 @@ def run_parts(
             ahead = None
             while not raised and (first := next(firsts)) < count:
                 part = slice(first, min(first + size, count))
-                behind, ahead = ahead, (part, run(part))  # runs while the part before is copied
+                # JAX computes this part while the one before is copied
+                behind, ahead = ahead, (part, run(part))
                 fill(behind)
             fill(ahead)
         except BaseException as error:
@@ -190,6 +194,7 @@ def run_parts(
         for whole, result in zip(out, done[1] if done else ()):
             np.copyto(whole[done[0]], np.asarray(result))
 
+    # this thread works as well
     threads = [
         threading.Thread(target=work)
         for _ in range(min(num_cores(), -(-(count - begin) // size)) - 1)
@@ -210,8 +215,8 @@ def run_parts(
 
 
 def empty(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
-    """Returns an array to be filled, aligned so that JAX takes it over without a copy."""
+    """Returns an array without content, aligned so that JAX takes it over without a copy."""
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    memory = np.empty(size + 64, np.uint8)  # numpy asks for huge pages itself
+    memory = np.empty(size + 64, np.uint8)  # numpy requests huge pages itself
     first = -memory.ctypes.data % 64
     return memory[first : first + size].view(dtype).reshape(shape)

@@ -1,14 +1,14 @@
 """Kernels on arrays that are spread over several devices: each device works on the maps it holds.
 
 The entries of a kernel's leading axis are independent, so a device needs nothing from another. JAX
-spreads arrays in three ways, and each would, left alone, reach inside a kernel's loops.
+spreads arrays in three ways, each of which would otherwise reach into a kernel's loops.
 - Inside `jax.shard_map` the loops would have to declare which of their values vary from device to
-  device. They are traced without that check, and what comes out is declared to vary as what went
-  in.
+  device. They are traced without that check, and the results are declared to vary as the arguments
+  do.
 - With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its
   leading axis.
 - With automatic axes the compiler splits every step and joins the parts again. A call compiled as
-  one function (`kernel`) cannot hold that: `sign_model.ground.marks.may_be_split` says when it
+  one function (`marks`) cannot hold that: `sign_model.ground.marks.may_be_split` says when it
   stays plain.
 """
 
@@ -21,8 +21,8 @@ from jax import lax
 from sign_model.ground.marks import manual_axes
 from srt_jax.types import Array
 
-# undocumented, like the marks in `kernel`; without it shard_map takes the kernels with
-# check_vma=False only
+# undocumented, like the marks of `sign_model.ground.marks`; without it shard_map accepts the
+# kernels with check_vma=False only
 try:
     from jax._src.config import _check_vma as _varying_checked
 except ImportError:
@@ -50,12 +50,12 @@ def device_by_device(fun: Callable) -> Callable:
 def _unchecked(fun: Callable, axes: tuple, args: tuple) -> Any:
     """Traces `fun` as if nothing varied, and declares all of its results to vary over `axes`.
 
-    In a jit of its own: what lies open inside a custom_vmap is traced once more when it is lowered,
-    and checked then.
+    In a jit of its own: without it the content of a custom_vmap would be traced once more when it
+    is lowered, and checked then.
     """
 
     def undeclared(*args: Array) -> Any:
-        # the same value; the declaration falls off
+        # max(x, x) is the same value without the declaration
         return fun(*jax.tree.map(lambda leaf: lax.max(leaf, leaf), args))
 
     assert _varying_checked is not None

@@ -1,10 +1,10 @@
 """How an eager call of a public function reaches its kernel: padded to a size bucket, run by one
 jit, cropped again.
 
-New map sizes would else each be compiled anew. Padding is blocked cells and maps without a free
-cell, which change no bit of the rest. On the host a large batch goes in parts, on all cores
-(`cores`), and masks may go as quads (`packing`). Inside jit, vmap or scan shapes and batches are
-taken as they are: the user has chosen them.
+Otherwise each new map size would be compiled again. Padding consists of blocked cells and of maps
+without a free cell, which change no bit of the rest. On the host a large batch goes in parts, on
+all cores (`cores`), and masks may go as quads (`packing`). Inside jit, vmap or scan shapes and
+batches are taken as they are: the user has chosen them.
 """
 
 import functools
@@ -16,6 +16,7 @@ import numpy as np
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, cores, packing
+from srt_jax.engine.buckets import batch_bucket, size_bucket
 from srt_jax.types import Array
 
 _FOR_QUADS = 1 << 18  # cells of a batch from which on quads pay: one map of 512 x 512
@@ -29,8 +30,8 @@ def call(
     is_light: bool = False,
     **static: Any,
 ) -> Any:
-    """Returns kernel(*arrays, **static), batch dimensions folded into one for it, and no trace of
-    the padding of an eager call.
+    """Returns kernel(*arrays, **static), for which batch dimensions are folded into one; the
+    padding of an eager call is removed again.
 
     Args:
       kernel: natively batched; a module-level function, since it keys the cache of compiled code.
@@ -40,23 +41,21 @@ def call(
         these are cropped as well.
       on_quads: the same kernel for masks as quads, if it has one; its first argument is such a
         mask.
-      is_light: whether it does about as little for each cell as to read it.
+      is_light: whether it is memory-bound: about one read per cell.
       **static: options that fix a shape or choose the code.
     """
     options = tuple(sorted(static.items()))
     if arguments.is_traced(*arrays):
         folded = [arguments.fold(array, array.ndim - len(batch)) for array in arrays]
-        # a jit even there: vmap outside jit would else compile at every call
+        # jitted even there, since a vmap outside jit would otherwise compile at every call
         out = _jitted(kernel, options)(*folded)
     else:
-        folded = [_folded(array, batch) for array in arrays]
+        folded = [_fold(array, batch) for array in arrays]
         return cores.at_device_of(
-            lambda: _all_unfolded(
-                _call_eagerly(kernel, on_quads, is_light, folded, options), batch
-            ),
+            lambda: _unfold_all(_call_eagerly(kernel, on_quads, is_light, folded, options), batch),
             *arrays,
         )
-    return _all_unfolded(out, batch)
+    return _unfold_all(out, batch)
 
 
 def _call_eagerly(
@@ -66,8 +65,9 @@ def _call_eagerly(
     arrays: Sequence[Array],
     options: tuple,
 ) -> Any:
+    # the padded size, and whether the batch is cut into parts or its masks are seen as quads
     size = tuple(arrays[0].shape)
-    bucket = (arguments.batch_bucket(size[0]), *(arguments.size_bucket(side) for side in size[1:]))
+    bucket = (batch_bucket(size[0]), *(size_bucket(side) for side in size[1:]))
     if cores.is_on_host(*arrays):
         cells = bucket[1] * bucket[2]
         as_quads = (
@@ -79,11 +79,12 @@ def _call_eagerly(
         if as_quads or part < bucket[0]:
             run = _jitted(on_quads if as_quads else kernel, options, part < bucket[0])
             return _call_in_parts(run, arrays, (part, *bucket[1:]), as_quads=as_quads)
+    # else one call: padded on the host, run, cropped on the host
     run = _jitted(kernel, options)
     if bucket == size:
         return run(*arrays)
-    out = run(*(_padded(array, size, bucket) for array in arrays))
-    return jax.tree.map(lambda array: _kept(array, size, bucket), out)
+    out = run(*(_pad(array, size, bucket) for array in arrays))
+    return jax.tree.map(lambda array: _crop(array, size, bucket), out)
 
 
 def _call_in_parts(
@@ -94,12 +95,12 @@ def _call_in_parts(
     def call_part(maps: Sequence[Array]) -> Any:
         shape = tuple(maps[0].shape)
         if shape != bucket:
-            maps = [_padded(array, shape, bucket) for array in maps]
+            maps = [_pad(array, shape, bucket) for array in maps]
         if as_quads:
             maps = [np.ascontiguousarray(maps[0]).view(np.uint32), *maps[1:]]
         out = run(*maps)
         return (
-            out if shape == bucket else jax.tree.map(lambda array: _kept(array, shape, bucket), out)
+            out if shape == bucket else jax.tree.map(lambda array: _crop(array, shape, bucket), out)
         )
 
     if len(arrays[0]) > bucket[0]:
@@ -114,19 +115,19 @@ def _jitted(
     return jitted(functools.partial(kernel, **dict(static)), is_part=is_part)
 
 
-def _padded(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
+def _pad(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
     """Returns `array` with its batch, and its map sides if it has any, padded on the host, where no
     shape is compiled.
     """
     shape = bucket if array.shape == size else (bucket[0], *array.shape[1:])
-    # no free cell, no cost, or a cell of a map that is not there
+    # blocked cells, infinite costs, and cell (0, 0) for the maps that fill up the batch
     fill = np.inf if array.dtype == np.float32 else 0
     out = np.full(shape, fill, array.dtype)
     out[tuple(slice(0, side) for side in array.shape)] = np.asarray(array)
     return out
 
 
-def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
+def _crop(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
     """Returns a result without its padding, which is cut off on the host, where no shape is
     compiled.
     """
@@ -134,7 +135,7 @@ def _kept(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.nd
     return np.asarray(array)[tuple(slice(0, side) for side in sides)]
 
 
-def _folded(array: Array, batch: tuple[int, ...]) -> Array:
+def _fold(array: Array, batch: tuple[int, ...]) -> Array:
     """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every
     new shape.
     """
@@ -144,11 +145,11 @@ def _folded(array: Array, batch: tuple[int, ...]) -> Array:
     )
 
 
-def _all_unfolded(arrays: Any, batch: tuple[int, ...]) -> Any:
-    return jax.tree.map(lambda array: _unfolded(array, batch), arrays)
+def _unfold_all(arrays: Any, batch: tuple[int, ...]) -> Any:
+    return jax.tree.map(lambda array: _unfold(array, batch), arrays)
 
 
-def _unfolded(array: Array, batch: tuple[int, ...]) -> jax.Array:
+def _unfold(array: Array, batch: tuple[int, ...]) -> jax.Array:
     """`arguments.unfold`, on the host if the array has been cropped there."""
     array = arguments.unfold(array, batch)
     return array if isinstance(array, jax.Array) else jax.device_put(array)

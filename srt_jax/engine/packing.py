@@ -5,24 +5,25 @@ words: uint32 [B, H, ceil(W / 32)]; bit i of word w is column 32 w + i, columns 
 lanes: uint32 [B / group, H, words * group]; the word w of map m of a group lies at w * group + m.
   So one row of the whole group is one long vector, and the neighbouring word is a plain slice,
   shifted by `group`.
-quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask, as they are, four to a
-  number, little endian. On the host a mask is seen so without a copy; a kernel that starts from
-  quads packs twice as fast as from bools.
+quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask as they are, four to a
+  number, little endian. On the host that is a view of the mask without a copy; a kernel that starts
+  from quads packs twice as fast as from bools.
 """
 
 import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+import numpy as np
+from jax import lax
 
-WORD = 32
+from sign_model.ground.words import WORD, num_words
+from srt_jax.engine.in_place import read
+from srt_jax.types import Array
+
 # free and reached of one group: to stay within the second-level cache of one core
 _GROUP_BYTES = 640 * 1024
-
-
-def num_words(width: int) -> int:
-    """Returns how many words hold one row."""
-    return -(-width // WORD)
 
 
 def group_size(batch: int, height: int, width: int) -> int:
@@ -127,3 +128,75 @@ def words_of_cell(cell: Array, height: int, width: int) -> Array:
     row, col = cell[:, 0, None, None], cell[:, 1, None, None]
     is_there = (rows == row) & (words == col // WORD) & (col < width)
     return jnp.where(is_there, jnp.uint32(1) << (col % WORD).astype(jnp.uint32), jnp.uint32(0))
+
+
+def dilate(masks: Array, group: int = 1) -> Array:
+    """Returns the cells of each mask and all that touch them by side or corner.
+
+    Bits past the map's last column may be set as well.
+
+    Args:
+      masks: uint32 [..., H, words * group], in lanes; packed masks are lanes with a group of 1.
+    """
+    *batch, height, lanes = masks.shape
+    one, top = jnp.uint32(1), jnp.uint32(WORD - 1)
+    # rows first: a border of empty rows and words saves every edge case
+    padded = jnp.zeros((*batch, height + 2, lanes + 2 * group), jnp.uint32)
+    first = [*[0] * len(batch), 1, group]
+    padded = lax.dynamic_update_slice(padded, masks, [np.int32(place) for place in first])
+    tall = padded[..., :-2, :] | padded[..., 1:-1, :] | padded[..., 2:, :]
+    # then columns: the end bits come from the neighbouring words
+    here, before, behind = (
+        tall[..., group:-group],
+        tall[..., : -2 * group],
+        tall[..., 2 * group :],
+    )
+    return here | (here << one) | (here >> one) | (before >> top) | (behind << top)
+
+
+class _Scan(NamedTuple):
+    """next_word: uint32 [], index of the word after the one in work; word: uint32 [], what is left
+    of that one; out: what the caller builds.
+    """
+
+    next_word: Array
+    word: Array
+    out: Any
+
+
+def for_each_cell(mask: Array, visit: Callable[[Any, Array, Array, Array], Any], out: Any) -> Any:
+    """Returns `out` after out = visit(out, row, col, is_set) for each cell of a mask in row order.
+
+    An empty word costs one visit with is_set False, whose column may lie past the word. The arrays
+    in `out` stay in place in a marked call (see `in_place`).
+
+    Args:
+      mask: uint32 [H, words], packed.
+      visit: takes row and col as uint32 [], is_set as bool [].
+      out: a pytree of arrays.
+    """
+    per_row, one = jnp.uint32(mask.shape[1]), jnp.uint32(1)
+    words = jnp.pad(mask.reshape(-1), (0, 1))
+    num_all = jnp.uint32(words.shape[0])
+
+    def step(state: _Scan) -> _Scan:
+        # the lowest bit of the word in work
+        which = state.next_word - one
+        bit = lax.population_count((state.word & -state.word) - one)
+        row, col = which // per_row, which % per_row * jnp.uint32(WORD) + bit
+        out = visit(state.out, row, col, state.word != 0)
+        # without that bit; once the word is empty, the next one
+        word = state.word & (state.word - one)
+        is_spent = word == 0
+        return _Scan(
+            state.next_word + is_spent.astype(jnp.uint32),
+            jnp.where(is_spent, read(words, state.next_word), word),
+            out,
+        )
+
+    # ends: every step takes a bit or an empty word away
+    return lax.while_loop(
+        lambda state: (state.next_word < num_all) | (state.word != 0),
+        step,
+        _Scan(one, words[0], out),
+    ).out

@@ -1,7 +1,7 @@
 """SmartRelocation-v0 with the face of jumanji."""
 
 import functools
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -9,7 +9,7 @@ import numpy as np
 
 from srt_jax.envs.relocation import EnvParams, SmartRelocation
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState
-from srt_jax.types import Array, _Record
+from srt_jax.types import Array, Record, record
 
 try:
     from jumanji import specs
@@ -17,14 +17,10 @@ try:
     from jumanji.types import StepType, TimeStep, restart
 except ImportError as error:
     raise ImportError("jumanji is not installed: pip install 'srt-jax[jumanji]'") from error
-if TYPE_CHECKING:
-    from dataclasses import dataclass
-else:
-    from chex import dataclass
 
 
-@dataclass(frozen=True)
-class JumanjiState(_Record):
+@record
+class JumanjiState(Record):
     """The environment's state, with the key that jumanji's wrappers reset by."""
 
     inner: EnvState

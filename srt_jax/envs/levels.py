@@ -5,7 +5,6 @@ and copies no map.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -13,18 +12,13 @@ import numpy as np
 
 from srt_jax.solver import solve
 from srt_jax.task import stack
-from srt_jax.types import Array, Status, Task, _Record
-
-if TYPE_CHECKING:
-    from dataclasses import dataclass
-else:
-    from chex import dataclass
+from srt_jax.types import Array, Record, Status, Task, record
 
 _MOST_DESTROYED = 32
 
 
-@dataclass(frozen=True)
-class Levels(_Record):
+@record
+class Levels(Record):
     """N levels, padded to one shape.
 
     labels: int32 [N, L, H, W], obstacle ids as in `Task`.

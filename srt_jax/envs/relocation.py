@@ -4,7 +4,7 @@ of gymnax.
 
 import dataclasses
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -16,16 +16,11 @@ from srt_jax.envs.render import render
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState, act, no_words
 from srt_jax.envs.spaces import spaces
 from srt_jax.instances.generate import generate
-from srt_jax.types import Array, _Record
-
-if TYPE_CHECKING:
-    from dataclasses import dataclass
-else:
-    from chex import dataclass
+from srt_jax.types import Array, Record, record
 
 
-@dataclass(frozen=True)
-class EnvParams(_Record):
+@record
+class EnvParams(Record):
     """What may change without compiling again. The reward of a step is
 
         goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost *

@@ -8,27 +8,21 @@ the obstacles so named gone (`srt_jax.removal.route`), hence these actions carry
 at its own removal cost and length.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
 
+from sign_model.ground.words import contains, num_words, pack_members
 from srt_jax.envs.levels import Levels
-from srt_jax.moves import MOVES
-from srt_jax.types import OUTSIDE, Array, _Record
-
-if TYPE_CHECKING:
-    from dataclasses import dataclass
-else:
-    from chex import dataclass
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import OUTSIDE, Array, Record, record
 
 NUM_ACTIONS = 2 * len(MOVES)
-_WORD = 32
 
 
-@dataclass(frozen=True)
-class EnvState(_Record):
+@record
+class EnvState(Record):
     """Where an episode stands. A dozen numbers: maps stay in the parameters.
 
     level: int32 [], number of the level in the pool.
@@ -62,7 +56,7 @@ class Effect(NamedTuple):
 
 def no_words(num_obstacles: int) -> Array:
     """Returns the set of gone obstacles that is empty: uint32 [M / 32, rounded up]."""
-    return jnp.zeros(-(-num_obstacles // _WORD), jnp.uint32)
+    return jnp.zeros(num_words(num_obstacles), jnp.uint32)
 
 
 def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
@@ -70,7 +64,7 @@ def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
     array.
     """
     _, L, H, W = levels.labels.shape
-    is_inside = (rows >= 0) & (rows < H) & (cols >= 0) & (cols < W)
+    is_inside = is_on_map(rows, cols, H, W)
     rows, cols = rows.clip(0, H - 1), cols.clip(0, W - 1)
     return jnp.stack(
         [
@@ -82,9 +76,7 @@ def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
 
 def is_standing(gone: Array, ids: Array) -> Array:
     """Returns which labels are of obstacles not yet gone; False for FREE and OUTSIDE."""
-    index = jnp.maximum(ids, 0).astype(jnp.uint32)
-    word = gone[0] if gone.shape[0] == 1 else gone[index // _WORD]
-    return (ids >= 0) & ((word >> (index % _WORD)) & jnp.uint32(1) == 0)
+    return (ids >= 0) & ~contains(gone, ids)
 
 
 def act(levels: Levels, state: EnvState, action: Array) -> Effect:
@@ -107,19 +99,10 @@ def act(levels: Levels, state: EnvState, action: Array) -> Effect:
     straight, diagonal = jnp.float32(1), jnp.float32(2**0.5)
     return Effect(
         cell=jnp.where(is_moving, state.cell + move, state.cell),
-        gone=state.gone | _as_words(ids, is_hit, state.gone.shape[0]),
+        gone=state.gone | pack_members(ids, is_hit, state.gone.shape[0]),
         length=jnp.where(
             is_moving, jnp.where((move != 0).all(), diagonal, straight), jnp.float32(0)
         ),
         removal=jnp.where(is_hit & ~is_again, price, jnp.float32(0)).sum(),
         is_wasted=~is_moving & ~is_hit.any(),
     )
-
-
-def _as_words(ids: Array, is_in: Array, num_words: int) -> Array:
-    """Returns the set of those `ids` that are in, as bits: uint32 [words]."""
-    index = jnp.maximum(ids, 0).astype(jnp.uint32)
-    bits = jnp.where(is_in, jnp.uint32(1) << (index % _WORD), jnp.uint32(0))
-    words = jnp.arange(num_words, dtype=jnp.uint32)
-    spread = jnp.where(words[:, None] == (index // _WORD)[None], bits[None], jnp.uint32(0))
-    return lax.reduce(spread, jnp.uint32(0), lax.bitwise_or, (1,))

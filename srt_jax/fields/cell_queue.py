@@ -16,37 +16,49 @@ has an equally short way whose last move is a straight one. So some last move to
 
 import functools
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart
-from srt_jax.engine.kernel import read, read_apart, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
+from srt_jax.types import Array
 
-MOVES = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
-"""The eight moves clockwise from up: even ones are straight, odd ones diagonal."""
+CLOCKWISE = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+"""The eight moves (down, right) clockwise from up; not in the order of `moves.MOVES`.
+
+In the bit masks of this module bit i stands for CLOCKWISE[i]: bit 0 up, 1 up right, 2 right, 3 down
+right, 4 down, 5 down left, 6 left, 7 up left. Even bits are straight moves, odd ones diagonal, and
+the two moves beside move i are i - 1 and i + 1, modulo 8.
+"""
 
 _ANY = 8  # in place of the move that led into a cell: try all that are legal
-_WAITS = 16  # flag: the cell is in the queue
+_WAITS = 16  # flag beside that move: the cell is in the queue
 _NO_COST = np.uint32(2**32 - 1)
 
 
 def neighbours(free: Array) -> Array:
-    """Returns which of the eight neighbours are free, bit i for MOVES[i]: uint8, flat, of the map
-    [H, W] with a border.
+    """Returns which of the eight neighbours are free, bit i for CLOCKWISE[i].
+
+    Args:
+      free: bool [H, W].
+
+    Returns:
+      uint8 [(H + 2) * (W + 2)], flat, of the map with its border.
     """
     height, width = free.shape
     byte = jnp.pad(free, 2).astype(jnp.uint8)
 
     def row_bits(row: Array) -> Array:
-        """Row by row: all at once, each byte of the flat result would be computed from its row and
-        column, ten times slower.
+        """Row by row, ten times faster than all at once: there each byte of the flat result would
+        be computed from its row and column.
         """
         rows = lax.dynamic_slice(byte, (row, np.int32(0)), (3, width + 4))
         moved = [
-            rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(MOVES)
+            rows[1 + r, 1 + c : 3 + c + width] << jnp.uint8(i) for i, (r, c) in enumerate(CLOCKWISE)
         ]
         return functools.reduce(jnp.bitwise_or, moved)
 
@@ -60,6 +72,7 @@ def _moves_to_try() -> np.ndarray:
     """
     free, last = np.divmod(np.arange(256 * 16), 16)
 
+    # bit i of `free` is CLOCKWISE[i]
     def is_free(move: int) -> np.ndarray:
         return (free >> move % 8 & 1).astype(bool)
 
@@ -81,6 +94,51 @@ def _moves_to_try() -> np.ndarray:
     return table
 
 
+class _Fields(NamedTuple):
+    """cost: uint32 [N]; led_by: uint8 [N], the move that led into the cell (or _ANY) and the flag
+    _WAITS; queue: uint32 [room], a ring of cells; is_short: bool [], whether it was too short.
+    """
+
+    cost: Array
+    led_by: Array
+    queue: Array
+    is_short: Array
+
+
+class _Merge(NamedTuple):
+    """head, tail: uint32 [], counts of cells taken from the queue and put into it; num_taken:
+    uint32 [], of sources; source: uint32 [], the next one, 0 after the last.
+    """
+
+    head: Array
+    tail: Array
+    num_taken: Array
+    source: Array
+    fields: _Fields
+
+
+class _Queue(NamedTuple):
+    """head, tail: as in `_Merge`."""
+
+    head: Array
+    tail: Array
+    fields: _Fields
+
+
+class _Trial(NamedTuple):
+    """moves: uint32 [], a bit for each move left to try from `cell`, whose cost is `here`, uint32
+    []; the others as in `_Fields` and `_Merge`.
+    """
+
+    moves: Array
+    tail: Array
+    cost: Array
+    led_by: Array
+    queue: Array
+    cell: Array
+    here: Array
+
+
 def spread(
     cost: Array,
     free_beside: Array,
@@ -90,8 +148,8 @@ def spread(
     stride: int,
     towards: Target | None = None,
 ) -> tuple[Array, Array]:
-    """Returns the costs with all that follows from the sources, and whether the queue was too short
-    for it.
+    """Returns the costs after every improvement that follows from the sources, and whether the
+    queue was too short for some.
 
     Args:
       cost: uint32 [N], a flat bordered field (`row_sweeps`).
@@ -99,7 +157,7 @@ def spread(
       sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the
         queue's.
       stride: columns of the bordered field.
-      towards: follow up only what may lie on a shortest path to this cell.
+      towards: follow up only cells that may lie on a shortest path to this one.
 
     Returns:
       uint32 [N]; bool [], if True some improvement was not followed up: start again from the
@@ -108,34 +166,42 @@ def spread(
     step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0], towards)
     mask = jnp.uint32(sources.shape[0] - 1)
 
-    def merged(state: tuple) -> tuple:
-        """The cheaper of the queue's head and the next source."""
-        head, tail, taken, source, *rest = state
-        cost, _, queue, _ = rest
-        is_empty = head == tail
-        first = read_apart(queue, head & mask)
+    def take_cheaper(state: _Merge) -> _Merge:
+        """Takes the cheaper of the queue's head and the next source."""
+        head, source, fields = state.head, state.source, state.fields
+        is_empty = head == state.tail
+        first = read_apart(fields.queue, head & mask)
         is_source = apart(lambda a, b, is_empty: (a < b) | is_empty)(
-            read_apart(cost, source), read_apart(cost, first), is_empty
+            read_apart(fields.cost, source), read_apart(fields.cost, first), is_empty
         )
         cell = jnp.where(is_source, source, first)
         head = head + (~is_source).astype(jnp.uint32)
-        taken = taken + is_source.astype(jnp.uint32)
-        source = read_apart(sources, taken)
-        tail, *rest = step(cell, is_source, head, tail, *rest)
-        return head, tail, taken, source, *rest
+        num_taken = state.num_taken + is_source.astype(jnp.uint32)
+        source = read_apart(sources, num_taken)
+        tail, fields = step(cell, is_source, head, state.tail, fields)
+        return _Merge(head, tail, num_taken, source, fields)
 
-    def queued(state: tuple) -> tuple:
-        head, tail, *rest = state
-        cell = read_apart(rest[2], head & mask)
-        head = head + jnp.uint32(1)
-        return head, *step(cell, jnp.bool_(False), head, tail, *rest)
+    def take_first(state: _Queue) -> _Queue:
+        cell = read_apart(state.fields.queue, state.head & mask)
+        head = state.head + jnp.uint32(1)
+        return _Queue(head, *step(cell, jnp.bool_(False), head, state.tail, state.fields))
 
+    # while there are sources, merge them with the queue, in order of cost
     zero = jnp.uint32(0)
     led_by = jnp.full(cost.shape, _ANY, jnp.uint8)
-    state = (zero, zero, zero, sources[0], cost, led_by, jnp.zeros_like(sources), jnp.bool_(False))
-    head, tail, _, _, *rest = lax.while_loop(lambda state: state[3] != 0, merged, state)
-    state = lax.while_loop(lambda state: state[0] != state[1], queued, (head, tail, *rest))
-    return state[2], state[5]
+    fields = _Fields(cost, led_by, jnp.zeros_like(sources), jnp.bool_(False))
+    merged = lax.while_loop(
+        lambda state: state.source != 0,
+        take_cheaper,
+        _Merge(zero, zero, zero, sources[0], fields),
+    )
+    # then the queue alone, until it is empty
+    done = lax.while_loop(
+        lambda state: state.head != state.tail,
+        take_first,
+        _Queue(merged.head, merged.tail, merged.fields),
+    )
+    return done.fields.cost, done.fields.is_short
 
 
 def _stepper(
@@ -145,11 +211,13 @@ def _stepper(
     stride: int,
     room: int,
     towards: Target | None,
-) -> Callable:
-    """A function that takes one cell and tries its moves."""
+) -> Callable[[Array, Array, Array, Array, _Fields], tuple[Array, _Fields]]:
+    """A function (cell, is_source, head, tail, fields) -> (tail, fields) that tries the moves of
+    one cell.
+    """
     table = jnp.asarray(_moves_to_try())
     offset = jnp.asarray(
-        np.array([down * stride + right for down, right in MOVES], np.int32).astype(np.uint32)
+        np.array([down * stride + right for down, right in CLOCKWISE], np.int32).astype(np.uint32)
     )
     one, mask, width = jnp.uint32(1), jnp.uint32(room - 1), jnp.uint32(stride)
 
@@ -159,18 +227,13 @@ def _stepper(
         ).astype(jnp.uint32)
         return read(table, index).astype(jnp.uint32)
 
-    def try_move(
-        moves: Array,
-        cell: Array,
-        here: Array,
-        tail: Array,
-        cost: Array,
-        led_by: Array,
-        queue: Array,
-    ) -> tuple:
-        """Tries the lowest of the moves left, none if there is none; without a branch: what is not
-        to change is rewritten.
+    def try_lowest(state: _Trial) -> _Trial:
+        """Tries the lowest of the moves left, none if there is none.
+
+        Without a branch: what is not to change is written again as it was.
         """
+        moves, tail, cost, led_by, queue, cell, here = state
+        # bit i of `moves` is CLOCKWISE[i]; an odd one is diagonal
         move = lax.population_count((moves & -moves) - one)
         to = cell + read(offset, move & jnp.uint32(7))
         total = here + jnp.where(move & one != 0, diagonal, straight)
@@ -181,20 +244,16 @@ def _stepper(
         led_by = write(
             led_by, jnp.where(is_better, move.astype(jnp.uint8) | jnp.uint8(_WAITS), old_led_by), to
         )
+        # a cell whose cost falls is queued, unless it waits already
         queue = write(queue, to, tail & mask)
         tail = tail + (is_better & (old_led_by & jnp.uint8(_WAITS) == 0)).astype(jnp.uint32)
-        return moves & (moves - one), tail, cost, led_by, queue
+        return _Trial(moves & (moves - one), tail, cost, led_by, queue, cell, here)
 
     def step(
-        cell: Array,
-        is_source: Array,
-        head: Array,
-        tail: Array,
-        cost: Array,
-        led_by: Array,
-        queue: Array,
-        is_short: Array,
-    ) -> tuple:
+        cell: Array, is_source: Array, head: Array, tail: Array, fields: _Fields
+    ) -> tuple[Array, _Fields]:
+        cost, led_by, queue, is_short = fields
+        # which moves: none where the queue could overflow, or past the bound of the target
         here, led = read_apart(cost, cell), read_apart(led_by, cell)
         moves = apart(moves_of)(free_beside, table, led, cell)
         is_full = tail - head > jnp.uint32(room - 10)  # a cell adds at most eight
@@ -205,14 +264,11 @@ def _stepper(
             moves = jnp.where(
                 at_least > read_apart(cost, towards.index(stride)), jnp.uint32(0), moves
             )
-        # a source may wait in the queue as well
+        # the cell waits no longer; but a source may wait in the queue as well
         led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)
-        state = try_move(moves, cell, here, tail, cost, led_by, queue)
-        state = lax.while_loop(
-            lambda s: s[0] != 0,
-            lambda s: (*try_move(s[0], *s[5:], *s[1:5]), *s[5:]),
-            (*state, cell, here),
-        )
-        return *state[1:5], is_short
+        # the first move outside the loop: few cells have more than one
+        trial = try_lowest(_Trial(moves, tail, cost, led_by, queue, cell, here))
+        trial = lax.while_loop(lambda trial: trial.moves != 0, try_lowest, trial)
+        return trial.tail, _Fields(trial.cost, trial.led_by, trial.queue, is_short)
 
     return step

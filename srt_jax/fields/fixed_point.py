@@ -19,9 +19,9 @@ changes no bit.
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from srt_jax import moves
+from srt_jax.types import Array
 
 MAX_COST = 2**31 - 1 - 2 * moves.FIXED_POINTS[0][1]
 """The longest cost that can be held, a move and the marks above it taken off."""

@@ -1,18 +1,27 @@
-"""Which cells can still improve a neighbour? As a list, cheapest first, for `cell_queue` to start
-from.
+"""The frontier: the cells that can still lower the cost of a neighbour, as a list, cheapest first,
+from which `cell_queue` starts.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import apart
 from srt_jax.engine import packing
-from srt_jax.engine.kernel import read, read_apart, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.fields.goal_bound import Target
+from srt_jax.types import Array
 
 _BINS = 1024
+
+
+class CellList(NamedTuple):
+    """cells: uint32 [room], indices into the flat bordered field, then zeros; num: uint32 []."""
+
+    cells: Array
+    num: Array
 
 
 def frontier(
@@ -32,8 +41,8 @@ def frontier(
     width = stride - 2
 
     def row_words(row: Array) -> Array:
-        """One row at a time: XLA would split a step over the whole map among threads, which no
-        marked call can hold.
+        """One row at a time: XLA would split a step over the whole map among threads, which a
+        marked call cannot hold.
         """
         above, here, below = lax.dynamic_slice(field, (row, jnp.int32(0)), (3, stride))
         can_improve = _can_improve(above, here, below, straight, diagonal)
@@ -52,8 +61,7 @@ def _can_improve(
 ) -> Array:
     """Which cells of a row can lower a neighbour, bool [W]; from three rows with their border.
 
-    As signed numbers blocked cells are negative, and cost more than nothing can: they drop out of a
-    maximum by themselves.
+    As signed numbers the costs of blocked cells are negative, so they never win a maximum.
     """
     above, here, below = (lax.bitcast_convert_type(row, jnp.int32) for row in (above, here, below))
     straight, diagonal = straight.astype(jnp.int32), diagonal.astype(jnp.int32)
@@ -71,50 +79,41 @@ def _can_improve(
     return can_improve & (cost >= 0)
 
 
-def listed(words: Array, stride: int, room: int) -> tuple[Array, Array]:
-    """Returns the set cells as indices into the flat bordered field, and their number; those past
+def list_cells(words: Array, stride: int, room: int) -> CellList:
+    """Returns the set cells as indices into the flat bordered field, in row order; those past
     `room` - 1 are left out.
 
     Args:
       words: uint32 [H, words], packed.
       stride: columns of the bordered field.
       room: length of the list, a power of two.
-
-    Returns:
-      uint32 [room] and uint32 [].
     """
-    per_row = jnp.uint32(words.shape[1])
-    words = jnp.pad(words.reshape(-1), (0, 1))
-    num_words = jnp.uint32(words.shape[0])
     one = jnp.uint32(1)
 
-    def step(state: tuple) -> tuple:
-        """Takes the lowest bit of the word in hand; when that was the last, the next word."""
-        ahead, word, num, cells = state
-        which = ahead - one
-        bit = lax.population_count((word & -word) - one)
-        cell = (
-            (which // per_row + one) * jnp.uint32(stride)
-            + one
-            + which % per_row * jnp.uint32(packing.WORD)
-            + bit
-        )
-        cells = write(cells, cell, num)
-        num = jnp.minimum(num + (word != 0).astype(jnp.uint32), jnp.uint32(room - 1))
-        word = word & (word - one)
-        is_spent = word == 0
-        return (
-            ahead + is_spent.astype(jnp.uint32),
-            jnp.where(is_spent, read(words, ahead), word),
-            num,
-            cells,
-        )
+    def visit(state: CellList, row: Array, col: Array, is_set: Array) -> CellList:
+        cell = (row + one) * jnp.uint32(stride) + one + col
+        # the entry after the last is written again and again until a set cell takes it
+        cells = write(state.cells, cell, state.num)
+        num = jnp.minimum(state.num + is_set.astype(jnp.uint32), jnp.uint32(room - 1))
+        return CellList(cells, num)
 
-    state = (one, words[0], jnp.uint32(0), jnp.zeros(room, jnp.uint32))
-    _, _, num, cells = lax.while_loop(
-        lambda state: (state[0] < num_words) | (state[1] != 0), step, state
-    )
-    return cells, num
+    return packing.for_each_cell(words, visit, CellList(jnp.zeros(room, jnp.uint32), jnp.uint32(0)))
+
+
+class _Sums(NamedTuple):
+    """total: uint32 [], cells in the bins so far; ends: uint32 [bins], where each of these ends."""
+
+    total: Array
+    ends: Array
+
+
+class _Order(NamedTuple):
+    """ends: uint32 [bins], the last free place of each bin, plus 1; cells: uint32 [room], in
+    order.
+    """
+
+    ends: Array
+    cells: Array
 
 
 def cheapest_first(cells: Array, num: Array, cost: Array) -> Array:
@@ -122,11 +121,13 @@ def cheapest_first(cells: Array, num: Array, cost: Array) -> Array:
     bins; then zeros.
 
     Args:
-      cells: uint32 [room], from `listed`; cost: uint32 [N], the flat field.
+      cells: uint32 [room], and num: uint32 [], from `list_cells`.
+      cost: uint32 [N], the flat field.
 
     Returns:
       uint32 [room].
     """
+    # bins of equal width, a power of two, up to the greatest cost
     zero = jnp.uint32(0)
     most = lax.fori_loop(
         zero, num, lambda i, most: jnp.maximum(most, read(cost, read(cells, i))), jnp.uint32(1)
@@ -138,19 +139,18 @@ def cheapest_first(cells: Array, num: Array, cost: Array) -> Array:
         at = bin_of(cost, read_apart(cells, i), shift)
         return write(counts, read_apart(counts, at) + jnp.uint32(1), at)
 
-    def add_up(i: Array, state: tuple) -> tuple:
-        total, counts = state
-        total = total + read_apart(counts, i)
-        return total, write(counts, total, i)
+    def add_up(i: Array, state: _Sums) -> _Sums:
+        total = state.total + read_apart(state.ends, i)
+        return _Sums(total, write(state.ends, total, i))
 
-    def place(i: Array, state: tuple) -> tuple:
-        ends, ordered = state
+    def place(i: Array, state: _Order) -> _Order:
         cell = read_apart(cells, i)
         at = bin_of(cost, cell, shift)
-        last = read_apart(ends, at) - jnp.uint32(1)
-        return write(ends, last, at), write(ordered, cell, last)
+        last = read_apart(state.ends, at) - jnp.uint32(1)
+        return _Order(write(state.ends, last, at), write(state.cells, cell, last))
 
+    # counting sort: how many cells each bin holds, where each bin ends, each cell to its bin
     counts = lax.fori_loop(zero, num, count, jnp.zeros(_BINS, jnp.uint32))
     num_bins = jnp.where(num > 1, jnp.uint32(_BINS), zero)  # one cell is in order as it is
-    _, ends = lax.fori_loop(zero, num_bins, add_up, (zero, counts))
-    return lax.fori_loop(zero, num, place, (ends, jnp.zeros_like(cells)))[1]
+    ends = lax.fori_loop(zero, num_bins, add_up, _Sums(zero, counts)).ends
+    return lax.fori_loop(zero, num, place, _Order(ends, jnp.zeros_like(cells))).cells

@@ -1,23 +1,24 @@
-"""Where only the way to one cell is asked for: which cells can lie on it (the bound of A*, on
+"""Where only the path to one cell is requested: which cells can lie on it (the bound of A*, for
 sweeps and queues).
 
 A cell whose cost and least distance to the target add up to more than the target's own cost so far
-cannot lie on a shortest path there, and nothing need follow from it. Every cell on any shortest
-path is within the bound, at any time, for the target's cost only falls; so all of these end with
-exact costs, and the path read off them is the one read off a whole field. Other cells keep what
-they got: a cost no less than theirs.
+cannot lie on a shortest path there, so it need not be followed up. Every cell on any shortest path
+is within the bound at any time, for the target's cost only falls; so all of these end with exact
+costs, and the path read off them is the one read off a whole field. Other cells keep the cost they
+have got, which is no less than their exact one.
 """
 
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array
 
-from srt_jax.engine.kernel import read
+from srt_jax.engine.in_place import read
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
 
 class Target(NamedTuple):
-    """The cell asked for, int32 (row, col) in a field with its border; (0, 0), a blocked cell, if
+    """The requested cell, int32 (row, col) in a field with its border; (0, 0), a blocked cell, if
     it is outside the map.
     """
 
@@ -43,5 +44,5 @@ class Target(NamedTuple):
 
 def target_of(cell: Array, height: int, width: int) -> Target:
     """Returns `cell`, int32 [2] of a map of that size, as a target."""
-    is_inside = (cell[0] >= 0) & (cell[0] < height) & (cell[1] >= 0) & (cell[1] < width)
+    is_inside = is_on_map(cell[0], cell[1], height, width)
     return Target(*(jnp.where(is_inside, place + 1, 0) for place in (cell[0], cell[1])))

@@ -7,15 +7,19 @@ columns. Where shortest paths seldom double back, as on streets, a few sweeps le
 exact. `frontier` finds what is left, and `cell_queue` does it.
 
 A field is uint32 [rows, cols] with a border of blocked cells, so that the neighbours of a row are
-plain slices. BLOCKED is one bit: `value & BLOCKED` asks, max(value, other & BLOCKED) forbids a move
-without a branch.
+plain slices. BLOCKED is one bit: `value & BLOCKED` tests for it, and max(value, other & BLOCKED)
+forbids a move without a branch.
 """
+
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.loops import repeat
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
 BLOCKED = np.uint32(1 << 31)
 
@@ -23,7 +27,7 @@ _STRIP = 16  # rows
 
 
 def unreached(diagonal: Array) -> Array:
-    """Returns the cost of a free cell that nothing has reached: a move added to it does not set the
+    """Returns the cost of a free cell that is not reached yet: adding a move to it does not set the
     bit of BLOCKED.
     """
     return jnp.uint32(int(BLOCKED) - 1) - diagonal
@@ -34,9 +38,7 @@ def new_field(free: Array, start: Array, diagonal: Array) -> Array:
     cell of the map.
     """
     height, width = free.shape
-    row, col = start[0] + 1, start[1] + 1
-    inside = (row > 0) & (row <= height) & (col > 0) & (col <= width)
-    row, col = jnp.where(inside, row, 0), jnp.where(inside, col, 0)  # else a cell of the border
+    row, col = _bordered(start, height, width)
     field = jnp.pad(jnp.where(free, unreached(diagonal), BLOCKED), 1, constant_values=BLOCKED)
     at_start = lax.dynamic_slice(field, (row, col), (1, 1))
     return lax.dynamic_update_slice(
@@ -48,12 +50,17 @@ def is_reached(field: Array, cell: Array) -> Array:
     """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search can
     start there.
     """
-    row, col = cell[0] + 1, cell[1] + 1
-    inside = (row > 0) & (row < field.shape[0] - 1) & (col > 0) & (col < field.shape[1] - 1)
-    at = lax.dynamic_slice(field, (jnp.where(inside, row, 0), jnp.where(inside, col, 0)), (1, 1))[
-        0, 0
-    ]
-    return at == 0
+    row, col = _bordered(cell, field.shape[0] - 2, field.shape[1] - 2)
+    return lax.dynamic_slice(field, (row, col), (1, 1))[0, 0] == 0
+
+
+def _bordered(cell: Array, height: int, width: int) -> tuple[Array, Array]:
+    """Where a cell lies in the bordered field, int32 row and column; (0, 0), a blocked cell of the
+    border, for one outside the map.
+    """
+    row, col = cell[0], cell[1]
+    inside = is_on_map(row, col, height, width)
+    return jnp.where(inside, row + 1, 0), jnp.where(inside, col + 1, 0)
 
 
 def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
@@ -66,8 +73,8 @@ def four_sweeps(field: Array, straight: Array, diagonal: Array) -> Array:
 
 
 def transposed(field: Array) -> Array:
-    """Returns field.T, 16 rows at a time: their cells lie in the nearest cache while they are
-    spread over the columns.
+    """Returns field.T, 16 rows at a time, so that their cells stay in the first-level cache while
+    they are written to the columns.
     """
     rows, cols = field.shape
     if rows < _STRIP:
@@ -84,6 +91,16 @@ def transposed(field: Array) -> Array:
     return repeat(-(-rows // _STRIP), move, jnp.zeros((cols, rows), field.dtype))
 
 
+class _Sweep(NamedTuple):
+    """line, bare: uint32 [cols] and [cols - 2], the row before with its border and without (to cut
+    it out again costs 50 %); field: uint32 [rows, cols].
+    """
+
+    line: Array
+    bare: Array
+    field: Array
+
+
 def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> Array:
     """Relaxes the rows inside the border, from the first to the last, or back if `upwards`; in
     place.
@@ -97,20 +114,18 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
     def row_of(field: Array, y: Array) -> Array:
         return lax.dynamic_slice(field, (y, zero), (1, cols))[0]
 
-    def row_step(step: Array, carry: tuple) -> tuple:
-        # the row before, with its border and without: to cut it out again costs 50 %
-        line, bare, field = carry
+    def row_step(step: Array, sweep: _Sweep) -> _Sweep:
         y = rows - 2 - step if upwards else 1 + step
-        new = _relaxed(line, bare, row_of(field, y), straight, diagonal)
+        new = _relax_row(sweep.line, sweep.bare, row_of(sweep.field, y), straight, diagonal)
         # its ends, the border, stay: a pad is slower by 40 %
-        line = lax.dynamic_update_slice(line, new, (1,))
-        return line, new, lax.dynamic_update_slice(field, line[None], (y, zero))
+        line = lax.dynamic_update_slice(sweep.line, new, (1,))
+        return _Sweep(line, new, lax.dynamic_update_slice(sweep.field, line[None], (y, zero)))
 
     line = row_of(field, jnp.int32(rows - 1 if upwards else 0))
-    return repeat(rows - 2, row_step, (line, line[1:-1], field))[2]
+    return repeat(rows - 2, row_step, _Sweep(line, line[1:-1], field)).field
 
 
-def _relaxed(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
+def _relax_row(line: Array, bare: Array, row: Array, straight: Array, diagonal: Array) -> Array:
     """The costs of `row` (bordered) after the moves from the row before (`line` bordered, `bare`
     not).
     """

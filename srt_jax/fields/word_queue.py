@@ -2,7 +2,7 @@
 few rounds.
 
 In a maze the flood turns back at every corner, and each turn would cost a sweep over the whole map;
-a queue goes only where something changes. `open_cells` may be reached and are not yet; `due` are
+a queue visits only words that change. `open_cells` may be reached and are not yet; `due` are
 those of them beside a cell that has been. A word waits in the queue exactly while it has cells due,
 so the queue never holds more entries than there are words. Taking a word reaches the whole run of
 each due cell, inside the word, and makes the open cells beside these runs due. It ends, because
@@ -10,13 +10,28 @@ every word taken loses at least one open cell.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
-from srt_jax.engine.kernel import read, read_apart, write
+from sign_model.ground.sizes import next_power_of_two
+from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.types import Array
 
 _ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
+
+
+class _Flood(NamedTuple):
+    """head, tail: uint32 [], counts of words taken and queued so far; queue: uint32 [room], a ring
+    of word indices; open_cells, due: uint32 [words], flat, see above.
+    """
+
+    head: Array
+    tail: Array
+    open_cells: Array
+    due: Array
+    queue: Array
 
 
 def flood_rest(
@@ -30,6 +45,7 @@ def flood_rest(
       fill_runs: (free, reached) -> reached, spread over runs inside each word.
     """
     height, lanes = free.shape
+    # a border of empty rows: no word has a missing neighbour
     beside = _beside(lanes, group, through_corners)
     open_cells = jnp.pad(free & ~reached, ((1, 1), (0, 0)))
     due = _due(jnp.pad(reached, ((1, 1), (0, 0))), beside, group).reshape(-1) & open_cells.reshape(
@@ -38,15 +54,17 @@ def flood_rest(
     num, queue = _nonzero(due, lanes)
     mask = jnp.uint32(queue.shape[0] - 1)
 
-    def take(state: tuple) -> tuple:
+    def take(state: _Flood) -> _Flood:
         head, tail, open_cells, due, queue = state
+        # reach the runs of the due cells of the next word
         word = read_apart(queue, head & mask)
         free_here = read_apart(open_cells, word)
         due_here = read_apart(due, word) & free_here
         new = fill_runs(free_here, due_here)
         open_cells = write(open_cells, free_here & ~new, word)
-        # which is 0, but in this way the write waits for the read
+        # always 0, but written in this form it has to wait for the read
         due = write(due, due_here & ~new, word)
+        # open cells beside these runs become due; a word that had none due is queued
         for offset, moved in beside:
             to = word + jnp.uint32(offset % 2**32)
             had = read_apart(due, to)
@@ -54,10 +72,11 @@ def flood_rest(
             due = write(due, had | gets, to)
             queue = write(queue, to, tail & mask)
             tail = tail + ((had == 0) & (gets != 0)).astype(jnp.uint32)
-        return head + jnp.uint32(1), tail, open_cells, due, queue
+        return _Flood(head + jnp.uint32(1), tail, open_cells, due, queue)
 
-    state = (jnp.uint32(0), num, open_cells.reshape(-1), due, queue)
-    open_cells = lax.while_loop(lambda state: state[0] != state[1], take, state)[2]
+    state = _Flood(jnp.uint32(0), num, open_cells.reshape(-1), due, queue)
+    # ends with an empty queue: each word taken loses at least one open cell
+    open_cells = lax.while_loop(lambda state: state.head != state.tail, take, state).open_cells
     return free & ~open_cells.reshape(height + 2, lanes)[1:-1]
 
 
@@ -81,8 +100,8 @@ def _beside(
 
 
 def _due(reached: Array, beside: list, group: int) -> Array:
-    """The cells that touch reached ones, uint32 like `reached` [H + 2, lanes]; guards and border
-    take what they get.
+    """The cells that touch reached ones, uint32 [(H + 2) * lanes], from `reached` [H + 2, lanes];
+    what stands in the border has no meaning.
     """
     flat = jnp.pad(reached.reshape(-1), reached.shape[1] + group)
     size, margin = reached.size, reached.shape[1] + group
@@ -94,9 +113,9 @@ def _due(reached: Array, beside: list, group: int) -> Array:
 
 def _nonzero(words: Array, lanes: int) -> tuple[Array, Array]:
     """How many words are not 0, and their indices, in a list whose length is a power of two."""
-    room = 1 << (words.shape[0] - 1).bit_length()
+    room = next_power_of_two(words.shape[0])
 
-    def step(i: Array, state: tuple) -> tuple:
+    def step(i: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
         num, queue = state
         return num + (read(words, i) != 0).astype(jnp.uint32), write(queue, i, num)
 

@@ -3,8 +3,7 @@
 import numpy as np
 
 from srt_jax.components import largest_region
-
-Cell = tuple[int, int]
+from srt_jax.types import Cell
 
 
 def opposite_cells(free: np.ndarray) -> tuple[Cell, Cell]:

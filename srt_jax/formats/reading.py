@@ -25,9 +25,8 @@ from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize, square_grid
 from srt_jax.geometry.world import World
 from srt_jax.task import NamedTask, make_task, unstack
-from srt_jax.types import FREE, Task
+from srt_jax.types import FREE, Cell, Task
 
-Cell = tuple[int, int]
 Item = TypeVar("Item")
 _FOREIGN = {
     '"elements":[': (

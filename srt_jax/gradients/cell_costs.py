@@ -11,16 +11,18 @@ or by relaxing all cells at once, in any batch and on any machine.
 """
 
 import functools
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax.engine.kernel import batch_kernel, each, read_apart, write
-from srt_jax.moves import MOVES
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.in_place import read_apart, write
+from srt_jax.fields.lengths import length_map
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import Array
 
 
 class MoveCosts(NamedTuple):
@@ -77,16 +79,15 @@ def cost_of_move(costs: MoveCosts, move: int) -> Array:
     return shifted(costs[which], *MOVES[move]) if is_back else costs[which]
 
 
-def cost_maps(
-    free: Array, start: Array, cell_cost: Array, *, length_map: Callable[[Array, Array], Array]
-) -> Array:
+def cost_maps(free: Array, start: Array, cell_cost: Array) -> Array:
     """Returns the least costs from the start of a batch; inf where no path leads.
+
+    A map whose free cells all cost the same takes plain lengths (`fields.lengths`), times that
+    cost: faster, and exact.
 
     Args:
       free: bool [B, H, W]. start: int32 [B, 2]; may lie outside. cell_cost: float32 [B, H, W]; a
         cell whose cost is not positive and finite counts as blocked.
-      length_map: (free [H, W], start [2]) -> float32 [H, W], plain lengths: what maps are given
-        whose free cells all cost the same, times that cost. They are faster and exact.
 
     Returns:
       float32 [B, H, W].
@@ -97,12 +98,13 @@ def cost_maps(
             return length_map(free, start) * uniform
 
         def by_cost(free: Array, cell_cost: Array) -> Array:
-            return _solved(free, cell_cost, start, step)
+            return _solve_map(free, cell_cost, start, step)
 
         return lax.cond(uniform > 0, by_length, by_cost, free, cell_cost)
 
     @batch_kernel
     def run(free: Array, start: Array, cell_cost: Array) -> Array:
+        # the cost that all free cells share, 0 where they differ; and the mean cost of a move
         may_enter = is_open(free, cell_cost)
         least = jnp.where(free, cell_cost, jnp.inf).min(axis=(1, 2))
         most = jnp.where(free, cell_cost, 0).max(axis=(1, 2))
@@ -116,11 +118,11 @@ def cost_maps(
     return run(free, start, cell_cost)
 
 
-def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
+def _solve_map(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
     """The costs to come on one map, float32 [H, W]."""
     height, width = free.shape
     row, col = start
-    is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+    is_inside = is_on_map(row, col, height, width)
     at = jnp.where(is_inside, row, 0), jnp.where(is_inside, col, 0)
     may_start = is_inside & is_open(
         *(lax.dynamic_slice(field, at, (1, 1))[0, 0] for field in (free, cell_cost))
@@ -132,23 +134,62 @@ def _solved(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
     if runs_in_place():
         cost = _spread(cost, costs, cell, step).reshape(height + 2, width + 2)
     else:
-        cost = _relaxed(cost.reshape(height + 2, width + 2), costs)
+        cost = _relax_all(cost.reshape(height + 2, width + 2), costs)
     return cost[1:-1, 1:-1]
 
 
-def _relaxed(cost: Array, costs: MoveCosts) -> Array:
-    """Tries all moves of all cells at once until no cost falls: as many rounds as the longest path
-    has moves.
+class _Round(NamedTuple):
+    """cost: float32 [H + 2, W + 2]; is_changing: bool [], whether the last round lowered any."""
+
+    cost: Array
+    is_changing: Array
+
+
+def _relax_all(cost: Array, costs: MoveCosts) -> Array:
+    """Tries all moves of all cells at once until no cost falls: as many rounds as the longest
+    shortest path has moves.
     """
     per_move = [cost_of_move(costs, move) for move in range(8)]
 
-    def once_more(state: tuple) -> tuple:
-        cost, _ = state
-        offers = [shifted(cost, *MOVES[move]) + per_move[move] for move in range(8)]
-        least = functools.reduce(jnp.minimum, offers, cost)
-        return least, jnp.any(least < cost)
+    def once_more(state: _Round) -> _Round:
+        offers = [shifted(state.cost, *MOVES[move]) + per_move[move] for move in range(8)]
+        least = functools.reduce(jnp.minimum, offers, state.cost)
+        return _Round(least, jnp.any(least < state.cost))
 
-    return lax.while_loop(lambda state: state[1], once_more, (cost, jnp.bool_(True)))[0]
+    return lax.while_loop(
+        lambda state: state.is_changing, once_more, _Round(cost, jnp.bool_(True))
+    ).cost
+
+
+class _Ring(NamedTuple):
+    """head, tail: uint32 [], counts of cells taken from the ring and put into it; end: uint32 [],
+    the tail when this pass began; limit, least: float32 [], what may be tried in this pass, and the
+    least cost left for the next; cost, waits: float32 and uint8 [N]; queue: uint32 [room].
+    """
+
+    head: Array
+    tail: Array
+    end: Array
+    limit: Array
+    least: Array
+    cost: Array
+    waits: Array
+    queue: Array
+
+
+class _Trial(NamedTuple):
+    """is_due: bool [], whether the moves of `cell`, whose cost is `here`, are still to be tried;
+    the others as in `_Ring`.
+    """
+
+    is_due: Array
+    cell: Array
+    here: Array
+    tail: Array
+    least: Array
+    cost: Array
+    waits: Array
+    queue: Array
 
 
 def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
@@ -169,54 +210,56 @@ def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
     room = 1 << size.bit_length()
     mask, one = jnp.uint32(room - 1), jnp.uint32(1)
 
-    def try_moves(state: tuple) -> tuple:
-        _, cell, here, tail, least, cost, waits, queue = state
+    def try_moves(trial: _Trial) -> _Trial:
+        _, cell, here, tail, least, cost, waits, queue = trial
         for (which, is_back), (down, right) in zip(_EDGE, MOVES):
             to = cell + jnp.uint32((down * stride + right) % 2**32)
             edge = read_apart(edges, (to if is_back else cell) + jnp.uint32(which * size))
             total, old, waited = here + edge, read_apart(cost, to), read_apart(waits, to)
             is_better = total < old
+            # a cell whose cost falls is queued, unless it waits already
             cost = write(cost, jnp.minimum(old, total), to)
             waits = write(waits, waited | is_better.astype(jnp.uint8), to)
             queue = write(queue, to, tail & mask)
             tail = tail + (is_better & (waited == 0)).astype(jnp.uint32)
             least = jnp.minimum(least, jnp.where(is_better, total, jnp.inf))
-        return jnp.bool_(False), cell, here, tail, least, cost, waits, queue
+        return _Trial(jnp.bool_(False), cell, here, tail, least, cost, waits, queue)
 
-    def take(state: tuple) -> tuple:
-        head, tail, end, limit, least, cost, waits, queue = state
-        cell = read_apart(queue, head & mask)
-        here = read_apart(cost, cell)
-        is_late = here > limit
-        waits = write(waits, is_late.astype(jnp.uint8), cell)
-        queue = write(queue, cell, tail & mask)
-        tail = tail + is_late.astype(jnp.uint32)
-        least = jnp.minimum(least, jnp.where(is_late, here, jnp.inf))
-        state = (~is_late, cell, here, tail, least, cost, waits, queue)
-        # once, or not at all
-        _, _, _, tail, least, *rest = lax.while_loop(lambda state: state[0], try_moves, state)
-        head = head + one
-        is_end = head == end
-        limit = jnp.where(is_end, least + step, limit)
-        return (
-            head,
-            tail,
-            jnp.where(is_end, tail, end),
-            limit,
-            jnp.where(is_end, jnp.inf, least),
-            *rest,
+    def take(ring: _Ring) -> _Ring:
+        # the next cell: one that costs more than the limit goes to the end of the ring
+        cell = read_apart(ring.queue, ring.head & mask)
+        here = read_apart(ring.cost, cell)
+        is_late = here > ring.limit
+        waits = write(ring.waits, is_late.astype(jnp.uint8), cell)
+        queue = write(ring.queue, cell, ring.tail & mask)
+        tail = ring.tail + is_late.astype(jnp.uint32)
+        least = jnp.minimum(ring.least, jnp.where(is_late, here, jnp.inf))
+        # the moves of any other are tried: a loop of one step or none
+        trial = _Trial(~is_late, cell, here, tail, least, ring.cost, waits, queue)
+        trial = lax.while_loop(lambda trial: trial.is_due, try_moves, trial)
+        # at the end of a pass the limit rises
+        head = ring.head + one
+        is_end = head == ring.end
+        return _Ring(
+            head=head,
+            tail=trial.tail,
+            end=jnp.where(is_end, trial.tail, ring.end),
+            limit=jnp.where(is_end, trial.least + step, ring.limit),
+            least=jnp.where(is_end, jnp.inf, trial.least),
+            cost=trial.cost,
+            waits=trial.waits,
+            queue=trial.queue,
         )
 
-    queue = write(jnp.zeros(room, jnp.uint32), start, jnp.uint32(0))
     num = (start != 0).astype(jnp.uint32)
-    state = (
-        jnp.uint32(0),
-        num,
-        num,
-        jnp.float32(0),
-        jnp.float32(np.inf),
-        cost,
-        jnp.zeros(size, jnp.uint8),
-        queue,
+    ring = _Ring(
+        head=jnp.uint32(0),
+        tail=num,
+        end=num,
+        limit=jnp.float32(0),
+        least=jnp.float32(np.inf),
+        cost=cost,
+        waits=jnp.zeros(size, jnp.uint8),
+        queue=write(jnp.zeros(room, jnp.uint32), start, jnp.uint32(0)),
     )
-    return lax.while_loop(lambda state: state[0] != state[1], take, state)[5]
+    return lax.while_loop(lambda ring: ring.head != ring.tail, take, ring).cost

@@ -1,4 +1,4 @@
-"""Derivatives of least costs, by the envelope theorem: those of the cost of the path that is least.
+"""Derivatives of least costs, by the envelope theorem: those of the cost of the least path.
 
 A least cost is the minimum, over all paths, of sums that are linear in the cell costs. Where one
 path is least, the derivative is that path's: for each cell on it, the length of it that the cell
@@ -6,10 +6,8 @@ answers for. Where several are, it is that of the path which the rule of `path_t
 (the first in row order): one of the supergradients, always the same one.
 
 The rules are custom_jvp with a linear solve along the tree of shortest paths inside, so forward and
-reverse mode both work, and what is kept for the way back is a byte a cell.
+reverse mode both work, and reverse mode stores one byte a cell.
 """
-
-from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -21,22 +19,22 @@ from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, eager
 from srt_jax.gradients.cell_costs import cost_maps
 from srt_jax.gradients.path_tree import move_integral, parents, path_mask, path_sums
+from srt_jax.moves import is_on_map
 from srt_jax.types import Array
 
 
-def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callable) -> Array:
+def least_costs(free: Array, start: Array, cell_cost: Array) -> Array:
     """Returns `distance.cost_to_come` for cells of unequal cost, differentiable with respect to
     `cell_cost`.
 
     Args:
       free: bool [..., H, W]. start: int32 [..., 2]. cell_cost: float32 [..., H, W].
-      length_map: see `cell_costs.cost_maps`; a module-level function.
     """
     batch = checked_batch(free, start, cell_cost)
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, cell_cost: Array) -> Array:
-        return eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        return eager.call(cost_maps, batch, free, start, cell_cost)
 
     @of_costs.defjvp
     def rule(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
@@ -47,9 +45,7 @@ def least_costs(free: Array, start: Array, cell_cost: Array, length_map: Callabl
     return of_costs(free, start, cell_cost)
 
 
-def least_cost(
-    free: Array, start: Array, goal: Array, cell_cost: Array, length_map: Callable
-) -> Array:
+def least_cost(free: Array, start: Array, goal: Array, cell_cost: Array) -> Array:
     """Returns the least cost from `start` to `goal`, float32 [...]; only the path there is
     differentiated: cheaper.
     """
@@ -57,7 +53,7 @@ def least_cost(
 
     @jax.custom_jvp
     def of_costs(free: Array, start: Array, goal: Array, cell_cost: Array) -> tuple[Array, Array]:
-        cost = eager.call(cost_maps, batch, free, start, cell_cost, length_map=length_map)
+        cost = eager.call(cost_maps, batch, free, start, cell_cost)
         return _at(cost, goal), cost  # the field for the rule's own use, as a constant
 
     @of_costs.defjvp
@@ -118,10 +114,7 @@ def _along_path(tree: Array, on_path: Array, tangent: Array) -> Array:
 def _at(cost: Array, goal: Array) -> Array:
     """The entries of `cost` [..., H, W] at `goal` [..., 2]; inf where it lies outside the map."""
     *batch, height, width = cost.shape
-    is_inside = jnp.all(
-        (goal >= 0) & (goal < np.array([height, width], np.int32).reshape([1] * len(batch) + [2])),
-        axis=-1,
-    )
+    is_inside = is_on_map(goal[..., 0], goal[..., 1], height, width)
     place = jnp.where(is_inside, goal[..., 0] * width + goal[..., 1], 0)[..., None]
     there = jnp.take_along_axis(jnp.reshape(cost, (*batch, height * width)), place, axis=-1)[..., 0]
     return jnp.where(is_inside, there, jnp.inf)

@@ -13,15 +13,18 @@ ROOT, which is 0, at the start and at cells not reached.
 import functools
 import operator
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax.engine.kernel import batch_kernel, each, read_apart, write
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.in_place import read_apart, write
 from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted
-from srt_jax.moves import MOVES
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import Array
 
 ROOT = 0
 
@@ -35,7 +38,7 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
     plus move.
 
     Ties go to the first neighbour in row order. A parent costs strictly less than its child, so
-    there is no cycle; where float32 has swallowed the cost of the move, see `_adopted`.
+    there is no cycle; where float32 has swallowed the cost of the move, see `_adopt_orphans`.
 
     Args:
       free: bool [B, H, W]. cell_cost: float32 [B, H, W]. cost: float32 [B, H, W], the least costs
@@ -44,14 +47,22 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
     Returns:
       uint8 [B, H, W].
     """
-    # In a marked call, for what lies open is computed anew wherever it is read: the adjoint reads
-    # the tree ten times over.
+    # In a marked call, since outside one XLA computes the tree again wherever it is read, and the
+    # adjoint reads it ten times.
     tree, second = compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
-    tree = _adopted(tree, free, cell_cost, cost)
+    # cells without a parent that is right up to rounding: an equal neighbour, else the best one
+    tree = _adopt_orphans(tree, free, cell_cost, cost)
     return jnp.where(tree == ROOT, second, tree)
 
 
-def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
+class _Round(NamedTuple):
+    """tree: uint8 [B, H, W]; is_changing: bool [], whether another round may change it."""
+
+    tree: Array
+    is_changing: Array
+
+
+def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
     """Gives a parent to cells whose last move costs too little to count beside the cost so far.
 
     Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and
@@ -61,8 +72,8 @@ def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
     def is_orphan(tree: Array) -> Array:
         return (tree == ROOT) & (cost > 0) & (cost < jnp.inf)
 
-    def adopt(state: tuple) -> tuple:
-        tree, _ = state
+    def adopt(state: _Round) -> _Round:
+        tree = state.tree
         costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
         for move, (down, right) in enumerate(MOVES):
             total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
@@ -73,9 +84,11 @@ def _adopted(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
                 & (total == cost)
             )
             new = jnp.where(fits, jnp.uint8(1 + move), new)
-        return new, jnp.any(new != tree)
+        return _Round(new, jnp.any(new != tree))
 
-    return lax.while_loop(lambda state: state[1], adopt, (tree, is_orphan(tree).any()))[0]
+    # ends: every round but the last gives some cell a parent
+    first = _Round(tree, is_orphan(tree).any())
+    return lax.while_loop(lambda state: state.is_changing, adopt, first).tree
 
 
 def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
@@ -131,6 +144,16 @@ def subtree_sums(tree: Array, field: Array) -> Array:
     return _sums(tree, field, downwards=False)
 
 
+class _Climb(NamedTuple):
+    """cell: uint32 [], flat; is_on_path: bool [], whether it belongs to the path and is not yet
+    marked; mask: bool [H * W].
+    """
+
+    cell: Array
+    is_on_path: Array
+    mask: Array
+
+
 def path_mask(tree: Array, goal: Array) -> Array:
     """Returns the cells on the way from the root to `goal`, both ends among them; none where `goal`
     lies outside the map.
@@ -145,22 +168,22 @@ def path_mask(tree: Array, goal: Array) -> Array:
 
     def one_map(tree: Array, goal: Array) -> Array:
         row, col = goal
-        is_inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        is_inside = is_on_map(row, col, height, width)
         cell = jnp.where(is_inside, row * width + col, 0).astype(jnp.uint32)
         step_to, tree, mask = _steps(width), tree.reshape(-1), jnp.zeros(height * width, bool)
 
-        def step(state: tuple) -> tuple:
-            cell, _, mask = state
-            move = read_apart(tree, cell).astype(jnp.uint32)
-            return (
-                cell + read_apart(step_to, move),
+        def step(climb: _Climb) -> _Climb:
+            move = read_apart(tree, climb.cell).astype(jnp.uint32)
+            return _Climb(
+                climb.cell + read_apart(step_to, move),
                 move != ROOT,
-                write(mask, jnp.bool_(True), cell),
+                write(climb.mask, jnp.bool_(True), climb.cell),
             )
 
-        return lax.while_loop(lambda state: state[1], step, (cell, is_inside, mask))[2].reshape(
-            height, width
-        )
+        # ends at a root: the tree has no cycle
+        climb = _Climb(cell, is_inside, mask)
+        climb = lax.while_loop(lambda climb: climb.is_on_path, step, climb)
+        return climb.mask.reshape(height, width)
 
     return batch_kernel(compiled_whole(functools.partial(each, one_map)))(tree, goal)
 
@@ -219,6 +242,19 @@ def _add_in_order(tree: Array, num_children: Array, field: Array, downwards: boo
     return lax.fori_loop(jnp.uint32(0), num, add, field.reshape(-1)).reshape(field.shape)
 
 
+class _Listing(NamedTuple):
+    """cell, ahead: uint32 [], the cell in work, and the one in row order to go on from; num: uint32
+    [], cells listed; order: uint32 [N + 1]; waiting: uint8 [N], children not yet listed, 255 once
+    the cell is listed itself.
+    """
+
+    cell: Array
+    ahead: Array
+    num: Array
+    order: Array
+    waiting: Array
+
+
 def _leaves_first(tree: Array, waiting: Array, step_to: Array) -> tuple[Array, Array]:
     """The cells that have a parent, every one after its children, and their number: uint32 [N] and
     uint32 [].
@@ -228,28 +264,42 @@ def _leaves_first(tree: Array, waiting: Array, step_to: Array) -> tuple[Array, A
     size, one = jnp.uint32(tree.shape[0]), jnp.uint32(1)
     done = jnp.uint8(255)
 
-    def step(state: tuple) -> tuple:
+    def step(state: _Listing) -> _Listing:
         cell, ahead, num, order, waiting = state
+        # a cell whose children are all listed is next, unless it is a root or listed already
         move = read_apart(tree, cell).astype(jnp.uint32)
         here = read_apart(waiting, cell)
         is_next = (here == 0) & (move != ROOT)
         waiting = write(waiting, jnp.where(is_next, done, here), cell)
         order = write(order, cell, num)
         num = num + is_next.astype(jnp.uint32)
+        # its parent waits for one child less; if for none, it is next, else the next in row order
         parent = cell + read_apart(step_to, move)
         left = read_apart(waiting, parent) - is_next.astype(jnp.uint8)
         waiting = write(waiting, left, parent)
         goes_up = is_next & (left == 0)
         cell = jnp.where(goes_up, parent, ahead)
-        return cell, jnp.where(goes_up, ahead, ahead + one), num, order, waiting
+        return _Listing(cell, jnp.where(goes_up, ahead, ahead + one), num, order, waiting)
 
-    state = (jnp.uint32(0), one, jnp.uint32(0), jnp.zeros(tree.shape[0] + 1, jnp.uint32), waiting)
-    state = lax.while_loop(lambda state: state[0] < size, step, state)
-    return state[3], state[2]
+    order = jnp.zeros(tree.shape[0] + 1, jnp.uint32)
+    state = _Listing(jnp.uint32(0), one, jnp.uint32(0), order, waiting)
+    # ends: every step lists a cell or moves on in row order
+    state = lax.while_loop(lambda state: state.cell < size, step, state)
+    return state.order, state.num
+
+
+class _Levels(NamedTuple):
+    """sums: float32 [H, W]; is_waiting: bool [H, W], the cells whose sums may still change."""
+
+    sums: Array
+    is_waiting: Array
 
 
 def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool) -> Array:
-    """All cells at once, level by level: for machines on which a loop over cells is slow."""
+    """All cells at once, level by level: for machines on which a loop over cells is slow.
+
+    Ends after as many rounds as the tree has levels.
+    """
 
     def towards(value: Array, outside: int) -> list[tuple[Array, Array]]:
         """For each move, `value` at the other end of it, and whether the tree has this move."""
@@ -263,11 +313,12 @@ def _add_at_once(tree: Array, num_children: Array, field: Array, downwards: bool
             for move in moves
         ]
 
-    def level(state: tuple) -> tuple:
+    def level(state: _Levels) -> _Levels:
         sums, is_waiting = state
         new = sum((jnp.where(is_there, value, 0) for is_there, value in towards(sums, 0)), field)
         still = [is_there & value for is_there, value in towards(is_waiting, 0)]
-        return new, functools.reduce(jnp.logical_or, still)
+        return _Levels(new, functools.reduce(jnp.logical_or, still))
 
     is_waiting = (tree != ROOT) if downwards else num_children > 0
-    return lax.while_loop(lambda state: state[1].any(), level, (field, is_waiting))[0]
+    first = _Levels(field, is_waiting)
+    return lax.while_loop(lambda state: state.is_waiting.any(), level, first).sums

@@ -13,7 +13,9 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
+
+from srt_jax.types import Array
 
 
 def perturbed(
@@ -51,6 +53,7 @@ def perturbed(
         )
 
     def smoothed(key: Array, costs: Array) -> Any:
+        # each noise and its opposite, as factors of mean 1
         half = jax.random.normal(key, (num_samples // 2, *costs.shape), costs.dtype)
         noise = jnp.concatenate([half, -half])
         factor = jnp.exp(temperature * noise - 0.5 * temperature**2)
@@ -58,6 +61,7 @@ def perturbed(
             return jax.tree.map(
                 lambda value: value.mean(axis=0), jax.vmap(fun)(costs[None] * factor)
             )
+        # by the score: the values are constants, their weights are differentiated
         values = lax.stop_gradient(jax.vmap(fun)(lax.stop_gradient(costs)[None] * factor))
         score = (noise * _relative_change(costs)[None]).reshape(num_samples, -1).sum(
             axis=1

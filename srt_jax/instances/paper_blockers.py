@@ -10,12 +10,10 @@ before, it alone suffices. The least removal is the blocker, whatever all else c
 import numpy as np
 
 from srt_jax.components import largest_region
-from srt_jax.types import FREE
+from srt_jax.types import FREE, Cell
 
 BLOCKAGES = ("half", "quarter", "bagel-100", "bagel-50", "bagel-10")
 """The five of the paper; any other ring is bagel-K with a side of K cells, 3 or more."""
-
-Cell = tuple[int, int]
 
 
 def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.ndarray, int]:

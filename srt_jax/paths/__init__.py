@@ -1,3 +1,3 @@
-"""What the path planner reports: reached cells, lengths, a path; or the seed, the contour and what
-blocks (PY16 §3.2).
+"""What the path planner reports: reached cells, lengths and a path; or the seed, the contour and
+what blocks (PY16 §3.2).
 """

@@ -5,16 +5,16 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.moves import is_on_map
 from srt_jax.paths.reach import cells_in_group, flood_group
+from srt_jax.types import Array
 
 
-def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Array:
+def contour(free: Array, seed: Array, goal: Array) -> Array:
     """Returns the cells around the obstacle ahead of `seed`; all False where nothing is ahead.
 
     The obstacle is the 8-connected piece of blocked cells that owns the blocked cell on the greedy
@@ -39,7 +39,7 @@ def contour(free: records.Array, seed: records.Array, goal: records.Array) -> Ar
     free = arguments.as_mask("free", free)
     seed, goal = arguments.as_cells("seed", seed), arguments.as_cells("goal", goal)
     batch = arguments.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
-    # padding is no obstacle
+    # given before padding, since padding is no obstacle
     size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))
     return eager.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)
 
@@ -80,28 +80,17 @@ def _contour_group(free: Array, ahead: Array, seed: Array, size: Array) -> Array
     """
     height, lanes = free.shape
     group = size.shape[0]
+    # blocked cells inside each map: padding is no obstacle
     columns = packing.bits_inside(size[:, 1], lanes // group).T.reshape(1, -1)
     tall = jnp.tile(size[:, 0], lanes // group)[None]
     rows = jnp.arange(height, dtype=jnp.int32)[:, None]
     blocked = jnp.where(rows < tall, columns, jnp.uint32(0)) & ~free
+    # the obstacle ahead, the region of the seed, and where the two touch
     obstacle = flood_group(
         blocked, cells_in_group(blocked, ahead), group=group, through_corners=True
     )
     side = flood_group(free, cells_in_group(free, seed), group=group, through_corners=False)
-    return _widened(obstacle, group) & side
-
-
-def _widened(obstacle: Array, group: int) -> Array:
-    """The cells of the masks of a group, uint32 [H, lanes], and all that touch them by side or
-    corner.
-    """
-    height, lanes = obstacle.shape
-    one, top = jnp.uint32(1), jnp.uint32(31)
-    padded = jnp.zeros((height + 2, lanes + 2 * group), jnp.uint32)
-    padded = lax.dynamic_update_slice(padded, obstacle, (1, group))
-    tall = padded[:-2] | padded[1:-1] | padded[2:]
-    here, before, behind = tall[:, group:-group], tall[:, : -2 * group], tall[:, 2 * group :]
-    return here | (here << one) | (here >> one) | (before >> top) | (behind << top)
+    return packing.dilate(obstacle, group) & side
 
 
 def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None = None) -> Array:
@@ -135,12 +124,13 @@ def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, si
     else 0.
     """
 
-    def state(cell: Array) -> Array:
+    def content(cell: Array) -> Array:
         """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
-        inside = jnp.all((cell >= 0) & (cell < size), axis=1)
+        inside = is_on_map(cell[:, 0], cell[:, 1], size[:, 0], size[:, 1])
         row, col = (jnp.clip(cell[:, axis], 0, sides[axis] - 1) for axis in (0, 1))
         return jnp.where(inside, value(row, col), -1)
 
+    # the candidates on the greedy step: diagonal, in the goal's row direction, in its column's
     towards = jnp.sign(goal - seed)
     beside = [
         jnp.stack([seed[:, 0] + towards[:, 0], seed[:, 1]], 1),
@@ -148,5 +138,5 @@ def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, si
     ]
     answer = jnp.full_like(seed, -1)
     for cell in (beside[1], beside[0], seed + towards):  # the first choice is written last
-        answer = jnp.where((state(cell) == 0)[:, None], cell, answer)
-    return jnp.where((state(seed) == 1)[:, None], answer, -1)
+        answer = jnp.where((content(cell) == 0)[:, None], cell, answer)
+    return jnp.where((content(seed) == 1)[:, None], answer, -1)

@@ -1,5 +1,5 @@
-"""A path asked for within a permitted deviation from the straight link of its ends (PY16 §2, Figure
-1: H1, H2).
+"""A path that stays within a permitted deviation from the straight link of its ends (PY16 §2,
+Figure 1: H1, H2).
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ from srt_jax.paths.path import trace_path
 from srt_jax.types import Array, Path
 
 _SLACK = 1e-4
-"""By how much a deviation may be exceeded, in cell sides: more than float32 is off on a map of 2048
-x 2048 cells.
+"""By how much a deviation may be exceeded, in cell sides: more than the error of float32 on a map
+of 2048 x 2048 cells.
 """
 
 
@@ -76,12 +76,14 @@ def corridor(
         jnp.asarray(arguments.as_cells("start", start)),
         jnp.asarray(arguments.as_cells("goal", goal)),
     )
+    # one batch axis after the other, then rows and columns
     permitted = jnp.asarray(deviation, jnp.float32)
     permitted = jnp.broadcast_to(permitted, start.shape[:-1])[..., None, None] + jnp.float32(_SLACK)
     rows, cols = jnp.indices((height, width), jnp.int32)
     rows, cols = (place.reshape((1,) * (start.ndim - 1) + place.shape) for place in (rows, cols))
-    (row, col), (to_row, to_col) = (_sides(cell) for cell in (start, goal))
+    (row, col), (to_row, to_col) = (_row_and_col(cell) for cell in (start, goal))
     down, right = to_row - row, to_col - col
+    # distance from the link: that from its line between the ends, else from the nearer end
     along = (rows - row) * down + (cols - col) * right
     across = jnp.abs((rows - row) * right - (cols - col) * down).astype(jnp.float32)
     length = down * down + right * right
@@ -94,5 +96,5 @@ def corridor(
     return away <= permitted
 
 
-def _sides(cell: Array) -> tuple[Array, Array]:
+def _row_and_col(cell: Array) -> tuple[Array, Array]:
     return cell[..., 0, None, None], cell[..., 1, None, None]

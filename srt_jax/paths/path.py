@@ -1,21 +1,22 @@
 """A shortest path, read off the costs from the goal back to the start (PY16 §3.2)."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields import fixed_point
-from srt_jax.moves import MOVES
-from srt_jax.paths.distance import UNREACHED, Field
+from srt_jax.fields.lengths import UNREACHED, Field
+from srt_jax.moves import MOVES, is_on_map
+from srt_jax.types import Array, Path
 
 
-def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> records.Path:
+def trace_path(cost: Array, goal: Array, *, max_cells: int) -> Path:
     """Returns a shortest path to `goal`, start first; num_cells 0 and cost inf where `goal` is not
     reached.
 
@@ -26,8 +27,8 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
       cost: float32 [..., H, W], from `cost_to_come`.
       goal: int32 [..., 2], (row, col); may lie outside the map.
       max_cells: how many cells `cells` holds, at least 1. `moves.max_path_cells` is enough for
-        every path. Of a longer path `cells` holds nothing, but `num_cells` tells its length: ask
-        again.
+        every path. If the path is longer, `cells` is all -1 and `num_cells` is its true number of
+        cells: retry with a larger `max_cells`.
 
     Returns:
       Path: cells int32 [..., max_cells, 2], -1 after the goal; num_cells int32 [...]; cost float32
@@ -40,12 +41,12 @@ def trace_path(cost: records.Array, goal: records.Array, *, max_cells: int) -> r
     batch = arguments.common_batch(cost=(cost, 2), goal=(goal, 1))
     if max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
-    return records.Path(
+    return Path(
         **eager.call(_trace_lengths, batch, cost, goal, is_light=True, max_cells=int(max_cells))
     )
 
 
-def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
+def trace_field(field: Field, goal: Array, *, max_cells: int) -> Path:
     """Returns `trace_path` of a batch, from exact costs: goal int32 [B, 2]."""
 
     @batch_kernel
@@ -58,14 +59,14 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> records.Path:
         )
         return {"cells": cells, "num_cells": num_cells, "cost": length}
 
-    return records.Path(**run(field.cost, field.scale, goal))
+    return Path(**run(field.cost, field.scale, goal))
 
 
 def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[Array, Array, Array]:
     """Returns (cells, num_cells, cost) of `trace_field` for one map; for use inside a marked call.
 
     Args:
-      cost, scale: int32 [H, W] and [], from `distance.solve_map`.
+      cost, scale: int32 [H, W] and [], from `fields.lengths.solve_map`.
       goal: int32 [2].
     """
     straight, diagonal = fixed_point.pairs(scale)
@@ -111,8 +112,8 @@ def _trace(
         def one_map(
             which: Array, goal: Array, straight: Array, diagonal: Array
         ) -> tuple[Array, Array, Array]:
-            # Read cell by cell from the whole batch: a map cut out would be a copy of it, ten times
-            # the walk.
+            # Read cell by cell from the whole batch: a map cut out of it would be a copy, which
+            # takes ten times as long as the walk.
             return _walk(_reader(cost, which, unreached), goal, straight, diagonal, max_cells)
 
         return each(one_map, jnp.arange(cost.shape[0], dtype=jnp.int32), *rest)
@@ -129,10 +130,22 @@ def _reader(
 
     def at(row: Array, col: Array) -> Array:
         value = lax.dynamic_slice(cost, (which, row, col), (1, 1, 1))[0, 0, 0]
-        inside = (row >= 0) & (row < height) & (col >= 0) & (col < width)
+        inside = is_on_map(row, col, height, width)
         return jnp.where(inside, value, unreached)
 
     return at
+
+
+class _Walk(NamedTuple):
+    """row, col: int32 [], the cell reached, and its cost `here`; num: int32 [], cells so far;
+    cells: int32 [max_cells, 2], written from the back.
+    """
+
+    row: Array
+    col: Array
+    here: Array
+    num: Array
+    cells: Array
 
 
 def _walk(
@@ -144,26 +157,23 @@ def _walk(
     The cells are written from the back, so that the start comes first in the end.
     """
 
-    def step(state: tuple) -> tuple:
-        row, col, here, num, cells = state
-        row, col, there = _parent(at, row, col, here, straight, diagonal)
+    def step(walk: _Walk) -> _Walk:
+        row, col, there = _parent(at, walk.row, walk.col, walk.here, straight, diagonal)
         cells = lax.dynamic_update_slice(
-            cells, jnp.stack([row, col])[None], (max_cells - 1 - num, np.int32(0))
+            walk.cells, jnp.stack([row, col])[None], (max_cells - 1 - walk.num, np.int32(0))
         )
-        return row, col, there, num + 1, cells
+        return _Walk(row, col, there, walk.num + 1, cells)
 
+    # the walk begins at the goal; where that is not reached, it ends at once
     at_goal = at(goal[0], goal[1])
     cells = jnp.full((max_cells, 2), -1, jnp.int32)
     cells = lax.dynamic_update_slice(cells, goal[None], (max_cells - 1, 0))
     is_reached = at_goal < at(jnp.int32(-1), jnp.int32(-1))
-    state = (
-        goal[0],
-        goal[1],
-        jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal)),
-        jnp.int32(1),
-        cells,
-    )
-    *_, num, cells = lax.while_loop(lambda state: state[2] > 0, step, state)
+    here = jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal))
+    walk = _Walk(goal[0], goal[1], here, jnp.int32(1), cells)
+    walk = lax.while_loop(lambda walk: walk.here > 0, step, walk)
+    num, cells = walk.num, walk.cells
+    # shift the cells to the front; those of a path that does not fit are shifted out
     padding = jnp.full((max_cells, 2), -1, jnp.int32)
     first = jnp.where(is_reached & (num <= max_cells), max_cells - num, max_cells)
     cells = lax.dynamic_slice(
@@ -178,6 +188,7 @@ def _parent(
     """The neighbour with the least cost plus move, and its cost; itself, at cost 0, where none
     costs less.
     """
+    # the cost of every neighbour, since a diagonal move looks at the two cells beside it
     near = {move: at(row + move[0], col + move[1]) for move in MOVES}
     unreached = at(jnp.int32(-1), jnp.int32(-1))
     to_row, to_col, there, least = row, col, jnp.zeros_like(here), unreached

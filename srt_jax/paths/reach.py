@@ -3,25 +3,27 @@
 A flood needs a step per cell of its longest path; a sweep carries it across the whole map in one
 pass over the rows, top to bottom, then bottom to top, until nothing changes. A diagonal needs both
 side cells free, so eight moves reach what four reach, and `reach` floods through sides only.
-`flood` can also pass corners, as obstacles hang together through them.
+`flood` can also pass corners, through which obstacles are connected.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.loops import repeat
 from sign_model.ground.marks import compiled_whole, runs_in_place
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields.word_queue import flood_rest
+from srt_jax.moves import is_on_map
+from srt_jax.types import Array
 
-_MAX_ROUNDS = 4  # streets need three or four, the last to see that nothing changes
+_MAX_ROUNDS = 4  # streets need three or four, the last of which finds that nothing changes
 
 
-def reach(free: records.Array, start: records.Array) -> Array:
+def reach(free: Array, start: Array) -> Array:
     """Returns which cells can be reached from `start`; all False where `start` is blocked or
     outside the map.
 
@@ -134,7 +136,7 @@ def cells_in_group(free: Array, cell: Array) -> Array:
     def mark(which: Array, marks: Array) -> Array:
         row, col = lax.dynamic_index_in_dim(cell, which, keepdims=False)
         word = col // packing.WORD
-        inside = (row >= 0) & (row < height) & (col >= 0) & (word < lanes // group)
+        inside = is_on_map(row, word, height, lanes // group)
         at = (jnp.where(inside, row, 0), jnp.where(inside, word, 0) * group + which)
         bit = jnp.where(
             inside, jnp.uint32(1) << (col % packing.WORD).astype(jnp.uint32), jnp.uint32(0)
@@ -144,42 +146,64 @@ def cells_in_group(free: Array, cell: Array) -> Array:
     return repeat(group, mark, jnp.zeros_like(free))
 
 
+class _Rounds(NamedTuple):
+    """reached: uint32 [H, lanes + 2 * group]; is_changing: bool []; num_rounds: int32 []."""
+
+    reached: Array
+    is_changing: Array
+    num_rounds: Array
+
+
+class _Row(NamedTuple):
+    """line, bare: uint32 [lanes + 2 * group] and [lanes], the row before with guards and without
+    (to cut it out again costs 30 %); changed: uint32 [lanes], the bits that changed, ORed over
+    rows.
+    """
+
+    line: Array
+    bare: Array
+    changed: Array
+
+
 def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
     """Returns the flood of one group in lanes, uint32 [H, lanes], from `reached`, part of `free`.
 
     Sweeps down and up while that changes anything, some rounds at most; a queue of words does the
-    rest. Inside, the lanes lie between two groups of empty ones, which spares the neighbouring
-    words any edge case.
+    rest. Inside, the lanes lie between two groups of empty ones, so that every word has two
+    neighbours.
     """
+    # empty lanes on both sides
     height, lanes = free.shape
     guarded = jnp.zeros((height, lanes + 2 * group), jnp.uint32)
     free, reached = (
         lax.dynamic_update_slice(guarded, words, (0, group)) for words in (free, reached)
     )
 
-    def one_round(state: tuple) -> tuple:
-        reached, _, num_rounds = state
+    def one_round(state: _Rounds) -> _Rounds:
         reached, down = _sweep(
-            free, reached, group=group, through_corners=through_corners, upwards=False
+            free, state.reached, group=group, through_corners=through_corners, upwards=False
         )
         reached, up = _sweep(
             free, reached, group=group, through_corners=through_corners, upwards=True
         )
-        return reached, jnp.any((down | up) != jnp.uint32(0)), num_rounds + 1
+        return _Rounds(reached, jnp.any((down | up) != jnp.uint32(0)), state.num_rounds + 1)
 
     def rest(free: Array, reached: Array) -> Array:
         return flood_rest(
             free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs
         )
 
-    state = (reached, jnp.bool_(True), jnp.int32(0))
+    # sweeps to the end where a queue does not pay, else some rounds and then the queue
+    state = _Rounds(reached, jnp.bool_(True), jnp.int32(0))
     if not runs_in_place():
-        reached = lax.while_loop(lambda state: state[1], one_round, state)[0]
+        reached = lax.while_loop(lambda state: state.is_changing, one_round, state).reached
     else:
-        reached, is_changing, _ = lax.while_loop(
-            lambda state: state[1] & (state[2] < _MAX_ROUNDS), one_round, state
+        state = lax.while_loop(
+            lambda state: state.is_changing & (state.num_rounds < _MAX_ROUNDS), one_round, state
         )
-        reached = lax.cond(is_changing, rest, lambda free, reached: reached, free, reached)
+        reached = lax.cond(
+            state.is_changing, rest, lambda free, reached: reached, free, state.reached
+        )
     return reached[:, group:-group]
 
 
@@ -197,10 +221,10 @@ def _sweep(
     num_lanes = free.shape[1] - 2 * group
     one, top = jnp.uint32(1), jnp.uint32(31)
 
-    def row_step(carry: tuple, rows: tuple) -> tuple:
-        # the row before with guards and without: to cut it out again costs 30 %
-        line, bare, changed = carry
+    def row_step(before: _Row, rows: tuple[Array, Array]) -> tuple[_Row, Array]:
+        line, bare, changed = before
         free_line, old_line = rows
+        # what comes in: from above (or below), and from the neighbouring words
         here, old = free_line[inner], old_line[inner]
         before_left, before_right = line[:num_lanes], line[2 * group :]
         left = (before_left & free_line[:num_lanes]) | old_line[:num_lanes]
@@ -208,16 +232,15 @@ def _sweep(
         new = (bare & here) | old | (left >> top) | (right << top)
         if through_corners:
             new = new | (bare << one) | (bare >> one) | (before_left >> top) | (before_right << top)
+        # and from there along the row, inside each word
         new = _fill_runs(here, new & here)
         line = jnp.pad(new, (group, group))
-        return (line, new, changed | (new ^ old)), line
+        return _Row(line, new, changed | (new ^ old)), line
 
     nothing = jnp.zeros_like(free[0])
     bare = nothing[inner]
-    (_, _, changed), reached = lax.scan(
-        row_step, (nothing, bare, bare), (free, reached), reverse=upwards
-    )
-    return reached, changed
+    last, reached = lax.scan(row_step, _Row(nothing, bare, bare), (free, reached), reverse=upwards)
+    return reached, last.changed
 
 
 def _fill_runs(free: Array, reached: Array) -> Array:

@@ -3,21 +3,22 @@ in CLOSED).
 """
 
 import functools
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax import types as records
 from srt_jax.engine import arguments, eager
-from srt_jax.engine.kernel import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.moves import octile_order
+from srt_jax.types import Array
 
 _FAR = 2**31 - 1
 
 
-def seed_cell(reached: records.Array, goal: records.Array) -> Array:
+def seed_cell(reached: Array, goal: Array) -> Array:
     """Returns the reached cell nearest `goal`; (-1, -1) where nothing is reached.
 
     It borders the obstacle that closes off the goal (PY16 §3.2). Nearness is octile distance,
@@ -46,6 +47,15 @@ def seed_cells(reached: Array, goal: Array) -> Array:
     return compiled_whole(functools.partial(each, _nearest))(reached, goal)
 
 
+class _Best(NamedTuple):
+    """For each column the last reached row down to the goal's, -1 where there is none, and the
+    first below it, H where there is none: int16 or int32 [W] each.
+    """
+
+    above: Array
+    below: Array
+
+
 def _nearest(reached: Array, goal: Array) -> Array:
     """The nearest of the cells that are nearest within their column: of those above the goal's row
     the last, else the first.
@@ -58,19 +68,20 @@ def _nearest(reached: Array, goal: Array) -> Array:
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
 
-    def row_step(best: tuple[Array, Array], row_and_mask: tuple[Array, Array]) -> tuple:
+    def row_step(best: _Best, row_and_mask: tuple[Array, Array]) -> tuple[_Best, None]:
         row, mask = row_and_mask
         is_above = row <= goal[0]
         last = jnp.where(is_above, row, -1).astype(dtype)
         first = jnp.where(is_above, height, row).astype(dtype)
-        above, below = best
-        return (
-            jnp.where(mask, jnp.maximum(above, last), above),
-            jnp.where(mask, jnp.minimum(below, first), below),
+        return _Best(
+            jnp.where(mask, jnp.maximum(best.above, last), best.above),
+            jnp.where(mask, jnp.minimum(best.below, first), best.below),
         ), None
 
-    start = (jnp.full(width, -1, dtype), jnp.full(width, none, dtype))
+    # two candidates a column
+    start = _Best(jnp.full(width, -1, dtype), jnp.full(width, none, dtype))
     (above, below), _ = lax.scan(row_step, start, (jnp.arange(height, dtype=jnp.int32), reached))
+    # the nearest of them; among equals the first in row order
     rows = jnp.concatenate([above, below]).astype(jnp.int32)
     cols = jnp.tile(jnp.arange(width, dtype=jnp.int32), 2)
     h = jnp.where((rows >= 0) & (rows < height), octile_order(rows - goal[0], cols - goal[1]), _FAR)

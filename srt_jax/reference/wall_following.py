@@ -4,7 +4,7 @@
 
 import numpy as np
 
-Cell = tuple[int, int]
+from srt_jax.types import Cell
 
 
 def follow_wall(free: np.ndarray, seed: Cell, goal: Cell) -> list[Cell]:

@@ -22,19 +22,18 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.engine.packing import unpack
+from srt_jax.engine.packing import dilate, unpack
+from srt_jax.fields.lengths import cheapest, cost_field
 from srt_jax.obstacles import (
     FAR,
     all_cells_of,
     all_nearest_of,
     all_open_cells,
-    around,
     holds,
     owners_at,
 )
 from srt_jax.paths.blockage import Blockage, find_blockage
 from srt_jax.paths.contour import obstacle_ahead
-from srt_jax.paths.distance import cheapest, cost_field
 from srt_jax.paths.path import trace_field
 from srt_jax.paths.reach import reach_words
 from srt_jax.types import Act, Array, Path, Task
@@ -154,7 +153,7 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     ]
 
     # Walk to the goal, or to the cheapest cell of the contour beside the obstacle chosen.
-    beside_it = found.contour & around(all_cells_of(task.labels, chosen))
+    beside_it = found.contour & dilate(all_cells_of(task.labels, chosen))
     field = cost_field(unpack(free, W), here)
     stop = jnp.where(is_there[:, None], task.goal, cheapest(field, beside_it))
     leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
@@ -181,7 +180,7 @@ def _attended(task: Task, walk: Walk, free: Array, found: Blockage, symbolic: Sy
             task.labels, obstacle_ahead(unpack(free, W), found.seed, task.goal), num_obstacles
         )
     blocking &= ~walk.gone  # where obstacles overlap, what is gone still has its labels
-    h = all_nearest_of(task.labels, around(found.contour), task.goal, num_obstacles)
+    h = all_nearest_of(task.labels, dilate(found.contour), task.goal, num_obstacles)
     h = jnp.where(task.destroyable, h, h + FAR)
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
 

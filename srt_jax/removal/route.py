@@ -14,8 +14,8 @@ import numpy as np
 from jax import lax
 
 from srt_jax.engine import packing
+from srt_jax.fields.lengths import solve_map
 from srt_jax.obstacles import Labels
-from srt_jax.paths.distance import solve_map
 from srt_jax.paths.path import trace_map
 from srt_jax.types import Array
 

@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax.engine.kernel import each
+from srt_jax.engine.batching import each
 from srt_jax.types import Array
 
 WORDS = 10

@@ -1,5 +1,5 @@
-"""Where on the route each step of a symbolic plan ends: to approach is to come beside, to pass is
-to leave behind.
+"""Where on the route each step of a symbolic plan ends: "approach" where the agent comes beside the
+obstacle, "pass" where it has left the obstacle's cells behind.
 """
 
 import jax.numpy as jnp
@@ -7,7 +7,7 @@ from jax import lax
 
 from sign_model.ground.loops import in_a_loop
 from sign_model.ground.marks import compiled_whole
-from srt_jax.engine.kernel import each
+from srt_jax.engine.batching import each
 from srt_jax.types import Act, Array
 
 
@@ -26,6 +26,7 @@ def left_behind(
       destroyed, destroyed_at: int32 [B, K], as in `Solution`; the result is -1 where there is no
         obstacle.
     """
+    # the last cells covered are searched along the route, one obstacle after the other
     L, N, K = labels.shape[1], cells.shape[1], destroyed.shape[1]
 
     def all_routes(labels: Array, cells: Array, last: Array, ids: Array, at: Array) -> Array:
@@ -45,6 +46,7 @@ def left_behind(
                     at[(k + 1).clip(0, K - 1)],
                     last,
                 )
+                # ends at the next obstacle's place or the route's end
                 first = jnp.minimum(here + 1, following)
                 end = lax.while_loop(
                     lambda i: (i < following) & is_covered(i, obstacle), lambda i: i + 1, first
@@ -62,7 +64,7 @@ def left_behind(
     return compiled_whole(all_routes)(labels, cells, num_cells - 1, ids, destroyed_at)
 
 
-def placed(
+def place_plan(
     act: Array, slot: Array, num_cells: Array, destroyed: Array, destroyed_at: Array, left_at: Array
 ) -> tuple:
     """Returns a plan over the slots 0, 1, ... as (plan, plan_at) of a `Solution`; slot k holds the
@@ -84,6 +86,8 @@ def placed(
         def of_slot(values: Array) -> Array:
             return jnp.take_along_axis(values, slot.clip(0, values.shape[1] - 1), axis=1)
 
+        # a pass ends behind its obstacle, other acts at the place of destroying; the last step and
+        # a relocation end at the goal
         is_last = (act >= 0) & (jnp.pad(act, ((0, 0), (0, 1)), constant_values=-1)[:, 1:] < 0)
         ends = jnp.where(act == Act.PASS, of_slot(left_at), of_slot(destroyed_at))
         ends = jnp.where(is_last | (act == Act.RELOCATE), num_cells[:, None] - 1, ends)

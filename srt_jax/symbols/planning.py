@@ -1,8 +1,8 @@
 """What the grid level reports becomes a situation of signs, and MAP's plans become acts on
 obstacles (PY16 §3).
 
-Working memory has slots, obstacles have ids: slots are filled here, and read back. Everything runs
-inside jit.
+Working memory has slots, obstacles have ids: this module fills the slots and reads them back.
+Everything runs inside jit.
 """
 
 import functools
@@ -18,11 +18,11 @@ from sign_model.relocation.domain import AGENT
 from sign_model.relocation.map_in_jit import plan_situations
 from sign_model.relocation.working_memory import (
     BREAKABLE,
-    FIRM,
-    Attention,
+    INDESTRUCTIBLE,
+    WorkingMemory,
     area,
-    chain_attention,
-    contour_attention,
+    chain_memory,
+    contour_memory,
     slot,
 )
 from srt_jax.types import Act, Array
@@ -58,12 +58,12 @@ def plan_on_contour(is_filled: Array, is_breakable: Array) -> Acts:
       is_filled: bool [B, S], which slots hold an obstacle.
       is_breakable: bool [B, S], the kind of each.
     """
-    attention = contour_attention(is_filled.shape[1])
+    attention = contour_memory(is_filled.shape[1])
 
     def run(is_filled: Array, is_breakable: Array) -> Acts:
         start = _start(attention, is_filled, is_breakable)
         goal = jnp.asarray(attention.situation(("at", AGENT, area(1))))
-        return _planned(
+        return _plan_acts(
             attention, start, jnp.broadcast_to(goal[:, None], start.shape), _STEPS_ON_CONTOUR
         )
 
@@ -78,7 +78,7 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
       num_obstacles: int32 [B], 0 to `num_slots`; a task with more has no plan.
       is_here: bool [B], whether the agent is in the goal area already.
     """
-    attention = chain_attention(num_slots)
+    attention = chain_memory(num_slots)
     is_open = attention.situation(("way", area(0), area(1)))
     goals = np.stack(
         [attention.situation(("at", AGENT, area(number))) for number in range(num_slots + 1)],
@@ -93,9 +93,9 @@ def plan_along_chain(num_obstacles: Array, is_here: Array, *, num_slots: int) ->
         last = jnp.where(is_here, 0, num_obstacles.clip(1))
         is_last = jnp.arange(num_slots + 1, dtype=jnp.int32)[:, None] == last[None]
         goal = (jnp.asarray(goals)[:, :, None] & is_last[None]).any(axis=1)
-        # One with too many obstacles has its goal beyond all areas: nothing is wanted, so nothing
-        # is planned.
-        return _planned(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
+        # A task with too many obstacles has its goal beyond all areas. The goal situation is then
+        # empty, so nothing is planned.
+        return _plan_acts(attention, start, goal, _STEPS_PER_OBSTACLE * num_slots + 1)
 
     return compiled_whole(run)(num_obstacles, is_here)
 
@@ -105,7 +105,7 @@ def first_act() -> Act:
     """Returns what MAP plans before anything is known to block, when the way to the goal area is
     taken to be open.
     """
-    attention = contour_attention(1)
+    attention = contour_memory(1)
     task = attention.task_of(
         [("at", AGENT, area(0)), ("way", area(0), area(1))], [("at", AGENT, area(1))]
     )
@@ -114,7 +114,7 @@ def first_act() -> Act:
     return _act(task.actions[plan[0]])
 
 
-def _start(attention: Attention, is_filled: Array, is_breakable: Array) -> Array:
+def _start(attention: WorkingMemory, is_filled: Array, is_breakable: Array) -> Array:
     """Returns the situation at the start, bool [F, B]: the agent in area 0, and what is known of
     the obstacles in the slots.
     """
@@ -122,22 +122,23 @@ def _start(attention: Attention, is_filled: Array, is_breakable: Array) -> Array
     place = np.stack([attention.about(name, except_for="of-kind") for name in slots], axis=1)
     kinds = [
         np.stack([attention.situation(("of-kind", name, kind)) for name in slots], axis=1)
-        for kind in (BREAKABLE, FIRM)
+        for kind in (BREAKABLE, INDESTRUCTIBLE)
     ]
     always = attention.situation(("at", AGENT, area(0))) | attention.abilities
 
-    def told(facts: np.ndarray, of: Array) -> Array:
+    def hold_for(facts: np.ndarray, of: Array) -> Array:
+        """The facts of those slots that are in `of`: bool [F, S] and [B, S] -> [F, B]."""
         return (jnp.asarray(facts)[:, :, None] & of.T[None]).any(axis=1)
 
     known = (
-        told(place, is_filled)
-        | told(kinds[0], is_filled & is_breakable)
-        | told(kinds[1], is_filled & ~is_breakable)
+        hold_for(place, is_filled)
+        | hold_for(kinds[0], is_filled & is_breakable)
+        | hold_for(kinds[1], is_filled & ~is_breakable)
     )
     return known | jnp.asarray(always)[:, None]
 
 
-def _planned(attention: Attention, start: Array, goal: Array, max_steps: int) -> Acts:
+def _plan_acts(attention: WorkingMemory, start: Array, goal: Array, max_steps: int) -> Acts:
     plans = plan_situations(attention, start, goal, max_steps=max_steps)
     act_of = np.array([*map(_act, attention.actions), -1], np.int32)  # the last for -1, no action
     slot_of = np.array([*(_slot(action) for action in attention.actions), -1], np.int32)

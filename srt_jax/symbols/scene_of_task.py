@@ -54,10 +54,11 @@ def scene_of(
 ) -> Scene:
     """Returns what one task comes down to on the symbolic level, obstacle 7 called `obstacle-7`.
 
-    Solved: a chain of areas with what was destroyed between each two. Solved by the paper's loop,
-      which learns of obstacles one
-    by one: two areas with all of it between them. Unsolvable: two areas, and between them the firm
-    obstacles that separate. Else what is known: the obstacles on the first contour.
+    - Solved: a chain of areas with what was destroyed between each two.
+    - Solved by the paper's loop, which meets obstacles one by one: two areas with everything that
+      was destroyed between them.
+    - Unsolvable: two areas, and between them the indestructible obstacles that separate.
+    - Else what is known: the obstacles on the first contour.
     """
     status, steps = Status(int(solution.status)), planned_steps(solution)
     if status.is_solved:

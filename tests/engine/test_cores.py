@@ -94,7 +94,7 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
     assert cores.part_size(1, 4096 * 4096, cores.FIELD) == 1
 
 
-def test_the_environment_may_ask_for_fewer_cores(monkeypatch):
+def test_the_environment_may_limit_the_number_of_cores(monkeypatch):
     monkeypatch.setenv("SRT_JAX_CORES", "1")
     assert cores.num_cores() == ladder.num_cores() == 1
     monkeypatch.setenv("SRT_JAX_CORES", "many")

@@ -93,7 +93,7 @@ def of_room(batch=1):
 
 
 @needs_marks
-def test_the_search_for_what_would_be_refused_finds_it():
+def test_the_search_for_operations_that_the_compiler_refuses_finds_them():
     floats = shape(64, 64, dtype=jnp.float32)
     assert refused_reductions(marks.compiled_whole(lambda x: jnp.min(x) + x), floats)
     assert refused_reductions(marks.compiled_whole(lambda x: jnp.sum(x, axis=1)), floats)
@@ -109,7 +109,7 @@ LARGEST = {"height": 4096, "width": 4096, "obstacles": 1 << 20, "layers": 4}
 
 @needs_marks
 @pytest.mark.parametrize("sides", [LARGEST, {"batch": 1 << 16}], ids=str)
-def test_no_stage_of_the_solver_holds_what_would_be_refused(sides):
+def test_no_stage_of_the_solver_holds_an_operation_that_is_refused(sides):
     task, rest = task_of(**sides), of_room(sides.get("batch", 1))
     nodes = lambda *args: removal(*args, capacity=1 << 16, max_nodes=1 << 16)  # noqa: E731
     assert not refused_reductions(nodes, task, *rest)
@@ -121,7 +121,7 @@ def test_no_stage_of_the_solver_holds_what_would_be_refused(sides):
 
 @needs_marks
 @pytest.mark.parametrize("sides", [(1, 4096, 4096), (1, 1, 70000), (1 << 16, 4, 4)], ids=str)
-def test_no_public_kernel_holds_what_would_be_refused(sides):
+def test_no_public_kernel_holds_an_operation_that_is_refused(sides):
     free, cell, costs = (
         shape(*sides, dtype=jnp.bool_),
         shape(sides[0], 2),
@@ -200,7 +200,7 @@ def test_the_least_of_floats_that_are_not_negative():
     assert marks.least(np.append(values, np.float32(0))) == 0
 
 
-def test_obstacles_that_are_nowhere_change_no_bit_of_the_least_removal():
+def test_obstacles_that_cover_no_cell_change_no_bit_of_the_least_removal():
     rng = np.random.default_rng(1)
     labels = np.full((1, 1, 8, 8), -1, np.int32)
     labels[0, 0, :, 3:5] = rng.integers(0, 5, (8, 2))

@@ -60,7 +60,7 @@ def test_kernels_stay_compiled_where_jit_is_disabled():
 def test_checks_of_jax_find_nothing(mode):
     free = ground()[0]
     expected = srt_jax.cost_to_come(free, START)
-    with mode():  # compiled anew under each
+    with mode():  # compiled again under each
         assert srt_jax.cost_to_come(free, START).tolist() == expected.tolist()
 
 
@@ -69,8 +69,8 @@ def test_guarded_transfers_leave_alone_what_lies_on_the_device():
     run = jax.jit(srt_jax.reach)
     expected = run(free, start).tolist()
     with jax.transfer_guard("disallow"):
-        told = run(free, start)
-    assert told.tolist() == expected
+        reached = run(free, start)
+    assert reached.tolist() == expected
 
 
 def test_random_keys_of_both_forms_draw_the_same():

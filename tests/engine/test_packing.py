@@ -1,3 +1,4 @@
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -51,3 +52,30 @@ def test_groups_fit_the_cache_and_are_no_larger_than_the_batch_needs():
     assert packing.group_size(3, 64, 64) == 4
     assert packing.group_size(1000, 64, 64) == 32
     assert packing.group_size(1000, 2048, 2048) == 1
+
+
+@pytest.mark.parametrize("group", [1, 4])
+def test_dilated_masks_hold_what_touches_a_cell_by_side_or_corner(group):
+    masks = np.random.default_rng(3).random((4, 9, 96)) < 0.06
+    lanes = packing.to_lanes(packing.pack(jnp.asarray(masks)), group)
+    words = packing.from_lanes(packing.dilate(lanes, group), group, 4)
+    padded, expected = np.pad(masks, ((0, 0), (1, 1), (1, 1))), np.zeros_like(masks)
+    for down in range(3):
+        for right in range(3):
+            expected |= padded[:, down : down + 9, right : right + 96]
+    assert np.array_equal(packing.unpack(words, 96), expected)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.5, 1.0])
+def test_each_set_cell_is_visited_once_in_row_order(share):
+    mask = np.random.default_rng(4).random((5, 70)) < share
+
+    def note(out, row, col, is_set):
+        cells, num = out
+        cells = cells.at[jnp.where(is_set, num, len(cells))].set(jnp.stack([row, col]), mode="drop")
+        return cells, num + is_set.astype(jnp.int32)
+
+    first = jnp.zeros((5 * 70, 2), jnp.uint32), jnp.int32(0)
+    words = packing.pack(jnp.asarray(mask)[None])[0]
+    cells, num = jax.jit(lambda words: packing.for_each_cell(words, note, first))(words)
+    assert np.array_equal(cells[:num], np.argwhere(mask))

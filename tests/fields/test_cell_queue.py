@@ -26,7 +26,7 @@ def _can_improve(field):
     free = value < 2**31
     found = np.zeros(field.shape, bool)
     for r, c in np.argwhere(free):
-        for dr, dc in cell_queue.MOVES:
+        for dr, dc in cell_queue.CLOCKWISE:
             cost = 8119 if dr and dc else 5741
             if free[r + dr, c + dc] and free[r, c + dc] and free[r + dr, c]:
                 found[r, c] |= value[r, c] + cost < value[r + dr, c + dc]
@@ -52,7 +52,7 @@ def test_the_list_holds_every_cell_in_coarse_order_of_cost():
     rng = np.random.default_rng(1)
     mask = rng.random((30, 70)) < 0.1
     cost = jnp.asarray(rng.integers(0, 2**24, 32 * 72).astype(np.uint32))
-    cells, num = frontier.listed(packing.pack(jnp.asarray(mask)[None])[0], 72, 1024)
+    cells, num = frontier.list_cells(packing.pack(jnp.asarray(mask)[None])[0], 72, 1024)
     assert int(num) == mask.sum()
     ordered = np.asarray(frontier.cheapest_first(cells, num, cost))
     row, col = np.argwhere(mask).T
@@ -62,12 +62,12 @@ def test_the_list_holds_every_cell_in_coarse_order_of_cost():
     assert (np.diff(bins.astype(int)) >= 0).all()
 
 
-def test_a_list_without_room_for_all_is_cut_and_says_so_by_its_length():
-    cells, num = frontier.listed(packing.pack(jnp.ones((1, 8, 40), bool))[0], 42, 64)
+def test_a_list_that_is_too_short_is_full():
+    cells, num = frontier.list_cells(packing.pack(jnp.ones((1, 8, 40), bool))[0], 42, 64)
     assert num == 63 and cells.shape == (64,)
 
 
-def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs():
+def test_a_queue_that_is_too_short_reports_it_and_repeating_ends_at_the_exact_costs():
     free = noise(np.random.default_rng(3), 60, 60, 0.1)
     start = any_start(np.random.default_rng(4), free)
     expected = _field(costs_by_scipy(free, start, 5741, 8119), free)
@@ -75,7 +75,7 @@ def test_a_queue_that_is_too_short_says_so_and_repeating_ends_at_the_exact_costs
 
     @jax.jit
     def spread(field):
-        cells, num = frontier.listed(frontier.frontier(field, STRAIGHT, DIAGONAL), 62, 32)
+        cells, num = frontier.list_cells(frontier.frontier(field, STRAIGHT, DIAGONAL), 62, 32)
         cost = field.reshape(-1)
         sources = frontier.cheapest_first(cells, num, cost)
         cost, is_short = cell_queue.spread(

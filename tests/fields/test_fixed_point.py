@@ -54,7 +54,7 @@ def test_padding_and_place_do_not_change_the_scale():
 
 
 @pytest.mark.parametrize("side, error", [(700, 8e-9), (1700, 3e-7), (2600, 1.54e-6)])
-def test_the_error_told_for_a_size_holds_whatever_is_on_the_map(side, error):
+def test_the_error_documented_for_a_size_holds_whatever_is_on_the_map(side, error):
     worst = np.ones((side, side), bool)
     worst[1::2, 1::2] = False  # three free cells in every square: no map needs a coarser scale
     straight, diagonal = FIXED_POINTS[int(finest_scale(jnp.asarray(worst)))]

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 import pytest
 
-from srt_jax.paths.distance import UNREACHED, cost_field
+from srt_jax.fields.lengths import UNREACHED, cost_field
 from srt_jax.paths.path import trace_field
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, rooms, snake
 

@@ -30,7 +30,7 @@ def _exact_score(free, start, costs, weights):
     return cost, np.where(np.isfinite(cost), cost * weights, 0).sum()
 
 
-def test_a_dear_cell_is_walked_round_and_a_move_costs_the_mean_of_its_cells():
+def test_the_path_avoids_an_expensive_cell_and_a_move_costs_the_mean_of_its_cells():
     free, places = drawn("""
         S..
         ...
@@ -162,7 +162,7 @@ def test_the_cost_of_one_path_is_the_entry_of_the_field_and_so_is_its_gradient()
     )
 
 
-def test_what_is_kept_for_the_way_back_does_not_grow_with_the_path():
+def test_the_memory_of_reverse_mode_does_not_depend_on_the_length_of_the_path():
     def temporaries(free):
         run = jax.jit(
             jax.grad(

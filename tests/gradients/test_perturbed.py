@@ -97,7 +97,7 @@ def test_options_out_of_range_are_refused(samples, temperature):
         perturbed(jnp.min, num_samples=samples, temperature=temperature)
 
 
-def test_the_gradient_of_smooth_least_costs_equals_differences_of_their_values_from_the_same_noise():
+def test_the_gradient_of_smooth_least_costs_equals_differences_under_the_same_noise():
     free, start, goal = np.ones((6, 6), bool), np.zeros(2, np.int32), np.array([5, 5], np.int32)
     costs = jnp.asarray(np.random.default_rng(3).uniform(1, 3, (6, 6)), jnp.float32)
     smooth = perturbed(
@@ -169,7 +169,7 @@ def _total(costs, batch):
     return jnp.where(jnp.isfinite(removal), removal, 0).sum(), (removal, route)
 
 
-def test_the_least_removal_under_jit_and_vmap_has_the_same_bits_and_its_mean_over_noise_a_gradient():
+def test_the_least_removal_under_jit_and_vmap_has_the_same_bits_and_its_mean_a_gradient():
     batch = srt_jax.stack(TASKS)
     expected = least_removal(batch)
     assert np.array_equal(jax.vmap(least_removal)(batch), expected)

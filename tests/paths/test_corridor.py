@@ -62,7 +62,7 @@ def test_a_wider_corridor_never_makes_a_path_longer():
     assert costs == sorted(costs, reverse=True)
 
 
-def test_the_way_round_needs_leave_to_stray():
+def test_a_detour_is_found_only_if_the_deviation_permits_it():
     free, places = drawn("""
         ..........
         ....@.....
@@ -75,7 +75,7 @@ def test_the_way_round_needs_leave_to_stray():
 
 
 @pytest.mark.parametrize("deviation", [0.5, np.float32(0.5)])
-def test_on_the_spot_the_corridor_is_a_disc(deviation):
+def test_where_start_and_goal_are_one_cell_the_corridor_is_a_disc(deviation):
     assert np.asarray(corridor((2, 2), (2, 2), deviation, height=5, width=5)).sum() == 1
     assert np.asarray(corridor((2, 2), (2, 2), 1.0, height=5, width=5)).sum() == 5
 

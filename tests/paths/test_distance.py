@@ -5,8 +5,8 @@ import pytest
 
 import srt_jax
 from srt_jax.engine import packing
+from srt_jax.fields.lengths import UNREACHED, Field, cheapest, cost_field, field_length
 from srt_jax.moves import FIXED_POINTS
-from srt_jax.paths.distance import UNREACHED, Field, cheapest, cost_field, field_length
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
 from tests.helpers.slow import costs_by_scipy, lengths_by_heap
@@ -131,7 +131,7 @@ def test_turning_mirroring_transposing_and_padding_change_no_bit():
     assert np.array_equal(padded[3:48, 40:110], expected)
 
 
-def test_the_way_there_is_as_long_as_the_way_back():
+def test_the_path_there_is_as_long_as_the_path_back():
     rng = np.random.default_rng(8)
     free = noise(rng, 60, 60, 0.35)
     a, b = any_start(rng, free), any_start(rng, free)

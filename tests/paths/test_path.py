@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 import srt_jax
+from srt_jax.fields.lengths import cost_field
 from srt_jax.moves import max_path_cells
-from srt_jax.paths.distance import cost_field
 from srt_jax.paths.path import trace_field
 from tests.helpers.maps import any_start, noise, random_maps, snake
 from tests.helpers.pictures import drawn
@@ -84,7 +84,7 @@ def test_float_and_exact_costs_give_the_same_path():
     assert np.array_equal(exact.cost, rounded.cost)
 
 
-def test_a_path_too_long_for_the_room_tells_how_many_cells_it_has():
+def test_a_path_longer_than_max_cells_reports_its_true_number_of_cells():
     free = snake(21, 30)
     cost = srt_jax.cost_to_come(free, (0, 0))
     goal = np.argwhere(free)[-1].astype(np.int32)
@@ -127,7 +127,7 @@ def test_vmap_and_jit_give_the_same_path():
         jax.tree.map(lambda a, b: np.testing.assert_array_equal(a[i], b), together, one)  # noqa: B023
 
 
-def test_no_room_at_all_is_refused():
+def test_max_cells_below_one_is_refused():
     with pytest.raises(ValueError, match="max_cells must be at least 1"):
         srt_jax.trace_path(np.zeros((3, 3), np.float32), (0, 0), max_cells=0)
     with pytest.raises(TypeError, match="cost must be float32"):

@@ -15,7 +15,7 @@ def test_it_equals_the_twin_that_compares_distances_without_rounding():
         assert tuple(got) == seed_by_sorting(one, goal)
 
 
-def test_near_ties_on_a_large_map_are_told_apart():
+def test_near_ties_on_a_large_map_are_distinguished():
     reached = np.zeros((2, 1500, 1500), bool)
     reached[0, 985, 0] = reached[0, 577, 577 - 170] = True
     reached[0, 0, 1393] = True

@@ -8,13 +8,13 @@ import pytest
 import sign_model
 
 
-def test_every_public_name_can_be_had():
+def test_every_public_name_can_be_loaded():
     for name in sign_model.__all__:
         assert getattr(sign_model, name) is not None
     assert callable(sign_model.validate) and callable(sign_model.describe)
 
 
-def test_an_unknown_name_is_told():
+def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="has no attribute 'fly'"):
         _ = sign_model.fly
 

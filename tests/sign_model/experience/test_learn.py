@@ -1,5 +1,5 @@
-"""Weights learned from small tasks: better than the unlearned ones on others, deterministic, and
-safe to keep.
+"""Weights learned from small tasks: better than the unlearned ones on other tasks, deterministic,
+and unchanged by saving and loading. Also random blocks tasks and the rule of the paper's authors.
 """
 
 import dataclasses
@@ -19,20 +19,20 @@ from sign_model.plan_task import plan
 
 @pytest.fixture(scope="module")
 def learned():
-    told = []
+    lines = []
     sign = learn(
         random_blocks_tasks(4, 64, seed=1),
         generations=6,
         population=12,
         lanes=32,
         beam=2,
-        log=told.append,
+        log=lines.append,
     )
-    assert told and "mean length" in told[-1]
+    assert lines and "mean length" in lines[-1]
     return sign
 
 
-def test_learned_weights_serve_larger_tasks(learned):
+def test_learned_weights_give_short_plans_on_larger_tasks(learned):
     tasks = random_blocks_tasks(6, 30, seed=2)
     lengths = np.array(
         [len(result.actions) for result in (plan(task, heuristic=learned) for task in tasks)]
@@ -43,7 +43,7 @@ def test_learned_weights_serve_larger_tasks(learned):
     assert (lengths >= optima).all() and lengths.sum() <= 1.05 * optima.sum()
 
 
-def test_learned_weights_are_kept_and_used_in_a_batch(learned, tmp_path):
+def test_learned_weights_can_be_saved_loaded_and_used_in_a_batch(learned, tmp_path):
     save_signs(tmp_path / "signs.json", [learned])
     (again,) = load_signs(tmp_path / "signs.json")
     tasks = random_blocks_tasks(4, 8, seed=3)
@@ -52,14 +52,14 @@ def test_learned_weights_are_kept_and_used_in_a_batch(learned, tmp_path):
     )
 
 
-def test_the_same_seed_learns_the_same(learned):
+def test_the_same_seed_gives_the_same_weights(learned):
     again = learn(
         random_blocks_tasks(4, 64, seed=1), generations=6, population=12, lanes=32, beam=2
     )
     assert again == learned
 
 
-def test_any_number_of_lanes_will_do():
+def test_the_number_of_tasks_in_a_batch_need_not_be_a_power_of_two():
     tasks = random_blocks_tasks(3, 10, seed=1)
     signs = [
         learn(tasks, generations=1, population=2, lanes=lanes, beam=2, name="n")
@@ -68,24 +68,24 @@ def test_any_number_of_lanes_will_do():
     assert signs[0] == signs[1]  # padding counts nothing
 
 
-def test_what_cannot_be_learned_from_is_told():
+def test_no_tasks_and_tasks_of_different_domains_are_refused():
     with pytest.raises(ValueError, match="at least one task"):
         learn([])
     with pytest.raises(ValueError, match="share their features"):
         learn([random_blocks_tasks(3, 1)[0], random_blocks_tasks(4, 1)[0]])
 
 
-def test_random_states_are_towers_and_each_is_drawn():
+def test_random_states_are_towers_and_equally_likely():
     rng = np.random.default_rng(0)
-    drawn = [tuple(random_state(3, rng).tolist()) for _ in range(3000)]
-    counts = {state: drawn.count(state) for state in set(drawn)}
+    sampled = [tuple(random_state(3, rng).tolist()) for _ in range(3000)]
+    counts = {state: sampled.count(state) for state in set(sampled)}
     assert len(counts) == 13 and min(counts.values()) > 150 and max(counts.values()) < 320
     for state in counts:
         resting = [place for place in state if place != -1]
         assert len(resting) == len(set(resting))
 
 
-def test_the_optimum_of_blocks_is_that_of_astar():
+def test_the_optimal_length_of_blocks_tasks_equals_that_of_astar():
     for task in random_blocks_tasks(4, 40, seed=4):
         found = plan(task, planner="astar").actions
         assert len(found) == optimal_length(
@@ -93,7 +93,7 @@ def test_the_optimum_of_blocks_is_that_of_astar():
         )
 
 
-def test_too_few_blocks_are_refused():
+def test_fewer_than_two_blocks_are_refused():
     with pytest.raises(ValueError, match="at least 2 blocks"):
         random_blocks_tasks(1, 1)
 
@@ -106,12 +106,12 @@ def test_the_authors_rule_solves_figure_2_with_their_lengths(shared_data):
         task = load(folder / "domain.pddl", folder / f"probBLOCKS-{name}.pddl")
         number_of = {action: i for i, action in enumerate(task.action_names)}
         end = states_along(task, [number_of[action] for action in plan(task).actions])[-1]
-        complete = dataclasses.replace(task, goal=end)  # their program wanted complete goals
+        complete = dataclasses.replace(task, goal=end)  # their program required complete goals
         result = plan_by_authors_rule(complete)
         assert len(result.actions) == length and validate(task, result.actions) == []
 
 
-def test_the_authors_rule_may_fail_where_map_does_not():
+def test_the_authors_rule_may_fail_where_map_finds_a_plan():
     task = random_blocks_tasks(7, 1, seed=12)[0]
     assert not plan_by_authors_rule(task, max_iterations=1).is_solved
     assert plan(task).is_solved

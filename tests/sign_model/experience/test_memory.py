@@ -1,4 +1,6 @@
-"""Precedents: the same task, other names, other tasks; and the file they are kept in."""
+"""Precedents: for the same task, under other names, for other tasks; and the file they are saved
+in.
+"""
 
 import dataclasses
 import itertools
@@ -15,10 +17,11 @@ from sign_model.pddl.planning_task import task_from_arrays
 from sign_model.pddl.validate import validate
 from sign_model.plan_task import plan
 from sign_model.signs.from_tasks import world_model_of
-from sign_model.signs.recognition import attention, recognise
+from sign_model.signs.recognition import expectation, recognise
 from sign_model.signs.sign import causal, sequence
 
-BLOCKS = """(define (domain blocks) (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
+BLOCKS = """(define (domain blocks) (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty)
+  (holding ?x))
  (:action pick-up :parameters (?x) :precondition (and (clear ?x) (ontable ?x) (handempty))
   :effect (and (not (ontable ?x)) (not (clear ?x)) (not (handempty)) (holding ?x)))
  (:action put-down :parameters (?x) :precondition (holding ?x)
@@ -62,15 +65,15 @@ def test_an_empty_memory_has_no_answer():
     assert Memory().recall(SWAP) is None and Memory().suggest(SWAP) is None
 
 
-def test_a_goal_that_holds_from_the_start_asks_for_nothing():
+def test_a_goal_that_holds_at_the_start_needs_no_precedent():
     assert Memory().learned(SWAP, SWAP_PLAN).recall(blocks(["ab", "c"], ["ab"])) == ()
 
 
-def test_the_same_task_is_recalled_as_it_was_solved():
+def test_the_same_task_is_recalled_with_its_plan():
     assert Memory().learned(SWAP, SWAP_PLAN).recall(SWAP) == SWAP_PLAN
 
 
-def test_the_same_task_under_other_names_is_recalled_with_its_roles_filled_anew():
+def test_the_same_task_under_other_names_is_recalled_with_a_renamed_plan():
     other = blocks(["yx", "w"], ["xy", "wx"])
     recalled = Memory().learned(SWAP, SWAP_PLAN).recall(other)
     assert (
@@ -78,7 +81,7 @@ def test_the_same_task_under_other_names_is_recalled_with_its_roles_filled_anew(
     )
 
 
-def test_a_larger_situation_that_includes_the_precedent_gets_a_suggestion_but_is_not_the_same():
+def test_a_larger_situation_that_includes_the_precedent_is_suggested_a_plan_but_not_recalled():
     larger, memory = blocks(["zq", "dc", "v"], ["cd"]), Memory().learned(SWAP, SWAP_PLAN)
     suggested = memory.suggest(larger)
     assert (
@@ -88,7 +91,7 @@ def test_a_larger_situation_that_includes_the_precedent_gets_a_suggestion_but_is
     )
 
 
-def test_a_precedent_that_does_not_unfold_is_left_alone():
+def test_a_precedent_that_does_not_fit_is_not_used():
     memory = Memory().learned(SWAP, SWAP_PLAN)
     for task in (blocks(["ab", "c"], ["ac"]), blocks(["abc"], ["ba", "cb"])):
         assert memory.recall(task) is None and memory.suggest(task) is None
@@ -109,7 +112,8 @@ def test_a_plan_that_does_not_solve_its_task_is_refused():
 def test_constants_play_only_themselves():
     domain = """(define (domain d) (:constants home away) (:predicates (at ?p))
       (:action go-home :parameters (?p) :precondition (at ?p) :effect (and (not (at ?p)) (at home)))
-      (:action leave :parameters () :precondition (at home) :effect (and (not (at home)) (at away))))"""
+      (:action leave :parameters () :precondition (at home)
+        :effect (and (not (at home)) (at away))))"""
 
     def task(start, goal):
         return load(
@@ -123,10 +127,10 @@ def test_constants_play_only_themselves():
     assert memory.recall(task("home", "away")) is memory.suggest(task("home", "away")) is None
 
 
-def test_whatever_is_suggested_after_many_random_tasks_is_valid_and_no_other_domain_is_confused():
+def test_suggestions_for_random_tasks_are_valid_and_other_domains_get_none():
     rng = np.random.default_rng(0)
     memory = Memory().learned(SWAP, SWAP_PLAN).learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4])
-    unfolded = 0
+    num_suggested = 0
     for _ in range(60):
         names = "".join(rng.permutation(list("abcd")))
         cut = int(rng.integers(1, 4))
@@ -134,9 +138,9 @@ def test_whatever_is_suggested_after_many_random_tasks_is_valid_and_no_other_dom
         task = blocks([names[:cut], names[cut:]], [x + y])
         suggested = memory.suggest(task)
         if suggested is not None:
-            unfolded += 1
+            num_suggested += 1
             assert validate(task, suggested) == []
-    assert unfolded >= 2
+    assert num_suggested >= 2
     other = load(
         BLOCKS.replace("domain blocks", "domain bricks"),
         "(define (problem p) (:domain bricks) (:objects a) (:init) (:goal (clear a)))",
@@ -154,18 +158,18 @@ def random_task(rng, num_blocks):
     return blocks(towers(), goal or ["ab"])
 
 
-def test_experience_solves_a_repeated_task_at_once_and_no_other_task_worse():
+def test_experience_solves_repeated_tasks_at_once_and_lengthens_no_other_plan():
     rng, memory = np.random.default_rng(2), Memory()
     known = [random_task(rng, 4) for _ in range(25)]
     for task in known:
         memory = memory.learned(task, plan(task).actions)
     assert {plan(task, memory=memory).expansions for task in known} == {1}
     for task in [random_task(rng, int(rng.integers(3, 6))) for _ in range(40)]:
-        without, within = plan(task), plan(task, memory=memory)
-        assert within.is_solved and len(within.actions) <= len(without.actions)
+        without, with_memory = plan(task), plan(task, memory=memory)
+        assert with_memory.is_solved and len(with_memory.actions) <= len(without.actions)
 
 
-def test_a_nameless_task_is_recalled_only_as_itself():
+def test_a_task_from_arrays_is_recalled_only_for_an_equal_task():
     rule = np.eye(2, dtype=bool)
     start, goal = np.array([True, False]), np.array([False, True])
     task = task_from_arrays(rule[:1], rule[1:], rule[:1], start, goal)
@@ -176,14 +180,16 @@ def test_a_nameless_task_is_recalled_only_as_itself():
 
 
 def test_tasks_that_differ_in_their_costs_are_not_the_same():
-    domain = """(define (domain d) (:requirements :action-costs) (:predicates (at ?p)) (:functions (total-cost) (toll ?p))
+    domain = """(define (domain d) (:requirements :action-costs) (:predicates (at ?p))
+      (:functions (total-cost) (toll ?p))
       (:action go :parameters (?p ?q) :precondition (at ?p)
         :effect (and (not (at ?p)) (at ?q) (increase (total-cost) (toll ?q)))))"""
 
     def task(toll):
         return load(
             domain,
-            f"""(define (problem p) (:domain d) (:objects x y) (:init (at x) (= (toll x) 1) (= (toll y) {toll}))
+            f"""(define (problem p) (:domain d) (:objects x y)
+              (:init (at x) (= (toll x) 1) (= (toll y) {toll}))
               (:goal (at y)) (:metric minimize (total-cost)))""",
         )
 
@@ -194,7 +200,7 @@ def test_tasks_that_differ_in_their_costs_are_not_the_same():
     )
 
 
-def test_an_exhausted_match_gives_up():
+def test_a_match_gives_up_after_max_nodes():
     atoms = {("on", a, b) for a in "abcdef" for b in "abcdef" if a != b}
     assert (
         find_renaming(atoms, atoms, (), (), may_play=lambda role, name: True, max_nodes=3) is None
@@ -205,7 +211,7 @@ def test_an_exhausted_match_gives_up():
     )
 
 
-def test_the_match_goes_back_on_a_choice_that_fails():
+def test_a_match_backtracks_from_a_choice_that_fails():
     def match(*needs):
         start = [("on", "a", "b"), ("on", "c", "d"), ("on", "d", "e")]
         return find_renaming(needs, start, (), (), may_play=lambda role, name: True, max_nodes=50)
@@ -232,22 +238,22 @@ def test_a_role_is_played_by_an_object_of_its_type():
     assert memory.suggest(task("a - big b - small", "(parked a) (parked b)")) == ("(drive b)",)
 
 
-def test_a_task_with_one_thing_more_is_not_the_same():
+def test_a_task_with_one_more_object_is_not_the_same():
     memory = Memory().learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4])
     assert memory.recall(blocks(["ab", "c"], ["ba"])) is None
     assert memory.suggest(blocks(["ab", "c"], ["ba"])) == SWAP_PLAN[:4]
 
 
-def test_colours_tell_objects_apart_by_what_stands_beside_them():
-    told = colours(
+def test_colours_distinguish_objects_by_their_neighbours():
+    distinct = colours(
         dict.fromkeys("abcd", ("block",)), {"start": [("on", "a", "b"), ("on", "b", "c")]}
     )
-    assert len(set(told.values())) == 4
+    assert len(set(distinct.values())) == 4
     alike = colours({"a": (), "b": ()}, {"start": [("clear", "a"), ("clear", "b")]})
     assert alike["a"] == alike["b"] and colours({}, {}) == {}
 
 
-def test_a_precedent_is_a_sign_whose_image_is_the_sequence_of_its_acts():
+def test_the_image_of_a_precedent_is_the_sequence_of_its_acts():
     (precedent,) = Memory().learned(blocks(["ab"], ["ba"]), SWAP_PLAN[:4]).precedents
     sign = precedent_sign(precedent, "precedent 1")
     assert sign.image == (
@@ -261,7 +267,7 @@ def test_a_precedent_is_a_sign_whose_image_is_the_sequence_of_its_acts():
     )
 
 
-def test_a_world_model_grown_by_a_precedent_recognises_its_plan_and_expects_the_next_act():
+def test_a_model_with_a_precedent_recognises_its_plan_and_expects_the_next_act():
     task = blocks(["ab"], ["ba"])
     (precedent,) = Memory().learned(task, SWAP_PLAN[:4]).precedents
     model = with_precedent(world_model_of(task), precedent, "precedent 1")
@@ -269,14 +275,15 @@ def test_a_world_model_grown_by_a_precedent_recognises_its_plan_and_expects_the_
     flow = np.stack([model.features([act]) for act in acts])
     number = model.index("precedent 1")
     found = recognise(model.matrices, flow[:3])
-    eager = np.asarray(attention(model.matrices, found))[number]
-    assert not found.recognised[number] and model.named(eager > 0) == (acts[3],)
+    expected = np.asarray(expectation(model.matrices, found))[number]
+    assert not found.recognised[number] and model.named(expected > 0) == (acts[3],)
     assert int(recognise(model.matrices, flow).step[number]) == 3
 
 
 def test_a_precedent_may_need_static_facts_that_have_no_sign_yet():
     domain = """(define (domain d) (:predicates (at ?p) (road ?p ?q))
-      (:action go :parameters (?p ?q) :precondition (and (at ?p) (road ?p ?q)) :effect (and (not (at ?p)) (at ?q))))"""
+      (:action go :parameters (?p ?q) :precondition (and (at ?p) (road ?p ?q))
+        :effect (and (not (at ?p)) (at ?q))))"""
     task = load(
         domain,
         "(define (problem p) (:domain d) (:objects x y) (:init (at x) (road x y)) (:goal (at y)))",
@@ -294,7 +301,7 @@ def test_a_memory_is_saved_and_loaded_without_loss(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change, told",
+    "change, message",
     [
         (lambda entry: entry.pop("needs"), "precedent 1: must have exactly the parts"),
         (lambda entry: entry.update(domain=3), "precedent 1: domain must be text"),
@@ -309,22 +316,22 @@ def test_a_memory_is_saved_and_loaded_without_loss(tmp_path):
         ),
     ],
 )
-def test_a_damaged_memory_is_told_by_file_and_precedent(tmp_path, change, told):
+def test_an_error_in_a_memory_file_names_the_file_and_the_precedent(tmp_path, change, message):
     path = tmp_path / "memory.json"
     save_memory(Memory().learned(SWAP, SWAP_PLAN), path)
     plain = json.loads(path.read_text())
     change(plain["precedents"][0])
     path.write_text(json.dumps(plain))
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         load_memory(path)
 
 
 @pytest.mark.parametrize(
-    "text, told",
+    "text, message",
     [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")],
 )
-def test_a_file_that_is_no_memory_is_told(tmp_path, text, told):
+def test_a_file_that_is_not_a_memory_is_refused(tmp_path, text, message):
     path = tmp_path / "memory.json"
     path.write_text(text)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         load_memory(path)

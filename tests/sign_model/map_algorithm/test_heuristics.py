@@ -1,5 +1,5 @@
-"""The tables behind the A-step, against slow twins on sets; mutexes against what can be reached;
-signs kept in files.
+"""The tables of the A-step against slow twins on sets; mutexes against the reachable states;
+heuristic signs in files.
 """
 
 import itertools
@@ -25,6 +25,7 @@ from tests.helpers.strips import random_task, reachable_states
 
 
 def spaces(count: int):
+    """Yields (space, start, goal) of random tasks and of three blocks tasks."""
     for seed in range(count):
         task = random_task(seed)
         space = regression_space(task)
@@ -37,7 +38,9 @@ def spaces(count: int):
 def relaxed_reachable(
     space: RegressionSpace, start: np.ndarray, without: int | None = None
 ) -> set[int]:
-    """The features reached when nothing is deleted and no action that adds `without` may go."""
+    """Returns the features reached if nothing is deleted and no action that adds `without` is
+    executed.
+    """
     reached = set(np.flatnonzero(start))
     while True:
         new = set(reached)
@@ -51,7 +54,7 @@ def relaxed_reachable(
         reached = new
 
 
-def test_every_landmark_is_needed_on_every_way():
+def test_no_feature_is_reached_without_its_landmarks():
     for space, start, _ in spaces(60):
         size = len(space.features)
         table = unpack(landmark_table(space, start), size)
@@ -65,6 +68,7 @@ def test_every_landmark_is_needed_on_every_way():
 
 
 def _comes_along(space: RegressionSpace, feature: int, landmark: int) -> bool:
+    """Returns whether every achiever of a feature adds the landmark too."""
     return bool(space.adds[space.adds[:, feature], landmark].all())
 
 
@@ -90,7 +94,7 @@ def test_the_landmark_table_is_the_greatest_fixpoint_of_its_equation():
         assert [set(np.flatnonzero(row)) for row in fast] == table
 
 
-def test_a_relaxed_plan_reaches_its_feature_and_holds_no_other_way_to_start():
+def test_a_relaxed_plan_reaches_its_feature_and_is_empty_at_the_start():
     for space, start, _ in spaces(60):
         table = unpack(relaxed_plan_table(space, start), len(space.kept_actions))
         for feature in relaxed_reachable(space, start):
@@ -104,7 +108,7 @@ def test_a_relaxed_plan_reaches_its_feature_and_holds_no_other_way_to_start():
             assert not (start[feature] and len(chosen))
 
 
-def test_mutexes_never_exclude_what_can_be_reached():
+def test_mutexes_exclude_no_reachable_state():
     for seed in range(150):
         task = random_task(seed)
         states = reachable_states(task)
@@ -113,17 +117,17 @@ def test_mutexes_never_exclude_what_can_be_reached():
             task.features, task.conditions, task.adds, task.deletes, task.start[None]
         )
         assert not (mutex & together).any()
-        goes = np.array(
+        is_executed = np.array(
             [bool((~(needs & ~states)).all(axis=1).any()) for needs in task.conditions], bool
         )
-        assert not (goes & ~usable).any()
+        assert not (is_executed & ~usable).any()
         for group in mutex_groups(
             task.features, task.conditions, task.adds, task.deletes, task.start[None]
         ):
             assert (states & group).sum(axis=1).max() <= 1
 
 
-def test_the_groups_of_blocks_are_found():
+def test_the_mutex_groups_of_blocks_are_found():
     task = random_blocks_tasks(5, 1)[0]
     groups = mutex_groups(task.features, task.conditions, task.adds, task.deletes, task.start[None])
     kinds = sorted(
@@ -137,7 +141,7 @@ def test_the_groups_of_blocks_are_found():
     assert len(groups) == 11
 
 
-def test_a_rating_is_the_weighted_count_that_its_sign_says():
+def test_a_rating_is_the_weighted_count_of_its_sign():
     sign = HeuristicSign(
         "mixed",
         landmarks={"on": 3, "*": 1},
@@ -172,7 +176,7 @@ def test_a_rating_is_the_weighted_count_that_its_sign_says():
             assert rating == expected
 
 
-def test_packing_round_trips_and_counts():
+def test_packed_rows_are_unpacked_without_loss_and_counted():
     rng = np.random.default_rng(1)
     for size in (0, 1, 63, 64, 65, 200):
         rows = rng.random((7, size)) < 0.4
@@ -180,7 +184,7 @@ def test_packing_round_trips_and_counts():
         np.testing.assert_array_equal(popcount(pack(rows)), rows.sum(axis=1))
 
 
-def test_signs_survive_being_saved(tmp_path):
+def test_heuristic_signs_are_saved_and_loaded_without_loss(tmp_path):
     signs = (*DEFAULTS, HeuristicSign("learned", landmarks={"clear": 5}, held={"on": 2}))
     save_signs(tmp_path / "signs.json", signs)
     assert load_signs(tmp_path / "signs.json") == signs
@@ -197,13 +201,13 @@ def test_signs_survive_being_saved(tmp_path):
         '{"heuristic_signs": [{}]}',
     ],
 )
-def test_a_file_that_holds_no_signs_is_told(tmp_path, text):
+def test_a_file_without_heuristic_signs_is_refused(tmp_path, text):
     (tmp_path / "signs.json").write_text(text)
     with pytest.raises(ValueError, match="not a file of heuristic signs"):
         load_signs(tmp_path / "signs.json")
 
 
-def test_a_name_beats_the_goal_and_the_goal_beats_the_rest():
+def test_a_name_takes_precedence_over_the_goal_and_the_goal_over_the_rest():
     weights = {"on": 3, "@goal": 2, "*": 1}
     assert [weight_of(weights, name, {"on", "in"}) for name in ("on", "in", "clear")] == [3, 2, 1]
     assert weight_of(LANDMARKS.plan, "stack") == 0

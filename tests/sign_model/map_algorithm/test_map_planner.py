@@ -1,5 +1,5 @@
-"""MAP on one task: the small cases earlier planners get wrong, random tasks against breadth-first
-search, known optima.
+"""MAP on one task: small cases that earlier planners get wrong, random tasks against breadth-first
+search, and known optimal lengths.
 """
 
 import csv
@@ -23,7 +23,7 @@ from tests.helpers.strips import random_task, shortest_length
 
 
 def small(conditions: str, adds: str, deletes: str, start: str, goal: str):
-    """A task of the features p, q, r and one action."""
+    """Returns a task with the features p, q, r and one action."""
 
     def bits(names: str) -> np.ndarray:
         return np.array([name in names for name in "pqr"])
@@ -33,11 +33,11 @@ def small(conditions: str, adds: str, deletes: str, start: str, goal: str):
     )
 
 
-def test_an_action_that_destroys_what_the_goal_keeps_solves_nothing():
+def test_an_action_that_deletes_a_feature_of_the_goal_is_no_plan():
     assert plan(small("pq", "r", "pq", "pq", "qr")).status == PlanStatus.UNSOLVABLE
 
 
-def test_an_action_may_destroy_what_the_goal_does_not_ask_for():
+def test_an_action_may_delete_a_feature_that_the_goal_does_not_require():
     assert plan(small("p", "r", "pq", "pq", "r")).actions == ("(a0)",)
 
 
@@ -48,7 +48,7 @@ def test_a_partial_goal_needs_no_completion(shared_data):
     assert len(plan(load(folder / "domain.pddl", text[:goal] + "(:goal (on a b)))")).actions) == 2
 
 
-def test_nothing_to_do_is_an_empty_plan():
+def test_a_goal_that_holds_at_the_start_gives_an_empty_plan():
     result = plan(small("p", "r", "", "pq", "pq"))
     assert result.status == PlanStatus.SOLVED and result.actions == () and result.expansions == 0
 
@@ -61,7 +61,7 @@ def test_the_two_tasks_of_figure_2_take_6_and_10_steps(shared_data, sign, name, 
     assert len(plan(task, heuristic=sign).actions) == length
 
 
-def test_random_tasks_are_solved_or_proven_unsolvable_as_breadth_first_search_says():
+def test_random_tasks_are_decided_like_by_breadth_first_search():
     solvable = 0
     for seed in range(2000):
         task = random_task(seed)
@@ -75,7 +75,7 @@ def test_random_tasks_are_solved_or_proven_unsolvable_as_breadth_first_search_sa
     assert 500 < solvable < 1700
 
 
-def test_a_narrow_beam_never_claims_a_proof_it_does_not_have():
+def test_a_narrow_beam_proves_no_solvable_task_unsolvable():
     for seed in range(300):
         task = random_task(seed)
         space = regression_space(task)
@@ -96,7 +96,7 @@ def test_an_unlimited_beam_finds_a_shortest_plan():
             assert (None if found.plan is None else len(found.plan)) == shortest_length(task), seed
 
 
-def test_a_spent_budget_is_told():
+def test_an_exhausted_budget_is_a_status():
     task = random_blocks_tasks(8, 1, seed=3)[0]
     assert plan(task, max_expansions=2).status == PlanStatus.BUDGET_SPENT
     assert plan(task, max_seconds=0.0).status == PlanStatus.BUDGET_SPENT
@@ -107,10 +107,10 @@ def test_equal_tasks_give_equal_plans():
         assert plan(task).actions == plan(task).actions
 
 
-def test_renaming_objects_does_not_change_solvability_or_much_length():
+def test_the_order_of_the_features_does_not_change_the_length_of_a_plan():
     task = random_blocks_tasks(6, 1, seed=4)[0]
     order = np.random.default_rng(0).permutation(task.num_features)
-    turned = dataclasses.replace(
+    permuted = dataclasses.replace(
         task_from_arrays(
             *(m[:, order] for m in (task.conditions, task.adds, task.deletes)),
             task.start[order],
@@ -118,7 +118,7 @@ def test_renaming_objects_does_not_change_solvability_or_much_length():
         ),
         features=tuple(task.features[i] for i in order),
     )
-    assert len(plan(turned).actions) == len(plan(task).actions)
+    assert len(plan(permuted).actions) == len(plan(task).actions)
 
 
 def test_unlearned_plans_of_blocks_are_nearly_optimal():
@@ -131,7 +131,7 @@ def test_unlearned_plans_of_blocks_are_nearly_optimal():
 
 
 @pytest.mark.parametrize("folder", ["blocks", "hanoi", "ferry", "goldminer"])
-def test_known_optima_are_met_within_a_few_steps(shared_data, folder):
+def test_plans_are_at_most_15_percent_longer_than_known_optima(shared_data, folder):
     with open(shared_data / "pddl" / "fd_optimal.csv") as file:
         optima = {
             row["file"]: int(row["optimal_steps_if_unit_cost"]) for row in csv.DictReader(file)
@@ -143,6 +143,8 @@ def test_known_optima_are_met_within_a_few_steps(shared_data, folder):
 
 
 class _Experience:
+    """A memory with fixed answers."""
+
     def __init__(self, recalled=None, suggested=None):
         self.recalled, self.suggested = recalled, suggested
 
@@ -153,7 +155,7 @@ class _Experience:
         return self.suggested
 
 
-def test_a_precedent_takes_one_iteration_and_a_wrong_one_does_no_harm():
+def test_a_precedent_needs_one_expansion_and_a_wrong_one_does_no_harm():
     task = random_blocks_tasks(6, 1, seed=8)[0]
     fresh = plan(task)
     repeated = plan(task, memory=_Experience(fresh.actions))
@@ -162,13 +164,13 @@ def test_a_precedent_takes_one_iteration_and_a_wrong_one_does_no_harm():
         assert plan(task, memory=_Experience(wrong, wrong)).actions == fresh.actions
 
 
-def test_a_suggestion_serves_where_the_budget_does_not():
+def test_a_suggestion_is_returned_if_the_budget_is_exhausted():
     task = random_blocks_tasks(8, 1, seed=3)[0]
     known = plan(task).actions
     assert plan(task, max_expansions=1, memory=_Experience(None, known)).actions == known
 
 
-def test_shortening_drops_detours_and_needless_actions():
+def test_shorten_removes_a_detour():
     task = random_blocks_tasks(5, 1, seed=1)[0]
     number_of = {name: i for i, name in enumerate(task.action_names)}
     best = [number_of[name] for name in plan(task).actions]
@@ -178,7 +180,7 @@ def test_shortening_drops_detours_and_needless_actions():
 
 
 @pytest.mark.parametrize(
-    "options,told",
+    "options,message",
     [
         ({"planner": "magic"}, "planner 'magic' is not known"),
         ({"heuristic": "magic"}, "heuristic sign 'magic' is not known"),
@@ -188,6 +190,6 @@ def test_shortening_drops_detours_and_needless_actions():
         ({"max_expansions": 0}, "max_expansions must be at least 1"),
     ],
 )
-def test_wrong_options_are_told(options, told):
-    with pytest.raises(ValueError, match=told):
+def test_wrong_options_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
         plan(small("p", "r", "", "pq", "r"), **options)

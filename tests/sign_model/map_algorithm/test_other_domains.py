@@ -1,5 +1,5 @@
-"""Domains of our own, none of them blocks: every task that A* decides is decided alike, and no plan
-is much longer.
+"""Our own domains other than blocks: MAP decides every task that A* decides in the same way, and no
+plan is much longer.
 """
 
 import pytest
@@ -9,7 +9,7 @@ from sign_model import PlanStatus, load, plan, validate
 
 
 @pytest.mark.parametrize("name", OTHER_DOMAINS)
-def test_map_decides_what_astar_decides(name):
+def test_map_decides_tasks_like_astar(name):
     task = load(*OTHER_DOMAINS[name])
     result, best = plan(task), plan(task, planner="astar", max_expansions=5000)
     assert not result.is_solved or validate(task, result.actions) == []

@@ -1,4 +1,4 @@
-"""Plan specification: acts unfold into sub-plans, by a rule that is a sign."""
+"""Plan specification: acts are refined into sub-plans, by a rule that consists of signs."""
 
 import types
 
@@ -13,7 +13,7 @@ from sign_model.map_algorithm.plan_specification import (
     SPECIFY,
     decide,
     metacognition,
-    specified,
+    specify_plan,
     sub_tasks,
 )
 from sign_model.pddl.grounding import load
@@ -28,9 +28,12 @@ COARSE = load(
     """(define (problem p) (:domain rooms) (:objects hall office lab)
       (:init (in hall) (next hall office) (next office lab)) (:goal (in lab)))""",
 )
-FINE_DOMAIN = """(define (domain doors) (:predicates (in ?r) (door ?d ?r ?s) (at ?d) (key ?d) (open ?d))
-  (:action approach :parameters (?d ?r ?s) :precondition (and (in ?r) (door ?d ?r ?s)) :effect (at ?d))
-  (:action unlock :parameters (?d) :precondition (and (at ?d) (key ?d)) :effect (and (open ?d) (not (key ?d))))
+FINE_DOMAIN = """(define (domain doors)
+  (:predicates (in ?r) (door ?d ?r ?s) (at ?d) (key ?d) (open ?d))
+  (:action approach :parameters (?d ?r ?s) :precondition (and (in ?r) (door ?d ?r ?s))
+    :effect (at ?d))
+  (:action unlock :parameters (?d) :precondition (and (at ?d) (key ?d))
+    :effect (and (open ?d) (not (key ?d))))
   (:action pass :parameters (?d ?r ?s) :precondition (and (at ?d) (open ?d) (in ?r) (door ?d ?r ?s))
     :effect (and (not (in ?r)) (in ?s) (not (at ?d)))))"""
 FINE_PROBLEM = """(define (problem p) (:domain doors) (:objects hall office lab one two)
@@ -43,8 +46,8 @@ def fine_task(keys):
 
 
 def breadth_first(task):
-    """Returns a shortest plan, None where there is none: slow and obvious."""
-    waiting, seen = [(task.start, ())], {task.start.tobytes()}
+    """Returns a shortest plan, None if there is none: slow and obvious."""
+    waiting, visited = [(task.start, ())], {task.start.tobytes()}
     while waiting:
         situation, plan = waiting.pop(0)
         if (task.goal <= situation).all():
@@ -52,14 +55,14 @@ def breadth_first(task):
         for number in range(task.num_actions):
             if (task.conditions[number] <= situation).all():
                 after = (situation & ~task.deletes[number]) | task.adds[number]
-                if after.tobytes() not in seen:
-                    seen.add(after.tobytes())
+                if after.tobytes() not in visited:
+                    visited.add(after.tobytes())
                     waiting.append((after, (*plan, task.action_names[number])))
     return None
 
 
 class Planner:
-    """Plans batches and counts them."""
+    """Plans batches and records their sizes."""
 
     def __init__(self):
         self.sizes = []
@@ -90,9 +93,10 @@ def test_a_sub_task_leads_from_the_conditions_of_an_act_to_its_effects():
     )
 
 
-def test_a_sub_task_brings_about_every_effect_of_its_act_and_keeps_what_later_acts_need():
+def test_the_goal_of_a_sub_task_has_all_effects_and_what_later_acts_need():
     task = load(
-        """(define (domain d) (:predicates (p) (q) (r) (s)) (:action a :precondition (s) :effect (and (p) (r)))
+        """(define (domain d) (:predicates (p) (q) (r) (s))
+          (:action a :precondition (s) :effect (and (p) (r)))
           (:action b :precondition (and (p) (s)) :effect (q)) (:action c :effect (not (s))))""",
         "(define (problem p) (:domain d) (:init (s)) (:goal (q)))",
     )
@@ -101,9 +105,9 @@ def test_a_sub_task_brings_about_every_effect_of_its_act_and_keeps_what_later_ac
     assert {task.features[f] for f in np.flatnonzero(second.start)} == {("p",), ("s",)}
 
 
-def test_all_acts_of_a_plan_are_specified_in_one_batched_call_and_the_leaves_solve_the_finer_task():
+def test_all_acts_are_specified_in_one_batch_and_the_leaves_solve_the_finer_task():
     fine, planner = fine_task("(open one) (key two)"), Planner()
-    steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
+    steps = specify_plan(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2]
     assert [step.action for step in steps] == list(PLAN) and {step.decision for step in steps} == {
         SPECIFY
@@ -115,7 +119,7 @@ def test_all_acts_of_a_plan_are_specified_in_one_batched_call_and_the_leaves_sol
 
 def test_an_operation_is_realised_and_not_specified():
     planner = Planner()
-    steps = specified(
+    steps = specify_plan(
         COARSE, PLAN, [fine_task("(open one)")], plan_batch=planner, operations={"change-room"}
     )
     assert (
@@ -126,47 +130,49 @@ def test_an_operation_is_realised_and_not_specified():
 
 
 def test_without_a_finer_level_acts_are_realised():
-    assert [step.decision for step in specified(COARSE, PLAN, [], plan_batch=Planner())] == [
+    assert [step.decision for step in specify_plan(COARSE, PLAN, [], plan_batch=Planner())] == [
         REALISE,
         REALISE,
     ]
 
 
-def test_a_plan_of_no_act_has_no_step():
+def test_a_plan_without_acts_has_no_steps():
     done = load(
         "(define (domain d) (:predicates (p)) (:action a :effect (p)))",
         "(define (problem p) (:domain d) (:init (p)) (:goal (p)))",
     )
-    assert specified(done, (), [done], plan_batch=Planner()) == ()
+    assert specify_plan(done, (), [done], plan_batch=Planner()) == ()
 
 
-def test_an_act_whose_effects_hold_already_unfolds_into_nothing():
+def test_an_act_whose_effects_hold_already_has_an_empty_sub_plan():
     task = load(
-        """(define (domain d) (:predicates (p) (q)) (:action a :effect (p)) (:action b :precondition (p) :effect (q))
+        """(define (domain d) (:predicates (p) (q)) (:action a :effect (p))
+          (:action b :precondition (p) :effect (q))
           (:action keep :precondition (p) :effect (p)))""",
         "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
-    steps = specified(task, ("(a)", "(keep)", "(b)"), [task], plan_batch=Planner())
+    steps = specify_plan(task, ("(a)", "(keep)", "(b)"), [task], plan_batch=Planner())
     assert [[leaf.action for leaf in step.leaves()] for step in steps] == [["(a)"], [], ["(b)"]]
 
 
-def test_an_operation_among_abstract_acts_stands_for_itself_on_the_finer_level():
-    domain = """(define (domain d) (:predicates (p) (q) (r)) (:action a :effect (p)) (:action b :precondition (p) :effect (q))
-      (:action step :effect (r)) (:action b-fine :precondition (and (r) (p)) :effect (q)))"""
+def test_an_operation_among_abstract_acts_is_an_action_of_the_finer_level():
+    domain = """(define (domain d) (:predicates (p) (q) (r)) (:action a :effect (p))
+      (:action b :precondition (p) :effect (q)) (:action step :effect (r))
+      (:action b-fine :precondition (and (r) (p)) :effect (q)))"""
     coarse = load(domain, "(define (problem p) (:domain d) (:init) (:goal (q)))")
     finer = load(
         domain.replace("(:action b :precondition (p) :effect (q))", ""),
         "(define (problem p) (:domain d) (:init) (:goal (q)))",
     )
-    steps = specified(
+    steps = specify_plan(
         coarse, ("(a)", "(b)"), [finer], plan_batch=Planner(), operations={"a", "step", "b-fine"}
     )
     assert steps[0].steps is None and steps[0].decision == REALISE
     assert [leaf.action for leaf in steps[1].leaves()] == ["(step)", "(b-fine)"]
 
 
-def test_an_act_without_a_sub_plan_stays_as_it_is():
-    steps = specified(COARSE, PLAN, [fine_task("(open one)")], plan_batch=Planner())
+def test_an_act_without_a_sub_plan_has_no_steps():
+    steps = specify_plan(COARSE, PLAN, [fine_task("(open one)")], plan_batch=Planner())
     assert len(steps[0].steps) == 2 and steps[1].steps is None and steps[1].decision == SPECIFY
 
 
@@ -176,14 +182,14 @@ ONE_KEY_DOMAIN = """(define (domain lend) (:predicates (in ?r) (next ?r ?s) (coi
   (:action earn :parameters (?r) :precondition (in ?r) :effect (coin)))"""
 
 
-def test_sub_plans_that_spoil_each_others_details_are_planned_in_turn():
+def test_sub_plans_that_invalidate_each_other_are_planned_in_turn():
     fine = load(
         ONE_KEY_DOMAIN,
         """(define (problem p) (:domain lend) (:objects hall office lab)
           (:init (in hall) (coin) (next hall office) (next office lab)) (:goal (in lab)))""",
     )
     planner = Planner()
-    steps = specified(COARSE, PLAN, [fine], plan_batch=planner)
+    steps = specify_plan(COARSE, PLAN, [fine], plan_batch=planner)
     assert planner.sizes == [2, 1, 1]
     leaves = [leaf.action for step in steps for leaf in step.leaves()]
     assert (
@@ -192,9 +198,9 @@ def test_sub_plans_that_spoil_each_others_details_are_planned_in_turn():
     )
 
 
-def test_specification_goes_on_through_several_levels():
+def test_specification_continues_through_several_levels():
     planner = Planner()
-    steps = specified(
+    steps = specify_plan(
         COARSE, PLAN, [COARSE, fine_task("(open one) (open two)")], plan_batch=planner
     )
     assert planner.sizes == [2, 2]
@@ -202,7 +208,7 @@ def test_specification_goes_on_through_several_levels():
     assert [len(list(step.leaves())) for step in steps] == [2, 2]
 
 
-def test_the_rule_is_a_sign_that_an_experience_can_change():
+def test_the_rule_consists_of_signs_that_an_experience_can_change():
     rule = metacognition()
     acts = [{IS_ABSTRACT, HAS_FINER_LEVEL}, {IS_ABSTRACT}, {IS_OPERATION, HAS_FINER_LEVEL}, set()]
     assert decide(rule, acts) == (SPECIFY, REALISE, REALISE, REALISE)
@@ -211,12 +217,12 @@ def test_the_rule_is_a_sign_that_an_experience_can_change():
     assert decide(rule, []) == ()
 
 
-def test_a_plan_that_is_not_valid_is_refused():
+def test_an_invalid_plan_is_refused():
     with pytest.raises(ValueError, match="only a valid plan can be specified"):
         sub_tasks(COARSE, PLAN[1:], fine_task("(open one)"))
 
 
-def test_a_feature_that_the_finer_level_lacks_is_named():
+def test_an_error_names_the_feature_that_the_finer_level_lacks():
     finer = load(
         "(define (domain d) (:predicates (p) (q)) (:action a :precondition (q) :effect (p)))",
         "(define (problem p) (:domain d) (:init (q)) (:goal (p)))",

@@ -1,4 +1,4 @@
-"""Many tasks in one jitted search: the same answers as one by one, and the kernel's tables against
+"""Many tasks in one jitted search: the same answers as one by one, and the jitted tables against
 those of the host.
 """
 
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.ground.words import pack_rows
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.landmarks import landmark_table as host_landmarks
 from sign_model.map_algorithm.landmarks import relaxed_plan_table as host_plans
@@ -20,7 +21,7 @@ from sign_model.map_batch.iteration import _regress, regress
 from sign_model.map_batch.ladder import Rung, plan_batch
 from sign_model.map_batch.packed_tasks import pack_batch
 from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
-from sign_model.map_batch.tables import make_tables, pack_words
+from sign_model.map_batch.tables import make_tables
 from sign_model.pddl.grounding import load
 from sign_model.pddl.validate import validate
 from sign_model.plan_task import plan
@@ -45,7 +46,7 @@ def test_every_plan_of_a_batch_is_valid_and_near_the_optimum():
 
 
 def test_a_plan_does_not_depend_on_the_tasks_beside_it():
-    # more than there are lanes: they are emptied and filled again
+    # more tasks than batch slots: slots are refilled
     tasks = random_blocks_tasks(5, 40, seed=7)
     on_table = dataclasses.replace(
         tasks[0], goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]), problem=None
@@ -94,7 +95,7 @@ def test_the_marks_change_nothing_but_the_speed(monkeypatch):
         np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
 
 
-def test_a_detour_is_seen_and_left_out():
+def test_a_detour_is_detected_and_removed():
     task = random_blocks_tasks(4, 1, seed=6)[0]
     good = [task.action_names.index(name) for name in plan(task).actions]
     first = next(
@@ -110,11 +111,11 @@ def test_a_detour_is_seen_and_left_out():
         [np.pad(steps, (0, 24 - len(steps)), constant_values=-1) for steps in plans], np.int32
     )
     t, (start, goal, _) = batch.tables, batch.queue(np.arange(2), 2)
-    seen = jax.jit(lambda *args: have_detours(*args, lanes=2))(
+    found = jax.jit(lambda *args: have_detours(*args, lanes=2))(
         t.keeps, t.needs, t.deletes, start, goal, padded
     )
-    assert seen.tolist() == [False, True]
-    batch.note(np.arange(2), np.array([len(steps) for steps in plans]), padded, np.asarray(seen))
+    assert found.tolist() == [False, True]
+    batch.record(np.arange(2), np.array([len(steps) for steps in plans]), padded, np.asarray(found))
     assert batch.lengths.tolist() == [len(good), len(good)]
     assert all(result.is_solved for result in batch.results(1000))
 
@@ -123,7 +124,7 @@ def _lacks(task, action):
     return (task.conditions[action] & ~task.start).any()
 
 
-def test_tasks_ride_together_where_the_search_is_the_same_for_it():
+def test_tasks_are_grouped_if_their_searches_are_the_same_together_and_alone():
     tasks = random_blocks_tasks(4, 3, seed=1)
     other_goal = dataclasses.replace(tasks[0], goal=tasks[0].situation([("ontable", "b1")]))
     other_effects = dataclasses.replace(tasks[0], adds=tasks[0].adds & ~tasks[0].adds[0])
@@ -146,7 +147,7 @@ def test_tasks_of_several_domains_are_answered_in_order(shared_data):
     assert 7 <= len(results[1].actions) <= 9
 
 
-def test_what_the_ladder_leaves_is_solved_or_proven_by_the_exact_search():
+def test_tasks_the_ladder_leaves_unsolved_go_to_the_exact_search():
     tasks = random_blocks_tasks(4, 4, seed=2)
     rung = (Rung(beam=1, branch=1, steps=2, lanes=8),)
     assert all(r.is_solved for r in plan_batch(tasks, heuristic=OVERLAP, ladder=rung))
@@ -165,7 +166,7 @@ def test_random_tasks_are_answered_as_breadth_first_search_answers_them():
         assert not result.is_solved or validate(task, result.actions) == []
 
 
-def test_the_kernel_and_the_host_make_the_same_tables():
+def test_the_jitted_tables_equal_those_of_the_host():
     tasks = random_blocks_tasks(4, 8, seed=4)
     starts, goals = np.array([t.start for t in tasks]), np.array([t.goal for t in tasks])
     space = regression_space(tasks[0], starts, goals)
@@ -176,27 +177,27 @@ def test_the_kernel_and_the_host_make_the_same_tables():
     landmarks, plans = (
         jax.jit(table)(tables, jnp.asarray(start)) for table in (landmark_table, relaxed_plan_table)
     )
-    for lane, task in enumerate(tasks):
-        held = space.situations(task.start)
-        ours = host_landmarks(space, held).view("<u4")[:, : landmarks.shape[1]]
-        np.testing.assert_array_equal(np.asarray(landmarks)[:size, :, lane], ours)
-        ours = host_plans(space, held).view("<u4")[:, : plans.shape[1]]
-        np.testing.assert_array_equal(np.asarray(plans)[:size, :, lane], ours)
+    for number, task in enumerate(tasks):
+        holds = space.situations(task.start)
+        ours = host_landmarks(space, holds).view("<u4")[:, : landmarks.shape[1]]
+        np.testing.assert_array_equal(np.asarray(landmarks)[:size, :, number], ours)
+        ours = host_plans(space, holds).view("<u4")[:, : plans.shape[1]]
+        np.testing.assert_array_equal(np.asarray(plans)[:size, :, number], ours)
 
 
 @pytest.mark.parametrize("sign", [LANDMARKS, RELAXED_PLAN, OVERLAP], ids=lambda sign: sign.name)
-def test_each_sign_serves_in_a_batch(sign):
+def test_a_batch_is_solved_with_each_heuristic_sign(sign):
     tasks = random_blocks_tasks(4, 8, seed=11)
     assert all(r.is_solved for r in plan_batch(tasks, heuristic=sign, ladder=LADDER))
 
 
-def test_one_task_in_a_batch_is_like_many():
+def test_a_batch_may_hold_one_task_or_none():
     task = random_blocks_tasks(5, 1, seed=5)[0]
     assert len(plan_batch([task], ladder=LADDER)[0].actions) >= len(plan(task).actions)
     assert plan_batch([]) == []
 
 
-def test_a_goal_that_holds_takes_no_action():
+def test_a_goal_that_holds_at_the_start_needs_no_action():
     task = random_blocks_tasks(4, 1)[0]
     done = dataclasses.replace(task, goal=task.start & task.goal, domain=None, problem=None)
     assert plan_batch([done], ladder=LADDER)[0].actions == ()
@@ -206,12 +207,12 @@ def test_a_goal_that_holds_takes_no_action():
     "wrong",
     [{"beam": 0}, {"beam": 257}, {"branch": 300}, {"steps": 0}, {"lanes": 0}, {"lanes": 24}],
 )
-def test_a_rung_that_cannot_be_climbed_is_told(wrong):
+def test_a_rung_with_a_number_out_of_range_is_refused(wrong):
     with pytest.raises(ValueError, match=f"a rung's {next(iter(wrong))} must"):
         Rung(**{"beam": 4, "branch": 4, "steps": 4, "lanes": 8, **wrong})
 
 
-def test_words_hold_their_bits():
+def test_packed_words_hold_their_bits_lowest_first():
     bits = np.zeros((1, 40), bool)
     bits[0, [0, 33]] = True
-    assert pack_words(bits, 2).tolist() == [[1, 2]]
+    assert pack_rows(bits, 2).tolist() == [[1, 2]]

@@ -37,7 +37,7 @@ RINGS = Scene(
 )
 
 
-def test_the_agent_walks_approaches_destroys_and_passes_until_it_is_there():
+def test_the_plan_relocates_approaches_destroys_and_passes_up_to_the_goal():
     found = plan(scene_task(RINGS))
     assert found.actions == (
         "(relocate i yard street)",
@@ -50,16 +50,16 @@ def test_the_agent_walks_approaches_destroys_and_passes_until_it_is_there():
     )
 
 
-def test_what_the_agent_cannot_destroy_makes_the_task_unsolvable():
+def test_an_obstacle_that_the_agent_cannot_destroy_makes_the_task_unsolvable():
     weak = Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"})
     assert plan(scene_task(weak)).status == PlanStatus.UNSOLVABLE
 
 
-def test_being_there_needs_no_act():
+def test_a_start_in_the_goal_area_needs_no_action():
     assert plan(scene_task(Scene(start="a", goal="a"))).actions == ()
 
 
-def test_the_number_destroyed_is_the_least_on_random_scenes():
+def test_plans_on_random_scenes_destroy_the_least_number_of_obstacles():
     rng = np.random.default_rng(0)
     for _ in range(12):
         areas = [f"area{i}" for i in range(5)]
@@ -70,6 +70,7 @@ def test_the_number_destroyed_is_the_least_on_random_scenes():
         scene = Scene(
             start=areas[0], goal=areas[4], blocked=blocked, kinds=kinds, abilities=("wood",)
         )
+        # The least number by breadth: one more area deep with each obstacle destroyed.
         level, reached = 0, {areas[0]}
         while areas[4] not in reached and level < 6:
             level += 1
@@ -82,7 +83,7 @@ def test_the_number_destroyed_is_the_least_on_random_scenes():
             assert sum(action.startswith("(destroy") for action in found.actions) == level
 
 
-def test_i_carry_what_i_can_do_as_personal_meaning():
+def test_abilities_are_personal_meanings_of_the_sign_i():
     model = scene_signs(RINGS)
     assert model.sign("i").meaning == (
         sequence({"action destroy", "plant"}),
@@ -93,7 +94,7 @@ def test_i_carry_what_i_can_do_as_personal_meaning():
     assert abilities_of(stronger) == {"plant", "wood", "stone"}
 
 
-def test_where_things_are_seen_is_their_image_and_leads_down_to_degrees_and_metres():
+def test_images_of_areas_lead_through_spatial_signs_to_degrees_and_metres():
     model = scene_signs(RINGS)
     grounded = model.with_signs(())
     known = {sign.name: sign for sign in spatial_signs(DEFAULT_TABLE)}
@@ -109,13 +110,13 @@ def test_where_things_are_seen_is_their_image_and_leads_down_to_degrees_and_metr
     )
 
 
-def test_the_signs_give_the_tasks_matrices_back():
+def test_the_matrices_of_a_task_are_read_back_from_its_signs():
     task, found = scene_task(RINGS), task_matrices(scene_signs(RINGS))
     assert found.features == task.features and np.array_equal(found.conditions, task.conditions)
     assert np.array_equal(found.adds, task.adds) and np.array_equal(found.goal, task.goal)
 
 
-def test_the_problem_reads_like_pddl_written_by_hand():
+def test_the_problem_text_is_plain_pddl():
     text = problem_text(
         Scene(start="a", goal="b", blocked=(("a", "b", "rock"),), kinds={"rock": "stone"}),
         name="tiny",
@@ -145,7 +146,7 @@ def test_another_reader_of_pddl_understands_domain_and_problem(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "scene, told",
+    "scene, message",
     [
         (Scene(start="a", goal="b", blocked=(("a", "b", "rock"),)), "obstacle 'rock' has no kind"),
         (
@@ -160,6 +161,6 @@ def test_another_reader_of_pddl_understands_domain_and_problem(tmp_path):
         ),
     ],
 )
-def test_a_scene_that_does_not_fit_is_told_in_one_sentence(scene, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_scene_that_breaks_a_rule_is_refused_in_one_sentence(scene, message):
+    with pytest.raises(ValueError, match=message):
         problem_text(scene)

@@ -13,10 +13,10 @@ from sign_model.relocation.domain import AGENT
 from sign_model.relocation.map_in_jit import plan_situations
 from sign_model.relocation.working_memory import (
     BREAKABLE,
-    FIRM,
+    INDESTRUCTIBLE,
     area,
-    chain_attention,
-    contour_attention,
+    chain_memory,
+    contour_memory,
     slot,
 )
 from sign_model.signs.matrix import Component
@@ -24,20 +24,22 @@ from sign_model.signs.sign import sequence
 
 
 def facts(between, kind_of):
-    """What is known of obstacles: {slot: (area, area)} and {slot: kind}."""
-    told = [("at", AGENT, area(0))]
+    """Returns the facts known of obstacles: {slot: (area, area)} and {slot: kind}."""
+    atoms = [("at", AGENT, area(0))]
     for number, (one, other) in between.items():
-        told += [
+        atoms += [
             ("blocked-by", area(one), area(other), slot(number)),
             ("blocked-by", area(other), area(one), slot(number)),
         ]
-        told += [("borders", slot(number), area(one)), ("borders", slot(number), area(other))]
-        told.append(("of-kind", slot(number), kind_of[number]))
-    return told
+        atoms += [("borders", slot(number), area(one)), ("borders", slot(number), area(other))]
+        atoms.append(("of-kind", slot(number), kind_of[number]))
+    return atoms
 
 
 def random_scenes(form, count, rng):
-    """Starts and goals over the working memory: some slots empty, some obstacles firm, any goal."""
+    """Yields starts and goals over the working memory: some slots are empty, some obstacles are
+    indestructible, and the goal is any area.
+    """
     num_areas = len({atom[-1] for atom in form.space.features if atom[0] == "at"})
     pairs = {
         number: (0, 1) if num_areas == 2 else (number, number + 1)
@@ -45,7 +47,7 @@ def random_scenes(form, count, rng):
     }
     for _ in range(count):
         present = {number: pair for number, pair in pairs.items() if rng.random() < 0.8}
-        kinds = {number: FIRM if rng.random() < 0.5 else BREAKABLE for number in present}
+        kinds = {number: INDESTRUCTIBLE if rng.random() < 0.5 else BREAKABLE for number in present}
         yield facts(present, kinds), [("at", AGENT, area(int(rng.integers(num_areas))))]
 
 
@@ -54,19 +56,17 @@ def planner(form, max_steps):
     return jax.jit(functools.partial(plan_situations, form, max_steps=max_steps))
 
 
-def planned(form, scenes, *, max_steps=13):
+def plan_all(form, scenes, *, max_steps=13):
     start, goal = (
         np.stack([form.situation(*side) for side in sides], axis=1) for sides in zip(*scenes)
     )
     return jax.tree.map(np.asarray, planner(form, max_steps)(start | form.abilities[:, None], goal))
 
 
-@pytest.mark.parametrize(
-    "form", [contour_attention(3), chain_attention(4)], ids=["contour", "chain"]
-)
+@pytest.mark.parametrize("form", [contour_memory(3), chain_memory(4)], ids=["contour", "chain"])
 def test_plans_and_proofs_are_those_of_map_on_the_host(form):
     scenes = list(random_scenes(form, 96, np.random.default_rng(0)))
-    found = planned(form, scenes)
+    found = plan_all(form, scenes)
     assert found.is_solved.any() and found.is_proof.any()
     for number, (start, goal) in enumerate(scenes):
         task = form.task_of(start, goal)
@@ -86,22 +86,22 @@ def test_plans_and_proofs_are_those_of_map_on_the_host(form):
 
 
 def test_a_plan_does_not_depend_on_the_batch_around_it():
-    form = chain_attention(4)
+    form = chain_memory(4)
     scenes = list(random_scenes(form, 96, np.random.default_rng(1)))
-    whole, backwards = planned(form, scenes), planned(form, scenes[::-1])
+    whole, backwards = plan_all(form, scenes), plan_all(form, scenes[::-1])
     for one, other in zip(whole, backwards):
         assert np.array_equal(one, other[..., ::-1])
 
 
-def test_of_equal_obstacles_the_first_slot_is_taken():
-    form = contour_attention(3)
-    found = planned(
+def test_among_equal_obstacles_the_first_slot_is_chosen():
+    form = contour_memory(3)
+    found = plan_all(
         form,
         [(facts({1: (0, 1), 2: (0, 1)}, {1: BREAKABLE, 2: BREAKABLE}), [("at", AGENT, area(1))])]
         * 96,
     )
-    told = [form.actions[action][:3] for action in found.actions[:, 0] if action >= 0]
-    assert told == [
+    acts = [form.actions[action][:3] for action in found.actions[:, 0] if action >= 0]
+    assert acts == [
         ("approach", AGENT, slot(1)),
         ("destroy", AGENT, slot(1)),
         ("pass", AGENT, area(0)),
@@ -109,24 +109,24 @@ def test_of_equal_obstacles_the_first_slot_is_taken():
 
 
 def test_a_search_cut_short_is_neither_plan_nor_proof():
-    form = contour_attention(3)
-    found = planned(
+    form = contour_memory(3)
+    found = plan_all(
         form, [(facts({0: (0, 1)}, {0: BREAKABLE}), [("at", AGENT, area(1))])], max_steps=2
     )
     assert not found.is_solved[0] and not found.is_proof[0] and (found.actions == -1).all()
 
 
-def test_what_i_can_do_is_my_personal_meaning_and_an_experience_adds_to_it():
-    weak, strong = contour_attention(1), contour_attention(1, (BREAKABLE, FIRM))
+def test_an_experience_adds_an_ability_to_the_personal_meanings_of_i():
+    weak, strong = contour_memory(1), contour_memory(1, (BREAKABLE, INDESTRUCTIBLE))
     assert weak.model.sign(AGENT).meaning == (sequence({"action destroy", BREAKABLE}),)
-    grown = weak.model.grown(AGENT, Component.MEANING, sequence({"action destroy", FIRM}))
+    grown = weak.model.grown(AGENT, Component.MEANING, sequence({"action destroy", INDESTRUCTIBLE}))
     assert grown.sign(AGENT) == strong.model.sign(AGENT)
-    scene = (facts({0: (0, 1)}, {0: FIRM}), [("at", AGENT, area(1))])
-    assert planned(weak, [scene]).is_proof[0] and planned(strong, [scene]).num_actions[0] == 3
+    scene = (facts({0: (0, 1)}, {0: INDESTRUCTIBLE}), [("at", AGENT, area(1))])
+    assert plan_all(weak, [scene]).is_proof[0] and plan_all(strong, [scene]).num_actions[0] == 3
 
 
 def test_the_matrices_are_the_personal_meanings_of_the_acts():
-    form = contour_attention(2)
+    form = contour_memory(2)
     (meaning,) = form.model.sign(f"act (pass i {area(0)} {area(1)} {slot(1)})").meaning
     number = form.actions.index(("pass", AGENT, area(0), area(1), slot(1)))
     needed = {form.space.features[i] for i in np.flatnonzero(form.space.conditions[number])}

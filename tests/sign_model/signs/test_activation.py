@@ -14,6 +14,7 @@ DECAY = np.array([0.5, 0.25, 0.75], np.float32)
 
 
 def twin(signs, active, decay, steps):
+    """Returns the activation by name after `steps` steps along all links of all signs."""
     for _ in range(steps):
         before = dict(active)
         for sign in signs:
@@ -26,16 +27,16 @@ def twin(signs, active, decay, steps):
 
 @settings(max_examples=30, deadline=None)
 @given(sign_worlds(), st.lists(st.floats(0, 1, width=32), min_size=6, max_size=6))
-def test_activation_equals_its_plain_twin_bit_for_bit(signs, start):
+def test_activation_equals_that_of_the_plain_twin_bit_for_bit(signs, start):
     model = model_of(signs)
     active = np.zeros(8, np.float32)
     active[:6] = start
     spread = spread_activation(model.matrices, active, decay=DECAY, steps=3)
-    told = twin(signs, dict(zip(NAMES, active[:6])), DECAY, 3)
-    assert np.asarray(spread)[:6].tolist() == [float(told[name]) for name in NAMES]
+    expected = twin(signs, dict(zip(NAMES, active[:6])), DECAY, 3)
+    assert np.asarray(spread)[:6].tolist() == [float(expected[name]) for name in NAMES]
 
 
-def test_activation_halves_with_each_link_and_stops_after_the_steps_given():
+def test_activation_decays_with_each_link_and_stops_after_the_given_steps():
     signs = with_elementary(
         [
             Sign("a", image=(sequence("b"),)),
@@ -56,7 +57,7 @@ def test_activation_halves_with_each_link_and_stops_after_the_steps_given():
     )
 
 
-def test_a_closed_network_passes_nothing_on():
+def test_a_network_with_decay_0_sends_nothing():
     model = model_of(face_signs())
     active = model.features(["face"]).astype(np.float32)
     decay = DECAY.copy()

@@ -1,4 +1,4 @@
-"""Planning tasks become signs, and the signs give the same matrices back."""
+"""Planning tasks become signs, from which the same matrices are read back."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ DOMAIN = """(define (domain yard) (:requirements :strips :typing :negative-preco
   (:types rock place - object boulder - rock)
   (:constants home - place)
   (:predicates (at ?p - place) (lies ?r - rock ?p - place) (twin ?p ?q - place) (done))
-  (:action act :parameters (?r - rock ?p - place) :precondition (and (at ?p) (lies ?r ?p) (not (done)))
+  (:action act :parameters (?r - rock ?p - place)
+    :precondition (and (at ?p) (lies ?r ?p) (not (done)))
     :effect (and (not (lies ?r ?p)) (done)))
   (:action go :parameters (?p ?q - place) :precondition (and (at ?p) (not (= ?p ?q)))
     :effect (and (not (at ?p)) (at ?q) (twin ?q ?q)))
@@ -41,16 +42,16 @@ def assert_same_matrices(task):
     "name",
     ["blocks/probBLOCKS-4-0", "blocks/probBLOCKS-8-1", "ferry/p-10locs-5cars", "hanoi/pfile1"],
 )
-def test_the_matrices_of_an_outside_task_come_back_bit_for_bit(shared_data, name):
+def test_the_matrices_of_a_published_task_are_read_back_bit_for_bit(shared_data, name):
     path = shared_data / "pddl" / f"{name}.pddl"
     if not path.exists():
-        pytest.skip(f"{name} is not there")
+        pytest.skip(f"{name} is not in the data")
     assert_same_matrices(load(path.parent / "domain.pddl", path))
 
 
 @settings(max_examples=12, deadline=None)
 @given(st.data(), st.integers(1, 6), st.integers(0, 5))
-def test_the_matrices_of_any_task_come_back_bit_for_bit(data, num_features, num_actions):
+def test_the_matrices_of_any_task_are_read_back_bit_for_bit(data, num_features, num_actions):
     seed = data.draw(st.integers(0, 2**31))
     rng = np.random.default_rng(seed)
     parts = [rng.random((num_actions, num_features)) < 0.3 for _ in range(3)]
@@ -59,7 +60,7 @@ def test_the_matrices_of_any_task_come_back_bit_for_bit(data, num_features, num_
     )
 
 
-def test_types_constants_negation_and_repeated_objects_survive():
+def test_types_constants_negation_and_repeated_objects_become_signs():
     model = assert_same_matrices(load(DOMAIN, PROBLEM))
     assert model.sign("(twin far far)").image == (sequence("predicate twin", "far", "far"),)
     assert model.sign("(not done)").image == (sequence("predicate not", "predicate done"),)

@@ -1,4 +1,4 @@
-"""World models in files."""
+"""World models are saved in files and loaded from them."""
 
 import json
 
@@ -25,7 +25,7 @@ def test_a_model_is_saved_and_loaded_without_loss(tmp_path, signs):
 
 
 @pytest.mark.parametrize(
-    "change, told",
+    "change, message",
     [
         (lambda sign: sign.pop("name"), r"model.json: sign 1: must have a name"),
         (lambda sign: sign.update(colour="red"), r"sign 1: must have a name, and nothing but"),
@@ -60,21 +60,21 @@ def test_a_model_is_saved_and_loaded_without_loss(tmp_path, signs):
         (lambda sign: sign.update(name="nose"), r"model.json: two signs are called 'nose'"),
     ],
 )
-def test_a_damaged_model_is_told_by_file_and_sign(tmp_path, change, told):
+def test_an_error_in_a_model_file_names_the_file_and_the_sign(tmp_path, change, message):
     path = tmp_path / "model.json"
     save_model(from_signs(face_signs()), path)
     plain = json.loads(path.read_text())
     change(plain["signs"][0])
     path.write_text(json.dumps(plain))
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         load_model(path)
 
 
 @pytest.mark.parametrize(
-    "text, told",
+    "text, message",
     [("{", "not JSON"), ("[]", "its format must be"), ('{"format": "x"}', "its format must be")],
 )
-def test_a_file_that_is_no_model_is_told(tmp_path, text, told):
+def test_a_file_that_is_not_a_model_is_refused(tmp_path, text, message):
     (tmp_path / "model.json").write_text(text)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         load_model(tmp_path / "model.json")

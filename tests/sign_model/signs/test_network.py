@@ -14,7 +14,7 @@ from tests.helpers.sign_worlds import NAMES, face_signs, model_of, sign_worlds
 
 @settings(max_examples=20, deadline=None)
 @given(sign_worlds())
-def test_a_link_goes_to_every_feature_of_a_matrix_and_to_nothing_else(signs):
+def test_links_go_to_the_features_of_the_matrices_and_to_nothing_else(signs):
     model = model_of(signs)
     for component in Component:
         links = np.asarray(network(model.matrices, component))
@@ -32,18 +32,19 @@ def test_networks_jitted_and_in_a_batch_give_the_same_bits():
     chex.assert_trees_all_equal(jax.vmap(networks)(both), np.stack([eager, eager]))
 
 
-def test_what_an_image_requires_has_that_sign_among_its_roles():
+def test_a_feature_of_an_image_has_the_sign_of_that_image_among_its_roles():
     model = model_of(face_signs())
     assert model.named(roles(model.matrices)[model.index("nose")]) == ("face",)
     assert model.named(roles(model.matrices)[model.index("face")]) == ()
 
 
 def is_process(*matrices, whole=True):
+    """Returns whether the sign with these images is procedural."""
     model = model_of(with_elementary([Sign("sign", image=matrices)]))
     return is_procedural(model.matrices, 0, Component.IMAGE, whole=whole)
 
 
-def test_the_face_is_no_process_for_its_left_eye_comes_first_or_last():
+def test_the_sign_face_is_not_procedural_as_its_left_eye_comes_first_or_last():
     matrices = face_signs()[0].image
     assert not is_process(*matrices)
     assert is_process(*matrices, whole=False)
@@ -66,7 +67,7 @@ def test_the_face_is_no_process_for_its_left_eye_comes_first_or_last():
         ((causal("a", (), "a"),), True, True),
     ],
 )
-def test_a_process_is_a_strict_order_shared_by_all_matrices(matrices, whole, part):
+def test_a_procedural_sign_has_a_strict_order_shared_by_all_matrices(matrices, whole, part):
     assert is_process(*matrices) == whole
     assert is_process(*matrices, whole=False) == part
 

@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 
 from sign_model.signs.matrix import ColumnKind, Component
-from sign_model.signs.recognition import attention, recognise
+from sign_model.signs.recognition import expectation, recognise
 from sign_model.signs.sign import Column, PredictionMatrix, Sign, causal, sequence, with_elementary
 from tests.helpers.sign_worlds import NAMES, ROOM, face_signs, model_of
 
 
 def flow_of(model, *steps, length=5):
-    """Returns the steps as an input flow, empty steps after them: one length, one compilation."""
+    """Returns the steps as an input flow, padded with empty steps to one length, so that one
+    compilation serves all.
+    """
     flow = np.zeros((max(length, len(steps)), ROOM[0]), bool)
     flow[: len(steps)] = [model.features(step) for step in steps]
     return flow
 
 
 def ends(matrix, flow, contiguous):
-    """Returns the steps at which the matrix can end in the flow: every way to place its columns is
-    tried.
+    """Returns the steps at which the matrix can end in the flow; tries every way to place its
+    columns.
     """
 
     def matches(column, step):
@@ -72,6 +74,8 @@ def twin(signs, flow, *, contiguous, levels=1):
 
 
 def random_matrix(rng):
+    """Returns up to three condition columns and perhaps effects, of random features."""
+
     def some():
         return frozenset(name for name in NAMES if rng.random() < 0.25) or frozenset(
             rng.choice(NAMES, 1).tolist()
@@ -96,16 +100,16 @@ def test_recognition_equals_its_plain_twin_on_random_worlds(contiguous, levels):
         found = recognise(
             model.matrices, flow_of(model, *steps), contiguous=contiguous, levels=levels
         )
-        told = {
+        actual = {
             name: (int(found.step[index]), int(found.precedent[index]))
             for index, name in enumerate(NAMES)
             if found.recognised[index]
         }
-        assert told == twin(signs, steps, contiguous=contiguous, levels=levels)
+        assert actual == twin(signs, steps, contiguous=contiguous, levels=levels)
         assert not found.recognised[len(NAMES) :].any()
 
 
-def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
+def test_a_face_is_recognised_by_the_precedent_whose_order_the_flow_has():
     model = model_of(face_signs())
     flow = flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"], ["left eye"])
     found = recognise(model.matrices, flow)
@@ -118,21 +122,21 @@ def test_a_face_is_recognised_by_the_precedent_that_the_gaze_followed():
     assert int(found.recognised.sum()) == 1 and int(found.step[model.index("nose")]) == -1
 
 
-def test_other_steps_may_lie_between_unless_the_columns_must_be_contiguous():
+def test_other_steps_may_lie_between_columns_unless_they_must_be_contiguous():
     model = model_of(face_signs())
     flow = flow_of(model, ["nose"], ["mouth"], ["padded"], ["right eye"], ["left eye"])
     assert bool(recognise(model.matrices, flow).recognised[0])
     assert not bool(recognise(model.matrices, flow, contiguous=True).recognised[0])
 
 
-def test_attention_says_what_is_expected_next_and_how_eagerly():
+def test_expectation_is_the_fraction_matched_with_the_next_feature():
     model = model_of(face_signs())
     found = recognise(model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"]))
-    eager = np.asarray(attention(model.matrices, found))[model.index("face")]
-    told = {name: float(eager[model.index(name)]) for name in model.named(eager > 0)}
-    assert told == {"right eye": 1.0, "padded": 1.0}
+    strength = np.asarray(expectation(model.matrices, found))[model.index("face")]
+    expected = {name: float(strength[model.index(name)]) for name in model.named(strength > 0)}
+    assert expected == {"right eye": 1.0, "padded": 1.0}
     first = np.asarray(
-        attention(model.matrices, recognise(model.matrices, flow_of(model, ["nose"])))
+        expectation(model.matrices, recognise(model.matrices, flow_of(model, ["nose"])))
     )[0]
     assert {name: float(first[model.index(name)]) for name in model.named(first > 0)} == {
         "left eye": 0.25,
@@ -140,7 +144,7 @@ def test_attention_says_what_is_expected_next_and_how_eagerly():
     }
 
 
-def test_a_recognised_sign_expects_nothing_more():
+def test_a_recognised_sign_expects_no_feature():
     model = model_of(face_signs())
     found = recognise(
         model.matrices, flow_of(model, ["left eye"], ["nose"], ["mouth"], ["right eye"])
@@ -168,7 +172,7 @@ def test_a_sign_recognised_within_a_step_is_a_feature_for_the_signs_above_it():
     )
 
 
-def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_moment():
+def test_an_action_is_recognised_by_its_adds_and_deletes_in_one_moment():
     signs = with_elementary([Sign("destroy", meaning=(causal({"near", "wall"}, "open", "wall"),))])
     model = model_of(signs)
     done = flow_of(model, ["near", "wall"], ["near", "open"], length=2)
@@ -188,20 +192,20 @@ def test_an_action_is_recognised_by_what_appears_and_what_disappears_in_one_mome
         (causal(deletes="b"), ("b", "a"), 1),
     ],
 )
-def test_an_absence_is_a_moment_after_the_conditions_and_one_with_what_appears(rule, steps, step):
+def test_deletes_match_after_the_conditions_and_with_the_adds_or_later(rule, steps, step):
     signs = with_elementary([Sign("act", meaning=(rule,)), *map(Sign, "abc")])
     model = model_of(signs)
     found = recognise(model.matrices, flow_of(model, *steps, length=2), component=Component.MEANING)
     assert int(found.step[0]) == step
 
 
-def test_nothing_is_looked_for_where_only_an_absence_is_missing():
+def test_no_feature_is_expected_if_only_an_absence_is_required():
     model = model_of(with_elementary([Sign("act", image=(causal("a", deletes="b"),))]))
     found = recognise(model.matrices, flow_of(model, *["ab"] * 5))
     assert not found.recognised[0] and int(found.passed[0]) == 1 and not found.expected.any()
 
 
-def test_an_empty_flow_shows_nothing():
+def test_nothing_is_recognised_in_an_empty_flow():
     model = model_of(face_signs())
     found = recognise(model.matrices, np.zeros((0, 8), bool))
     assert not found.recognised.any() and not found.passed.any()

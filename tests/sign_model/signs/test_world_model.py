@@ -1,4 +1,4 @@
-"""Arrays and symbols of the sign world model, and the way between them."""
+"""Arrays and symbols of the sign world model, and the conversion between them."""
 
 import chex
 import jax
@@ -16,7 +16,7 @@ from tests.helpers.sign_worlds import NAMES, face_signs, model_of, prediction_ma
 
 @settings(max_examples=30, deadline=None)
 @given(sign_worlds())
-def test_symbols_to_arrays_and_back_lose_nothing(signs):
+def test_symbols_become_arrays_and_symbols_again_without_loss(signs):
     model = from_signs(signs)
     assert tables.faults(model.matrices) == []
     assert model.signs() == signs
@@ -25,7 +25,7 @@ def test_symbols_to_arrays_and_back_lose_nothing(signs):
 
 @settings(max_examples=20, deadline=None)
 @given(sign_worlds(), st.integers(0, 3))
-def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, room):
+def test_arrays_become_symbols_and_arrays_again_at_any_capacity(signs, room):
     model = from_signs(signs)
     larger = tables.with_capacity(
         model.matrices, *(side + room for side in tables.capacity(model.matrices))
@@ -42,22 +42,22 @@ def test_arrays_to_symbols_and_back_lose_nothing_whatever_the_capacity(signs, ro
         max_size=4,
     ),
 )
-def test_growth_adds_each_experience_as_the_youngest_matrix_and_leaves_the_old_model_alone(
+def test_an_experience_adds_the_youngest_matrix_and_leaves_the_old_model_unchanged(
     signs, experiences
 ):
-    model = grown = model_of(signs)
+    model = extended = model_of(signs)
     expected = {
         sign.name: [list(sign.matrices(component)) for component in Component] for sign in signs
     }
     for name, component, matrix in experiences:
-        grown = grown.grown(name, component, matrix)
+        extended = extended.grown(name, component, matrix)
         expected[name][component].append(matrix)
-    assert tables.faults(grown.matrices) == []
-    assert grown.signs() == tuple(Sign(name, *map(tuple, expected[name])) for name in NAMES)
+    assert tables.faults(extended.matrices) == []
+    assert extended.signs() == tuple(Sign(name, *map(tuple, expected[name])) for name in NAMES)
     assert model.signs() == signs
 
 
-def test_growth_jitted_and_in_a_batch_gives_the_same_bits():
+def test_insert_jitted_and_in_a_batch_gives_the_same_bits():
     model = from_signs(face_signs(), capacity=(8, 8, 8, 8))
     feature = np.array([1, 2] + [-1] * 6, np.int32)
     bits = np.zeros((8, 8), bool)
@@ -72,7 +72,7 @@ def test_growth_jitted_and_in_a_batch_gives_the_same_bits():
     )
 
 
-def test_growth_compiles_once_while_there_is_room():
+def test_added_matrices_keep_the_shape_while_there_is_room():
     model = from_signs(face_signs(), capacity=(8, 16, 8, 8))
     shapes = set()
     for _ in range(10):
@@ -83,7 +83,7 @@ def test_growth_compiles_once_while_there_is_room():
 
 @settings(max_examples=20, deadline=None)
 @given(sign_worlds())
-def test_the_features_of_a_kind_are_those_that_the_symbols_name(signs):
+def test_the_features_of_a_column_kind_equal_those_of_the_symbols(signs):
     model = model_of(signs)
     stored = [matrix for sign in signs for _, matrix in sign]
     for kind in (ColumnKind.CONDITION, ColumnKind.ADDS, ColumnKind.DELETES):
@@ -97,17 +97,17 @@ def test_the_features_of_a_kind_are_those_that_the_symbols_name(signs):
     ]
 
 
-def test_a_model_of_no_sign_is_empty_and_round_trips():
+def test_a_model_without_signs_is_empty():
     model = from_signs(())
     assert model.signs() == () and int(tables.num_matrices(model.matrices)) == 0
 
 
-def test_a_matrix_without_columns_is_kept():
+def test_a_matrix_without_columns_is_stored():
     signs = (Sign("start", meaning=(sequence(),)), Sign("p"))
     assert from_signs(signs).signs() == signs
 
 
-def test_elementary_features_become_bare_signs_in_order_of_name():
+def test_elementary_features_become_signs_in_order_of_name():
     assert [sign.name for sign in face_signs()] == [
         "face",
         "left eye",
@@ -119,18 +119,18 @@ def test_elementary_features_become_bare_signs_in_order_of_name():
     assert with_elementary(face_signs()) == face_signs()
 
 
-def test_situations_go_from_names_to_bits_and_back():
+def test_situations_become_bits_and_names_again():
     model = from_signs(face_signs())
     assert model.named(model.features(["nose", "mouth"])) == ("mouth", "nose")
     assert model.with_signs([Sign("hand")]).index("hand") == 6
 
 
 @pytest.mark.parametrize(
-    "broken, told",
+    "broken, message",
     [
         (lambda: from_signs([Sign("a"), Sign("a")]), "two signs are called 'a'"),
         (lambda: from_signs([Sign("a", image=(sequence("b"),))]), "has the feature 'b'"),
-        (lambda: from_signs([Sign("a")], capacity=(0, 1, 1, 1)), "a table can only grow"),
+        (lambda: from_signs([Sign("a")], capacity=(0, 1, 1, 1)), "a table can only be enlarged"),
         (lambda: from_signs([Sign("a")]).index("b"), "no sign is called 'b'"),
         (lambda: Column(frozenset()), "names no feature"),
         (lambda: Column(frozenset("a"), ColumnKind.ABSENT), "cannot be ABSENT"),
@@ -142,12 +142,12 @@ def test_situations_go_from_names_to_bits_and_back():
         ),
     ],
 )
-def test_a_slip_is_told_in_one_sentence(broken, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_broken_rule_is_reported_in_one_sentence(broken, message):
+    with pytest.raises(ValueError, match=message):
         broken()
 
 
-def test_a_table_out_of_order_is_told():
+def test_faults_reports_a_table_out_of_order():
     table = from_signs(
         (
             Sign("a", image=(sequence("b"), sequence("a", "b"))),

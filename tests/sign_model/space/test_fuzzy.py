@@ -1,4 +1,4 @@
-"""Fuzzy directions, distances and relocations: the table, the regions and back, and the signs
+"""Fuzzy directions, distances and relocations: the table, regions and their sectors, and the signs
 recognised by their images.
 """
 
@@ -40,7 +40,7 @@ from sign_model.space.polar import (
     in_square,
     square_of_sector,
     to_polar,
-    wrapped,
+    wrap,
 )
 from sign_model.space.spatial_signs import path_features, point_features, spatial_signs
 
@@ -64,22 +64,22 @@ def points_of_regions(table, count):
     return np.stack(
         [
             sector.near + share[0] * (sector.far - sector.near),
-            wrapped(sector.start + share[1] * sector.width),
+            wrap(sector.start + share[1] * sector.width),
         ],
         axis=-1,
     )
 
 
 @TABLES
-def test_every_point_of_a_sector_gets_that_sectors_sign_back(table):
+def test_every_point_of_the_sector_of_a_region_lies_in_that_region(table):
     polar = points_of_regions(table, 500)
     origin, heading = np.array([13.0, -4.0]), np.array(2.5)
-    seen = to_polar(from_polar(polar, origin, heading), origin, heading)
-    assert (region_of(seen, table) == np.arange(table.num_regions)).all()
+    again = to_polar(from_polar(polar, origin, heading), origin, heading)
+    assert (region_of(again, table) == np.arange(table.num_regions)).all()
 
 
 @TABLES
-def test_sectors_share_the_plane_between_them(table):
+def test_every_point_lies_in_exactly_one_sector(table):
     rng = np.random.default_rng(4)
     farthest = table.distances[-1].end
     polar = np.stack(
@@ -92,7 +92,7 @@ def test_sectors_share_the_plane_between_them(table):
 
 
 @TABLES
-def test_the_square_of_a_regions_sector_holds_all_its_points(table):
+def test_the_square_of_the_sector_of_a_region_contains_its_points(table):
     polar, origin, heading = points_of_regions(table, 200), np.array([5.0, 6.0]), np.array(0.3)
     centre, side = square_of_sector(
         sector_of(np.arange(table.num_regions), table), origin, heading[None]
@@ -101,7 +101,7 @@ def test_the_square_of_a_regions_sector_holds_all_its_points(table):
 
 
 @TABLES
-def test_the_term_of_greatest_degree_names_the_point_and_borders_are_half_and_half(table):
+def test_the_term_of_greatest_degree_names_the_point_and_borders_have_degree_half(table):
     rng = np.random.default_rng(5)
     phi, r = rng.uniform(-math.pi, math.pi, 2000), rng.uniform(0, 2 * table.distances[-1].end, 2000)
     directions, distances = direction_membership(phi, table), distance_membership(r, table)
@@ -128,13 +128,13 @@ def test_the_term_of_greatest_degree_names_the_point_and_borders_are_half_and_ha
         (1, -22.5, "close, ahead"),
     ],
 )
-def test_the_default_table_names_regions_as_people_would(r, degrees, name):
+def test_the_default_table_names_regions_in_plain_words(r, degrees, name):
     region = region_of(np.array([r, math.radians(degrees)]), DEFAULT_TABLE)
     assert region_names(DEFAULT_TABLE)[region] == name
 
 
 @TABLES
-def test_an_area_touches_the_regions_of_its_points_and_no_others(table):
+def test_an_area_touches_exactly_the_regions_of_its_points(table):
     rng = np.random.default_rng(6)
     near = rng.uniform(0, table.distances[-1].end, 60)
     areas = Sector(
@@ -149,19 +149,19 @@ def test_an_area_touches_the_regions_of_its_points_and_no_others(table):
     polar = np.stack(
         [
             areas.near + share[0] * (areas.far - areas.near),
-            wrapped(areas.start + share[1] * areas.width),
+            wrap(areas.start + share[1] * areas.width),
         ],
         axis=-1,
     )
     region = region_of(polar, table)
-    seen = (region[..., None] == np.arange(table.num_regions)).any(axis=0)
+    has_point = (region[..., None] == np.arange(table.num_regions)).any(axis=0)
     touched = regions_touched(areas, table)
-    assert (touched | ~seen).all()
-    # What a fine mesh of points misses is a sliver at most.
-    assert (touched & ~seen).mean() < 0.01
+    assert (touched | ~has_point).all()
+    # A fine mesh of points may miss a thin part of an area.
+    assert (touched & ~has_point).mean() < 0.01
 
 
-def test_an_area_beyond_the_table_is_as_far_as_the_last_row():
+def test_an_area_beyond_the_table_belongs_to_the_last_distance():
     area = Sector(
         near=np.array(5000.0), far=np.array(6000.0), start=np.array(-0.1), width=np.array(0.2)
     )
@@ -179,12 +179,12 @@ HOP = [[0, 0], [1, 9], [2, 0]]
 @pytest.mark.parametrize(
     "path, name", [(STRAIGHT, "dash"), (BOW, "stroll"), (LOOP, None), (HOP, "step")]
 )
-def test_a_path_is_matched_to_the_narrowest_relocation_that_permits_it(path, name):
+def test_a_path_is_an_instance_of_the_narrowest_relocation_that_permits_it(path, name):
     found = int(relocation_of(np.array(path, float), np.array(3), COARSE))
     assert (COARSE.relocations[found].name if found >= 0 else None) == name
 
 
-def test_a_path_of_no_point_is_no_relocation_and_the_table_decides_what_is_far():
+def test_a_path_without_points_is_no_relocation():
     path = np.array([STRAIGHT, BOW], float)
     assert relocation_of(path, np.array([0, 3]), COARSE).tolist() == [-1, 1]
     far = np.array([[0, 0], [300, 50], [600, 0]], float)
@@ -194,7 +194,7 @@ def test_a_path_of_no_point_is_no_relocation_and_the_table_decides_what_is_far()
     )
 
 
-def test_of_two_relocations_as_narrow_the_earlier_row_names_the_path():
+def test_among_equally_narrow_relocations_the_earlier_row_is_chosen():
     twins = dataclasses.replace(
         COARSE, relocations=(*COARSE.relocations, Relocation("glide", "there", 1.0))
     )
@@ -218,8 +218,8 @@ def test_a_path_is_recognised_as_every_relocation_that_permits_it():
     flow = path_features(model, COARSE, paths, np.full(4, 3))[:, None]
     found = np.asarray(recognise(model.matrices, flow, levels=2).recognised)
     names = [row.name for row in COARSE.relocations]
-    told = [[name for name in names if row[model.index(name)]] for row in found]
-    assert told == [["dash", "stroll"], ["stroll"], [], ["step"]]
+    recognised = [[name for name in names if row[model.index(name)]] for row in found]
+    assert recognised == [["dash", "stroll"], ["stroll"], [], ["step"]]
 
 
 def test_jax_arrays_give_the_same_answers_jitted():
@@ -231,10 +231,10 @@ def test_jax_arrays_give_the_same_answers_jitted():
     assert np.allclose(sector.start, sector_of(np.asarray(region), DEFAULT_TABLE).start)
     assert jax.jit(lambda area: regions_touched(area, DEFAULT_TABLE))(sector).shape == (24, 24)
     paths = np.array([STRAIGHT, BOW, LOOP, HOP], np.float32)
-    told = jax.jit(lambda path, count: relocation_of(path, count, COARSE))(
+    relocations = jax.jit(lambda path, count: relocation_of(path, count, COARSE))(
         jnp.asarray(paths), jnp.full(4, 3, jnp.int32)
     )
-    assert told.tolist() == relocation_of(paths, np.full(4, 3, np.int32), COARSE).tolist()
+    assert relocations.tolist() == relocation_of(paths, np.full(4, 3, np.int32), COARSE).tolist()
     model = from_signs(spatial_signs(COARSE))
     flow = jax.jit(lambda path, count: path_features(model, COARSE, path, count))(
         jnp.asarray(paths), jnp.full(4, 3, jnp.int32)
@@ -251,7 +251,7 @@ def test_a_table_is_saved_and_loaded_without_loss(tmp_path, table):
 
 
 @pytest.mark.parametrize(
-    "part, value, told",
+    "part, value, message",
     [
         (
             "directions",
@@ -262,24 +262,24 @@ def test_a_table_is_saved_and_loaded_without_loss(tmp_path, table):
         ("directions", [["a", 0, 0], ["b", 0, 360]], "direction 'a' must end after it starts"),
         ("directions", [], "at least one direction"),
         ("distances", [["c", 1, 2]], "the first distance, 'c', must start at 0 metres"),
-        ("distances", [["front", 0, 2]], "the name 'front' stands twice"),
+        ("distances", [["front", 0, 2]], "the name 'front' occurs twice"),
         ("distances", [["c", 0]], "each row needs a name and two values"),
-        ("relocations", [["m", "nowhere", 1]], "has the distance 'nowhere', which is in no row"),
+        ("relocations", [["m", "nowhere", 1]], "has the distance 'nowhere', which is no row"),
         ("relocations", [["m", "here", -1]], "must permit a deviation of 0 metres or more"),
         ("soft_degrees", 0, "must be positive"),
         ("colours", [], "not a table of fuzzy terms"),
     ],
 )
-def test_a_table_that_does_not_fit_is_told_by_file_and_rule(tmp_path, part, value, told):
+def test_an_error_in_a_table_file_names_the_file_and_the_rule(tmp_path, part, value, message):
     path = tmp_path / "table.json"
     save_table(COARSE, path)
     path.write_text(json.dumps({**json.loads(path.read_text()), part: value}))
-    with pytest.raises(ValueError, match=told) as caught:
+    with pytest.raises(ValueError, match=message) as caught:
         load_table(path)
     assert str(path) in str(caught.value)
 
 
-def test_a_file_that_is_no_table_is_told(tmp_path):
+def test_a_file_that_is_not_a_table_is_refused(tmp_path):
     (tmp_path / "table.json").write_text("{")
     with pytest.raises(ValueError, match="not JSON"):
         load_table(tmp_path / "table.json")

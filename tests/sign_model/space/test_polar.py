@@ -1,4 +1,4 @@
-"""The agent's polar frame: there and back, sectors, squares that hold them, corridors."""
+"""The agent's polar frame: conversion both ways, sectors, squares that contain them, corridors."""
 
 import math
 
@@ -22,7 +22,7 @@ from sign_model.space.polar import (
     sector_of_square,
     square_of_sector,
     to_polar,
-    wrapped,
+    wrap,
 )
 
 
@@ -32,7 +32,7 @@ def rng():
 
 
 def scenes(rng, count):
-    """Returns origins, headings and sectors of all kinds: from the origin or not, narrow to a full
+    """Returns origins, headings and sectors of all kinds: with near 0 or not, from narrow to a full
     turn.
     """
     origin = rng.uniform(-50, 50, (count, 2))
@@ -47,9 +47,9 @@ def scenes(rng, count):
     return origin, heading, sector
 
 
-def drawn_from(rng, sector, count):
-    """Returns `count` points (r, phi) of each sector, its corners and the middles of its sides
-    among them.
+def sample_points(rng, sector, count):
+    """Returns `count` points (r, phi) of each sector, including its corners and the middles of its
+    sides.
     """
     share = rng.random((2, count, len(sector.near)))
     share[:, :9] = np.array(
@@ -58,7 +58,7 @@ def drawn_from(rng, sector, count):
     return np.stack(
         [
             sector.near + share[0] * (sector.far - sector.near),
-            wrapped(sector.start + share[1] * sector.width),
+            wrap(sector.start + share[1] * sector.width),
         ],
         axis=-1,
     )
@@ -66,9 +66,9 @@ def drawn_from(rng, sector, count):
 
 def test_directions_are_wrapped_into_the_half_open_turn():
     angles = np.array([0, math.pi, -math.pi, 3 * math.pi, -1e-17, math.pi + 1e-9, 7.0])
-    told = wrapped(angles)
-    assert ((told > -math.pi) & (told <= math.pi)).all()
-    assert np.allclose(np.exp(1j * told), np.exp(1j * angles)) and told[1] == told[2] == math.pi
+    phi = wrap(angles)
+    assert ((phi > -math.pi) & (phi <= math.pi)).all()
+    assert np.allclose(np.exp(1j * phi), np.exp(1j * angles)) and phi[1] == phi[2] == math.pi
 
 
 @pytest.mark.parametrize(
@@ -85,13 +85,13 @@ def test_ahead_is_zero_and_leftward_is_positive(point, polar):
     assert np.allclose(to_polar(np.array(point, float), np.array([1.0, 1.0]), np.array(0.0)), polar)
 
 
-def test_turning_the_agent_turns_what_it_sees_the_other_way():
+def test_a_turn_of_the_agent_turns_the_points_of_its_frame_the_other_way():
     point, origin = np.array([3.0, 4.0]), np.array([0.0, 0.0])
     assert np.isclose(to_polar(point, origin, np.array(math.atan2(4, 3)))[1], 0)
     assert np.allclose(to_polar(point, origin, np.array(math.atan2(4, 3) - 1.0)), [5, 1])
 
 
-def test_points_come_back_from_the_polar_frame(rng):
+def test_points_are_unchanged_by_conversion_both_ways(rng):
     points, origin, heading = (
         rng.uniform(-100, 100, (200, 2)),
         rng.uniform(-100, 100, (200, 2)),
@@ -100,7 +100,7 @@ def test_points_come_back_from_the_polar_frame(rng):
     assert np.allclose(from_polar(to_polar(points, origin, heading), origin, heading), points)
 
 
-def test_the_four_pairs_of_a_sector_lie_in_it(rng):
+def test_the_corners_of_a_sector_lie_in_it(rng):
     _, _, sector = scenes(rng, 50)
     slack = Sector(
         near=sector.near - 1e-9,
@@ -112,7 +112,7 @@ def test_the_four_pairs_of_a_sector_lie_in_it(rng):
     assert in_sector(np.swapaxes(sector_corners(sector), 0, 1), slack).all()
 
 
-def test_a_point_is_in_a_sector_when_distance_and_direction_are():
+def test_a_point_is_in_a_sector_if_its_distance_and_direction_are():
     sector = Sector(near=np.array(1.0), far=np.array(2.0), start=np.array(3.0), width=np.array(0.5))
     points = np.array(
         [[1.5, 3.1], [1.5, -3.1], [1.5, 2.9], [1.5, -2.7], [0.9, 3.1], [2.1, 3.1], [1.0, 3.0]]
@@ -120,17 +120,17 @@ def test_a_point_is_in_a_sector_when_distance_and_direction_are():
     assert in_sector(points, sector).tolist() == [True, True, False, False, False, False, True]
 
 
-def test_the_square_holds_every_point_of_its_sector_and_none_smaller_does(rng):
+def test_the_square_of_a_sector_is_the_smallest_that_contains_it(rng):
     origin, heading, sector = scenes(rng, 300)
-    points = from_polar(drawn_from(rng, sector, 400), origin, heading)
+    points = from_polar(sample_points(rng, sector, 400), origin, heading)
     centre, side = square_of_sector(sector, origin, heading)
     assert in_square(points, centre, side * (1 + 1e-9)).all()
-    # Points drawn along the arcs and sides come close to the border of the smallest square.
+    # Points sampled along the arcs and sides come close to the border of the smallest square.
     arcs = np.linspace(0, 1, 4001)[:, None]
     dense = np.concatenate(
         [
             np.stack(
-                [np.broadcast_to(r, (len(arcs), 300)), wrapped(sector.start + arcs * sector.width)],
+                [np.broadcast_to(r, (len(arcs), 300)), wrap(sector.start + arcs * sector.width)],
                 axis=-1,
             )
             for r in (sector.near, sector.far)
@@ -140,7 +140,7 @@ def test_the_square_holds_every_point_of_its_sector_and_none_smaller_does(rng):
     assert (extent <= side * (1 + 1e-9)).all() and np.allclose(extent, side, rtol=1e-4)
 
 
-def test_the_sector_of_a_square_holds_it_and_touches_it_on_every_side(rng):
+def test_the_sector_of_a_square_is_the_smallest_that_contains_it(rng):
     count = 300
     centre, side = rng.uniform(-30, 30, (count, 2)), rng.uniform(0.1, 20, count)
     origin, heading = rng.uniform(-30, 30, (count, 2)), rng.uniform(-7, 7, count)
@@ -171,7 +171,7 @@ def test_the_sector_of_a_square_holds_it_and_touches_it_on_every_side(rng):
     assert np.allclose(np.ptp(swept, axis=0)[is_outside], sector.width[is_outside])
 
 
-def test_the_sector_of_points_holds_them_and_no_narrower_arc_does(rng):
+def test_the_sector_of_points_is_the_narrowest_that_contains_them(rng):
     count, most = 200, 7
     origin, heading = rng.uniform(-5, 5, (count, 2)), rng.uniform(-7, 7, count)
     points, is_point = rng.uniform(-9, 9, (count, most, 2)), rng.random((count, most)) < 0.6
@@ -204,7 +204,7 @@ def test_the_sector_of_points_holds_them_and_no_narrower_arc_does(rng):
     )
 
 
-def test_a_point_at_the_agents_own_place_brings_the_sector_near_and_turns_nothing():
+def test_a_point_at_the_agents_position_sets_near_to_0_and_has_no_direction():
     points = np.array([[0.0, 0.0], [0.0, 2.0], [-2.0, 0.0]])
     sector = sector_of_points(points, np.array([True, True, True]), np.zeros(2), np.array(0.0))
     assert (
@@ -214,7 +214,7 @@ def test_a_point_at_the_agents_own_place_brings_the_sector_near_and_turns_nothin
     )
 
 
-def test_square_to_sector_to_square_only_grows(rng):
+def test_the_square_of_the_sector_of_a_square_contains_it(rng):
     centre, side = rng.uniform(-30, 30, (100, 2)), rng.uniform(0.1, 20, 100)
     origin, heading = rng.uniform(-30, 30, (100, 2)), rng.uniform(-7, 7, 100)
     corners = centre + side[:, None] / 2 * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])[:, None]
@@ -237,7 +237,7 @@ def test_the_corridor_agrees_with_brute_force(rng):
     ].all() and is_clear.mean() > 0.9
 
 
-def test_the_deviation_of_a_path_is_that_of_its_farthest_point():
+def test_the_deviation_of_a_path_is_the_greatest_of_its_points():
     path = np.array([[0, 0], [1, 2], [5, -3], [10, 0], [99, 99]], float)
     assert path_deviation(path, np.array(4)) == 3 and path_link(path, np.array(4)) == 10
     assert path_deviation(path, np.array(1)) == path_deviation(path, np.array(0)) == 0
@@ -256,28 +256,28 @@ def test_jax_arrays_give_the_same_answers_jitted_and_in_a_batch(rng):
     def all_of_it(points, origin, heading, sector):
         polar = to_polar(points, origin, heading)
         centre, side = square_of_sector(sector, origin, heading)
-        seen = sector_of_square(centre, side, origin, heading)
+        area_of_square = sector_of_square(centre, side, origin, heading)
         path = jnp.stack([origin, points, centre], axis=-2)
-        strays = path_deviation(path, jnp.full(path.shape[:-2], 3, jnp.int32))
+        deviation = path_deviation(path, jnp.full(path.shape[:-2], 3, jnp.int32))
         crowd = jnp.stack([points, points + 5, points[..., ::-1]], axis=-2)
         area = sector_of_points(crowd, jnp.ones(crowd.shape[:-1], bool), origin, heading)
         return (
             from_polar(polar, origin, heading),
             centre,
             side,
-            seen,
-            strays,
+            area_of_square,
+            deviation,
             in_sector(polar, sector),
             area,
         )
 
     whole = all_of_it(*single)
-    ours, centre, side, seen, strays, inside, area = whole
+    ours, centre, side, area_of_square, deviation, inside, area = whole
     truth = square_of_sector(sector, origin, heading)
     assert np.allclose(ours, points, atol=1e-3) and np.allclose(centre, truth[0], atol=1e-3)
     assert (
         np.allclose(side, truth[1], atol=1e-3)
-        and ours.dtype == side.dtype == seen.near.dtype == strays.dtype == jnp.float32
+        and ours.dtype == side.dtype == area_of_square.near.dtype == deviation.dtype == jnp.float32
     )
     assert (np.asarray(inside) == in_sector(to_polar(points, origin, heading), sector)).all()
     crowd = np.stack([points, points + 5, points[..., ::-1]], axis=-2)

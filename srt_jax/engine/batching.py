@@ -1,14 +1,7 @@
-"""Kernels over maps: one map after the other in a marked call, queues of cells, and vmap folded
-into the batch axis.
+"""A batch of maps in one kernel: one map after the other in a marked call, and vmap folded into the
+batch axis.
 
 How a call is marked, and what the compiler refuses inside one: `sign_model.ground.marks`.
-
-Loops over single cells (queues) can be nearly as fast as native code, on two conditions.
-- The arrays a loop carries must stay in place. XLA copies an array, whole and at every step, when a
-  fused computation reads it that need not come before the write. A read through `read_apart` is
-  done once, and what it returns decides the write.
-- XLA repeats a chain of scalar reads in every computation that uses its end. `apart` keeps a link
-  of the chain from that.
 """
 
 from collections.abc import Callable
@@ -16,24 +9,25 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.loops import hidden_zero
-from sign_model.ground.marks import apart
 from srt_jax.engine.devices import device_by_device
+from srt_jax.types import Array
 
 
 def each(fun: Callable, *args: Any) -> Any:
-    """Returns `fun` of the entries of `args` along their leading axis, one after the other:
-    lax.map, a loop even for one.
+    """Returns `fun` of the entries of `args` along their leading axis, one after the other, in a
+    loop even where there is only one.
 
-    XLA does away with a loop of one step; what was in it then lies open in the marked call, where
+    XLA removes a loop of one step. What was inside then stands directly in the marked call, where
     the compiler splits large steps among threads, which such a call cannot hold. So the number of
-    steps is hidden from it.
+    steps is hidden from the compiler.
     """
     count = jax.tree.leaves(args)[0].shape[0]
     if count > 1:
         return lax.map(lambda entry: fun(*entry), args)
+    # one entry: `lax.map` written out, with a number of steps that the compiler does not know
     entry = jax.tree.map(lambda leaf: leaf[0], args)
     empty = jax.tree.map(
         lambda leaf: jnp.zeros((1, *leaf.shape), leaf.dtype), jax.eval_shape(fun, *entry)
@@ -51,26 +45,14 @@ def each(fun: Callable, *args: Any) -> Any:
     return lax.fori_loop(jnp.int32(0), steps, step, empty)
 
 
-def read(array: Array, index: Array) -> Array:
-    """Returns array[index], index uint32: a signed one would be tested for being negative."""
-    return lax.dynamic_slice(array, (index,), (1,))[0]
-
-
-read_apart = apart(read)
-
-
-def write(array: Array, value: Array, index: Array) -> Array:
-    """Returns `array` with `value` at `index`, uint32."""
-    return lax.dynamic_update_slice(array, value[None].astype(array.dtype), (index,))
-
-
 def batch_kernel(fun: Callable) -> Callable:
-    """Returns `fun` such that vmap, along any axis and nested, arrives as a larger leading batch
+    """Returns `fun` in a form that sees vmap, along any axis and nested, as a larger leading batch
     axis.
 
     Every argument and result of `fun` has a leading axis whose entries are independent, on one
-    device or several (`devices`). vmapped as it stands, each while loop would wait for its slowest
-    lane, and each dynamic_update_slice would become a scatter, which a marked call cannot hold.
+    device or several (`devices`). Under the plain rules of vmap each while loop would run until the
+    slowest map is done, and each dynamic_update_slice would become a scatter, which a marked call
+    cannot hold.
     """
     run = jax.custom_batching.custom_vmap(device_by_device(fun))
 

@@ -7,7 +7,7 @@ import pytest
 from jax import lax
 
 from sign_model.ground import marks
-from srt_jax.engine import kernel
+from srt_jax.engine import batching, in_place
 
 needs_marks = pytest.mark.skipif(
     not marks.is_marking(), reason="this JAX is older than 0.8: no call can be marked"
@@ -40,7 +40,7 @@ def test_the_mark_is_on_the_call_and_on_nothing_else(monkeypatch):
 def test_vmap_of_a_batch_kernel_becomes_a_larger_batch():
     seen = []
 
-    @kernel.batch_kernel
+    @batching.batch_kernel
     def double(x, y):
         seen.append(x.shape)
         return {"sum": x + y, "twice": 2 * x}
@@ -56,8 +56,8 @@ def test_a_queue_runs_in_place_and_right(marked):
     def collatz(start):
         def step(state):
             head, visited = state
-            value = kernel.read_apart(visited, head)
-            return jnp.where(head % 2 == 0, head // 2, 3 * head + 1), kernel.write(
+            value = in_place.read_apart(visited, head)
+            return jnp.where(head % 2 == 0, head // 2, 3 * head + 1), in_place.write(
                 visited, value + 1, head
             )
 
@@ -115,7 +115,7 @@ def test_where_the_compiler_refuses_the_marks_the_call_succeeds_without_them_and
 
 
 @needs_marks
-def test_what_fails_in_either_form_leaves_the_marks_on():
+def test_an_error_with_and_without_marks_is_raised_and_the_marks_stay_on():
 
     def fails(x):
         return jax.pure_callback(lambda x: 1 / 0, x, x)
