@@ -10,8 +10,9 @@ solved in every mode there is:
 
   least    destroys what costs least, then takes the shortest route for it
   paper    the paper's loop, read kindly: walk until blocked, destroy what can be on the contour,
-  walk on literal  the paper's loop to the letter: it ends where what lies ahead of the seed stands
-  firm (where this version has it)
+           walk on
+  literal  the paper's loop to the letter: it ends where what lies ahead of the seed is
+           indestructible
 
 Every answer is replayed by `check`.
 
@@ -30,8 +31,8 @@ import jax
 import numpy as np
 
 from experiments.figures.column_style import style
-from experiments.figures.fuzzy_goal import GOAL, Story, drawn, told_and_walked
-from experiments.figures.outcome import Outcome, Table, options, run, timed
+from experiments.figures.fuzzy_goal import GOAL, Story, draw, plan_and_walk
+from experiments.figures.outcome import Outcome, Table, options, run, time_text
 from experiments.figures.relocation_tasks import kinds
 from srt_jax import Solution, Status, Task, check, solve, solver, stack
 from srt_jax.bench.machine import spread
@@ -61,18 +62,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     outcome = Outcome("figure1", given, sys.argv[1:] if arguments is None else arguments)
     with style():
         outcome.progress("Figure 1: a world from its goal's sign to the executed plan")
-        story = told_and_walked()
-        outcome.figure(drawn(story), "figure1", _CAPTION)
+        story = plan_and_walk()
+        outcome.figure(draw(story), "figure1", _CAPTION)
     outcome.add(_story_table(story))
-    batches = _padded(kinds(count, size, seed=given.seed, log=outcome.progress))
-    rows, num_wrong = _compared(batches, 1 if given.quick else 5, outcome)
+    batches = _pad(kinds(count, size, seed=given.seed, log=outcome.progress))
+    rows, num_wrong = _compare(batches, 1 if given.quick else 5, outcome)
     outcome.keep(goal=GOAL, plan=story.plan, modes=rows, problems=num_wrong)
     outcome.add(_comparison(rows))
     outcome.save()
     return int(num_wrong > 0 or any(row["below_bound"] for row in rows))
 
 
-def _compared(
+def _compare(
     batches: dict[str, Task], repeats: int, outcome: Outcome
 ) -> tuple[list[dict[str, Any]], int]:
     """Returns a row for each kind and mode, and how many answers failed their replay."""
@@ -85,7 +86,7 @@ def _compared(
         answers = {}
         for mode in modes:
             outcome.progress(f"{kind}: {len(batch.start)} tasks, mode {mode}")
-            answers[mode] = _solved(batch, mode, len(batches["cities"].start), repeats=repeats)
+            answers[mode] = _solve(batch, mode, len(batches["cities"].start), repeats=repeats)
             for place in range(len(batch.start)):
                 for problem in check(_one(batch, place), _one(answers[mode][0], place)):
                     outcome.progress(f"{kind} {place}, {mode}: {problem}")
@@ -94,7 +95,7 @@ def _compared(
     return rows, num_wrong
 
 
-def _padded(tasks: dict[str, list[Task]]) -> dict[str, Task]:
+def _pad(tasks: dict[str, list[Task]]) -> dict[str, Task]:
     """Returns a batch of each kind, padded to one shape, so that a mode is compiled once; larger
     NAMO scenes apart.
     """
@@ -120,7 +121,7 @@ def _one(batch: Any, place: int) -> Any:
     return jax.tree.map(lambda array: np.asarray(array)[place], batch)
 
 
-def _solved(
+def _solve(
     batch: Task, mode: str, count: int, *, repeats: int
 ) -> tuple[Solution, dict[str, float]]:
     """Returns the answers, and seconds a task once all is compiled; a batch of fewer than `count`
@@ -176,7 +177,7 @@ def _mean(values: Any) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
 
 
-def _told(value: float, form: str) -> str:
+def _number_text(value: float, form: str) -> str:
     """Returns a dash for a mean over no task."""
     return format(value, form) if value == value else "-"
 
@@ -196,13 +197,13 @@ def _comparison(rows: list[dict[str, Any]]) -> Table:
                 row["kind"],
                 row["mode"],
                 f"{row['solved']} of {row['solvable']}",
-                _told(row["destroyed"], ".2f"),
-                _told(row["cost"], ".2f"),
+                _number_text(row["destroyed"], ".2f"),
+                _number_text(row["cost"], ".2f"),
                 _more(row["cost"], row["bound"]),
                 f"{row['at_bound']} of {row['solved']}",
-                _told(row["route"], ".1f"),
+                _number_text(row["route"], ".1f"),
                 _more(row["route"], row["least_route"]),
-                timed(row["seconds"]),
+                time_text(row["seconds"]),
             ]
         )
     return Table(

@@ -12,7 +12,7 @@ else random ones made like them. All planners get the same PDDL:
   depth-first peers          pyperplan and Fast Downward, where installed (pip install
   'srt-jax[bench]'), each run a process of its own
 
-A planner without a plan on three tasks in a row is not asked again.
+A planner without a plan on three tasks in a row is not run again.
 
 examples:
   python -m experiments.figure2
@@ -36,7 +36,7 @@ from experiments.figures.blocks_figures import (
 )
 from experiments.figures.blocks_tasks import BlocksTask, paper_tasks, series
 from experiments.figures.column_style import style
-from experiments.figures.outcome import Outcome, Table, options, run, timed
+from experiments.figures.outcome import Outcome, Table, options, run, time_text
 from experiments.figures.planners import Answer, Planner, own_planners, peers
 from srt_jax.bench.machine import spread
 
@@ -91,8 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     outcome.save()
     is_same = all(
         first[task][name]["length"] == length
-        for task, told in PAPER.items()
-        for name, (length, _) in told.items()
+        for task, entry in PAPER.items()
+        for name, (length, _) in entry.items()
     )
     return 0 if is_same else 1
 
@@ -142,8 +142,10 @@ def _series(
             if failed[name] < _PATIENCE:
                 answers[name] = _record([planner(task)])
                 failed[name] = 0 if answers[name]["length"] is not None else failed[name] + 1
-        told = ", ".join(f"{name} {record['length'] or 'none'}" for name, record in answers.items())
-        outcome.progress(f"{task.name}: {told}")
+        lengths = ", ".join(
+            f"{name} {record['length'] or 'none'}" for name, record in answers.items()
+        )
+        outcome.progress(f"{task.name}: {lengths}")
         rows.append(
             {
                 "task": task.name,
@@ -169,7 +171,7 @@ def _paper_table(first: dict[str, Any]) -> Table:
                     name,
                     str(record["length"]),
                     theirs[0],
-                    timed(record["seconds"]),
+                    time_text(record["seconds"]),
                     theirs[1],
                     split,
                 ]
@@ -211,7 +213,7 @@ def _series_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> T
     lines = []
     for row in rows:
         lengths = [
-            _told(row["answers"].get(name), lambda record: str(record["length"]))
+            _result_text(row["answers"].get(name), lambda record: str(record["length"]))
             for name in planners
         ]
         lines.append([row["task"], str(row["optimum"] or ""), *lengths])
@@ -230,7 +232,7 @@ def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Ta
         for name in planners:
             records = [row["answers"][name] for row in group if name in row["answers"]]
             solved = [record for record in records if record["length"] is not None]
-            seconds = timed(spread([record["seconds"]["median"] for record in solved]), unit=1)
+            seconds = time_text(spread([record["seconds"]["median"] for record in solved]), unit=1)
             line.append(f"{len(solved)}/{len(records)} {seconds}" if records else "")
         lines.append(line)
     return Table(
@@ -240,7 +242,7 @@ def _times_table(rows: list[dict[str, Any]], planners: dict[str, Planner]) -> Ta
     )
 
 
-def _told(record: dict[str, Any] | None, tell: Any) -> str:
+def _result_text(record: dict[str, Any] | None, tell: Any) -> str:
     return "" if record is None else "-" if record["length"] is None else tell(record)
 
 

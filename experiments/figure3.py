@@ -34,7 +34,7 @@ from experiments.figures.city_fragments import (
 )
 from experiments.figures.column_style import style
 from experiments.figures.loop_figures import CAPTION, MAPS_CAPTION, figure3, figure_of_maps
-from experiments.figures.loop_stages import Case, Log, cut_off, measured, measured_kernels
+from experiments.figures.loop_stages import Case, Log, cut_off, measure, measured_kernels
 from experiments.figures.loop_tables import (
     checks,
     checks_table,
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 "no fragment has room for start and goal: try more --windows, a larger --size or"
                 " another --seed"
             )
-        rows = [measured(case, outcome.progress) for case in cases]
+        rows = [measure(case, outcome.progress) for case in cases]
         kernels = measured_kernels(cases, rows, 3 if given.quick else 7, outcome.progress)
         outcome.progress(f"the empty map of {given.size} x {given.size}")
         empty = _empty_map(given.size)

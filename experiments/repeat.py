@@ -30,7 +30,7 @@ TIMES = frozenset(("seconds", "parts", "kernels", "reference", "C++"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs what is asked for twice; exit code 1 where two runs differ."""
+    """Runs what is requested twice; exit code 1 where two runs differ."""
     parser = argparse.ArgumentParser(
         prog="python -m experiments.repeat",
         description=__doc__,

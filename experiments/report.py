@@ -57,7 +57,7 @@ TITLES = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs what is asked for and writes the page; exit code 1 where a run failed, whose older
+    """Runs what is requested and writes the page; exit code 1 where a run failed, whose older
     result then stays.
     """
     parser = argparse.ArgumentParser(
@@ -137,8 +137,8 @@ def _ran(name: str, given: argparse.Namespace) -> bool:
     return done.returncode == 0
 
 
-def _tell(told: str) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {told}", file=sys.stderr, flush=True)
+def _tell(message: str) -> None:
+    print(f"{time.strftime('%H:%M:%S')} {message}", file=sys.stderr, flush=True)
 
 
 def _record(name: str, results: pathlib.Path) -> dict[str, Any] | None:
@@ -205,7 +205,7 @@ def _section(
 
 
 def _command(record: dict[str, Any]) -> str:
-    """The command without the folder it was told to write to, which does not change what it
+    """The command without the folder it writes to, which does not change what it
     finds.
     """
     words = record["command"].split()

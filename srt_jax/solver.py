@@ -20,7 +20,7 @@ from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
-from srt_jax.removal.branch_and_bound import least_removal
+from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
@@ -45,8 +45,8 @@ def solve(
     max_cells: int | None = None,
     max_branches: int = MAX_BRANCHES,
 ) -> Solution:
-    """Returns the route to the goal and what must be destroyed for it; what went wrong is told by
-    `status`, never raised.
+    """Returns the route to the goal and what must be destroyed for it; `status` says what went
+    wrong, nothing is raised.
 
     PY16 §3.2. Mode "least" destroys obstacles of the least total removal cost (`removal_bound`
     proves it where the two agree), then takes the shortest route for them; it destroys none that is
@@ -136,6 +136,7 @@ def _in_buckets(
 
     On the host a large batch goes in parts, side by side on all cores (`cores`).
     """
+    # The shape of the bucket; how many tasks one part has.
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
@@ -149,6 +150,7 @@ def _in_buckets(
     )
     solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
 
+    # A part that fills its bucket needs neither padding nor cutting.
     def run(part: Task) -> Solution:
         shape = (size, *bucket[1:])
         whole = (
@@ -244,17 +246,20 @@ def _solve_batch(
     """`solve` for one leading batch axis, every stage natively batched; of the `capacity` for cells
     a route may use `room`.
     """
+    # The way, for all tasks whose ends may be joined at all.
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
     reached, bound, way = walk(
         task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity
     )
+    # What blocks at first; where nothing helps, the proof.
     is_open, is_solvable = jax.vmap(holds)(reached, task.goal), jnp.isfinite(bound)
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
-    first, firm = blockages(
+    first, separating = blockages(
         task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
     )
+    # What fits into the answer, and the status.
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
     for applies, value in (  # the first that applies, so it is set last
@@ -266,6 +271,7 @@ def _solve_batch(
         (~starts, Status.START_BLOCKED),
     ):
         status = jnp.where(applies, jnp.int32(value), status)
+    # A route or a set that does not fit is not returned, but its true number is.
     is_too_long = way.num_cells > room
     are_too_many = way.is_there & (way.num_destroyed > max_destroyed) & ~is_too_long
     return Solution(
@@ -283,7 +289,7 @@ def _solve_batch(
         blocking=_as_ids(first.on_contour),
         plan=jnp.where(has_route[:, None, None], way.plan, -1),
         plan_at=jnp.where(has_route[:, None], way.plan_at, -1),
-        separating=_as_ids(firm | covering(task, is_inside)),
+        separating=_as_ids(separating | covering(task, is_inside)),
     )
 
 
@@ -313,7 +319,7 @@ def _least(
     """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's
     plan over what must go.
     """
-    found = least_removal(task, room, among, capacity=capacity, max_nodes=max_branches)
+    found = search_least(task, room, among, capacity=capacity, max_nodes=max_branches)
     path = found.route
     destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
     is_here = (task.start == task.goal).all(axis=1)
@@ -330,15 +336,15 @@ def _least(
 def _paper(
     task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, is_literal: bool
 ) -> tuple[Array, Array, Way]:
-    """The greedy loop, asked only where some way can be opened."""
+    """The greedy loop, run only where some way can be opened."""
     reached, bound = goal_prices(task, among)
     symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
     walk = greedy_walk(
         task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
     )
     cost = _total_cost(task, walk.destroyed)
-    told = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
-    return reached, bound, Way(removal_cost=cost, **told)
+    fields = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
+    return reached, bound, Way(removal_cost=cost, **fields)
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from srt_jax import Status, check, make_task, solve, solve_many
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.dijkstra import dijkstra
 from tests.helpers.labelled import random_tasks
 from tests.helpers.pictures import task_from
 
 
 def brute_force(task):
-    return least_removal(
+    return brute_force_removal(
         task.labels,
         task.destroyable,
         task.removal_cost,
@@ -164,7 +164,7 @@ def test_the_route_is_the_shortest_for_what_is_destroyed():
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "told"),
+    ("change", "error", "message"),
     [
         ({"labels": np.zeros((3, 3), np.int32)}, ValueError, "labels"),
         ({"labels": np.zeros((1, 3, 3), np.float32)}, TypeError, "labels"),
@@ -174,9 +174,9 @@ def test_the_route_is_the_shortest_for_what_is_destroyed():
         ({"destroyable": np.zeros((2, 1), bool)}, ValueError, "destroyable"),
     ],
 )
-def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, told):
+def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, message):
     task = make_task(np.ones((3, 3), bool), (0, 0), (2, 2))
-    with pytest.raises(error, match=told) as caught:
+    with pytest.raises(error, match=message) as caught:
         solve(task.replace(**change))
     assert "\n" not in str(caught.value)
 

@@ -3,8 +3,8 @@ right ones.
 
     python -m experiments.campaigns.checks [--count 5000] [--seed 0]
 
-The tasks are those of `campaigns.costs`. Prints how many wrong answers there were of each field; one
-that passes is told. Exit code 1 if any wrong answer passes, or any right one does not.
+The tasks are those of `campaigns.costs`. Prints how many wrong answers there were of each field,
+and every one that passes. Exit code 1 if any wrong answer passes, or any right one does not.
 """
 
 import argparse

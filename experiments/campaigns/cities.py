@@ -25,10 +25,10 @@ SIZES = (500, 2000)
 def main() -> None:
     for path in sys.argv[1:] or [extract()]:
         print(path)
-        told = measure(path)
-        print("  " + "; ".join(told))
+        facts = measure(path)
+        print("  " + "; ".join(facts))
         for size in SIZES:
-            print(f"  {size} x {size}: {solved(path, size)}")
+            print(f"  {size} x {size}: {solve_city(path, size)}")
 
 
 def measure(path: str) -> list[str]:
@@ -48,7 +48,7 @@ def measure(path: str) -> list[str]:
     return [*map(str, notes), f"read in {read_seconds:.2f} s, {laid}"]
 
 
-def solved(path: str, size: int) -> str:
+def solve_city(path: str, size: int) -> str:
     """Returns how the task ended whose goal is cut off by a line across the middle."""
     (named,) = read_source(path, Reading(size=size), Notes()).tasks
     task = prepared(path, named.task, None, "half")

@@ -3,8 +3,8 @@ line of JSON.
 
     python -m experiments.campaigns.compile_seconds KERNEL SIDE BATCH
 
-Of a new size in the same buckets, and a smaller batch, the number of programs compiled is told: it
-must be 0.
+Of a new size in the same buckets, and a smaller batch, the number of programs compiled is printed:
+it must be 0.
 """
 
 import json
@@ -20,10 +20,10 @@ import srt_jax
 jax.config.update("jax_enable_compilation_cache", False)
 
 ROOM = 2048
-"""Cells of a path: a static number, compiled anew where it is another."""
+"""Cells of a path: a static number, compiled again where it is another."""
 
 
-def called(kernel: str, free: np.ndarray) -> Any:
+def call_kernel(kernel: str, free: np.ndarray) -> Any:
     """Calls a kernel on maps bool [B, H, W], with arguments made without JAX."""
     first, last = (
         np.zeros((len(free), 2), np.int32),
@@ -52,24 +52,24 @@ def main() -> None:
     # JAX itself has started
     jax.block_until_ready(jax.jit(lambda x: x + 1)(np.ones(3, np.float32)))
     # and what all kernels share
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
+    call_kernel("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     compiled.clear()
     free = np.ones((batch, side, side), bool)
     begin = time.perf_counter()
-    jax.block_until_ready(called(kernel, free))
+    jax.block_until_ready(call_kernel(kernel, free))
     first, num_first, in_xla = time.perf_counter() - begin, len(compiled), sum(compiled)
     begin = time.perf_counter()
-    jax.block_until_ready(called(kernel, free))
+    jax.block_until_ready(call_kernel(kernel, free))
     second = time.perf_counter() - begin
     compiled.clear()
-    jax.block_until_ready(called(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
-    told = {
+    jax.block_until_ready(call_kernel(kernel, free[: batch // 2 + 1, : side - 3, : side - 5]))
+    record = {
         "seconds": first - second,
         "in_xla": in_xla,
         "programs": num_first,
         "programs_for_new_sizes": len(compiled),
     }
-    print(json.dumps(told))
+    print(json.dumps(record))
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ class Truth(NamedTuple):
     cost: np.ndarray
 
 
-def judged(batch: Task, chosen: np.ndarray) -> Truth:
+def judge(batch: Task, chosen: np.ndarray) -> Truth:
     """Returns the truth on a batch of tasks; maps up to 32 x 32, 64 obstacles, MOST_DESTROYABLE of
     them destroyable.
 

@@ -6,8 +6,8 @@ Tasks of at most 32 x 32 cells and 10 obstacles, in pieces, overlapping, in laye
 orders of magnitude, near ties, sums of one another, from the least float32 to the greatest; several
 limits on obstacles and branches, and the paper's loop. The oracle tries every set of obstacles,
 with sums of 320 bits; it is C++ of its own (g++ is needed). One task in fifty is replayed by
-`check` too. Any that is wrong is told with what brings it back: `--seed S --only NUMBER`. Exit code
-1 if any is.
+`check` too. Any that is wrong is printed with what brings it back: `--seed S --only NUMBER`. Exit
+code 1 if any is.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from experiments.campaigns.cost_oracle import Truth, judged
+from experiments.campaigns.cost_oracle import Truth, judge
 from experiments.campaigns.cost_tasks import MOST_OBSTACLES, random_task
 from experiments.campaigns.tally import progress
 from srt_jax import Solution, Status, Task, check, make_task, solve, stack
@@ -108,19 +108,19 @@ def problems_of(
     return [(int(place), what) for what, mask in wrong.items() for place in np.flatnonzero(mask)]
 
 
-def answered(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
+def solve_and_judge(batch: Task, limits: Limits) -> tuple[Task, Solution, Truth]:
     """Returns the batch, the answers to it, and the truth on both."""
     options: dict[str, Any] = limits._asdict()
     solutions = jax.tree.map(np.asarray, solve(batch, **options))
     chosen = (solutions.destroyed[:, :, None] == np.arange(batch.destroyable.shape[1])).any(axis=1)
-    return batch, solutions, judged(batch, chosen)
+    return batch, solutions, judge(batch, chosen)
 
 
 def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[str, int]]:
-    """Tells what is wrong in one batch; returns how many tasks are, and counts of what they were
+    """Prints what is wrong in one batch; returns how many tasks are, and counts of what they were
     like.
     """
-    batch, solutions, truth = answered(made(first, count, seed), limits)
+    batch, solutions, truth = solve_and_judge(made(first, count, seed), limits)
     problems = problems_of(batch, solutions, truth, limits)
     for place in range(0, count, REPLAYED):
         one = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))
@@ -132,14 +132,14 @@ def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[st
             flush=True,
         )
     is_cut = truth.status == Status.SOLVED
-    told = {
+    counted = {
         "to be opened": is_cut.sum(),
         "unsolvable": np.isin(truth.status, (2, 4)).sum(),
         "proven": (is_cut & (solutions.removal_cost == solutions.removal_bound)).sum(),
         "more needed than allowed": (solutions.status == Status.BUDGET_SPENT).sum(),
     }
     return len({place for place, _ in problems}), {
-        name: int(number) for name, number in told.items()
+        name: int(number) for name, number in counted.items()
     }
 
 
@@ -158,11 +158,11 @@ def main(argv: list[str] | None = None) -> int:
     firsts = range(0, options.count, options.at_once)
     for number, first in enumerate(progress("costs", firsts, len(firsts))):
         count = min(options.at_once, options.count - first)
-        more, told = run(first, count, LIMITS[number % len(LIMITS)], options.seed)
+        more, counted = run(first, count, LIMITS[number % len(LIMITS)], options.seed)
         wrong += more
-        counts = {name: counts.get(name, 0) + told[name] for name in told}
-    told = ", ".join(f"{number} {name}" for name, number in counts.items())
-    print(f"{told}; {time.process_time() - begin:.0f} s of CPU")
+        counts = {name: counts.get(name, 0) + counted[name] for name in counted}
+    summary = ", ".join(f"{number} {name}" for name, number in counts.items())
+    print(f"{summary}; {time.process_time() - begin:.0f} s of CPU")
     print(f"{options.count} tasks, {wrong} wrong")
     return int(wrong > 0)
 

@@ -10,16 +10,16 @@ TALLEST, WIDEST = 130, 97
 
 
 class Drawn(NamedTuple):
-    """A random map. told: kind, seed and size, enough to draw it again; free: bool [H, W]; start:
+    """A random map. title: kind, seed and size, enough to draw it again; free: bool [H, W]; start:
     int32 [2].
     """
 
-    told: str
+    title: str
     free: np.ndarray
     start: np.ndarray
 
 
-def drawn(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -> Drawn:
+def draw_map(seed: int, index: int, tallest: int = TALLEST, widest: int = WIDEST) -> Drawn:
     """Returns map number `index`: noise, or a heap of rectangles, from empty to full; the start is
     mostly a free cell.
     """
@@ -64,7 +64,7 @@ class Known(NamedTuple):
     is_corridor: no cell but those on the way, and no diagonal.
     """
 
-    told: str
+    title: str
     free: np.ndarray
     start: tuple[int, int]
     goal: tuple[int, int]
@@ -80,29 +80,29 @@ class Known(NamedTuple):
         """Returns the map transposed."""
         ends = {"start": self.start[::-1], "goal": self.goal[::-1]}
         return self._replace(
-            told=f"{self.told}, transposed", free=np.ascontiguousarray(self.free.T), **ends
+            title=f"{self.title}, transposed", free=np.ascontiguousarray(self.free.T), **ends
         )
 
     def reversed(self) -> "Known":
-        return self._replace(told=f"{self.told}, reversed", start=self.goal, goal=self.start)
+        return self._replace(title=f"{self.title}, reversed", start=self.goal, goal=self.start)
 
 
-def corridor(told: str, free: np.ndarray) -> Known:
+def corridor(title: str, free: np.ndarray) -> Known:
     """Returns a corridor with its two ends. ValueError where `free` is not one, proven cell by
     cell.
 
     All cells have two free neighbours beside them, but two ends have one; and no four form a
     square, so that no diagonal is legal. A ring beside the corridor would pass; `reach` must tell
-    it apart from what hangs together.
+    it apart from what is connected.
     """
     wide = np.pad(free, 1).astype(np.int8)
     beside = (wide[:-2, 1:-1] + wide[2:, 1:-1] + wide[1:-1, :-2] + wide[1:-1, 2:])[free]
     squares = free[:-1, :-1] & free[:-1, 1:] & free[1:, :-1] & free[1:, 1:]
     ends = np.argwhere(free)[beside == 1].tolist()
     if len(ends) != 2 or (beside < 1).any() or (beside > 2).any() or squares.any():
-        raise ValueError(f"{told}: not a corridor")
+        raise ValueError(f"{title}: not a corridor")
     return Known(
-        told, free, tuple(ends[0]), tuple(ends[1]), int(free.sum()) - 1, 0, is_corridor=True
+        title, free, tuple(ends[0]), tuple(ends[1]), int(free.sum()) - 1, 0, is_corridor=True
     )
 
 
@@ -170,9 +170,9 @@ def wide_snake(side: int, broad: int) -> Known:
         here = (wall + 1, gap)
     goal = (side - 1, 0 if len(walls) % 2 else side - 1)
     down, across = goal[0] - here[0], abs(goal[1] - here[1])
-    told = f"snake {side}x{side}, {broad} rows wide"
+    title = f"snake {side}x{side}, {broad} rows wide"
     return Known(
-        told, free, (0, 0), goal, straight + abs(down - across), diagonal + min(down, across)
+        title, free, (0, 0), goal, straight + abs(down - across), diagonal + min(down, across)
     )
 
 

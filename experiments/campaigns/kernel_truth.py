@@ -16,7 +16,7 @@ HALF_AGAIN = 1.5 * 2.0**-23
 """Relative error of a length that is rounded to float32 within 1.5 units in the last place."""
 
 _SIDES = np.array([[[0, 0, 0]] * 3, [[0, 1, 0], [1, 1, 1], [0, 1, 0]], [[0, 0, 0]] * 3])
-"""Cells of a map hang together by their sides, maps not at all."""
+"""Cells of a map are connected by their sides, maps not at all."""
 
 
 def starts_inside(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -27,7 +27,7 @@ def starts_inside(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 
 def reached_by_scipy(free: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Returns bool [B, H, W], the cells that hang together with each start: no diagonal passes a
+    """Returns bool [B, H, W], the cells that are connected with each start: no diagonal passes a
     corner.
     """
     pieces = np.asarray(ndimage.label(free, _SIDES)[0])  # type: ignore[index]

@@ -16,7 +16,7 @@ out where there is none. compile  programs and seconds per kernel at 512x512, ea
 its own.
 
 Prints a row per check: how many were made, how many failed, the largest relative error. What fails
-is told on standard error with kind, seed and size. Exit code 1 if anything did.
+is printed on standard error with kind, seed and size. Exit code 1 if anything did.
 """
 
 import argparse
@@ -74,7 +74,7 @@ def batches(
 
 
 def random_part(tally: Tally, count: int, seed: int, largest: tuple[int, int]) -> None:
-    drawn = [maps.drawn(seed, index, *largest) for index in range(count)]
+    drawn = [maps.draw_map(seed, index, *largest) for index in range(count)]
     small = [one for one in drawn if max(one.free.shape) <= SIDES[0]]
     large = [one for one in drawn if max(one.free.shape) > SIDES[0]]
     work = [batch for side, group in zip(SIDES, (small, large)) for batch in batches(group, side)]
@@ -87,18 +87,18 @@ def random_part(tally: Tally, count: int, seed: int, largest: tuple[int, int]) -
         errors = truth.relative_errors(lengths, truth.lengths_by_scipy(free, starts))
         limit = truth.off_by(0) + truth.HALF_AGAIN
         for index, one in enumerate(some):
-            told = f"{one.told}, start {one.start.tolist()}"
+            title = f"{one.title}, start {one.start.tolist()}"
             tally.judge(
                 "reach equals scipy.ndimage.label",
                 np.array_equal(reached[index], expected[index]),
-                told,
+                title,
             )
-            tally.near("cost_to_come equals scipy's dijkstra", errors[index], limit, told)
+            tally.near("cost_to_come equals scipy's dijkstra", errors[index], limit, title)
             pieces = truth.pieces_by_scipy(~one.free)
             tally.judge(
                 "components equal scipy's",
                 np.array_equal(components.label(~one.free), pieces),
-                told,
+                title,
             )
         nowhere = [(0, 0)] * len(some)
         for name, change in CHANGES.items():
@@ -143,7 +143,7 @@ def judge_change(
     for index, one in enumerate(some):
         is_same = all(a[index].tobytes() == b[index].tobytes() for a, b in zip(got, squares[1:]))
         tally.judge(
-            check, is_same, f"{one.told}, start {one.start.tolist()}, moved by {shifts[index]}"
+            check, is_same, f"{one.title}, start {one.start.tolist()}, moved by {shifts[index]}"
         )
 
 
@@ -151,7 +151,7 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
     """Half of the goals can be reached, as far as the map has such cells."""
     drawn, number = [], 0
     while len(drawn) < count:
-        one, number = maps.drawn(seed + 1, number, 48, 48), number + 1
+        one, number = maps.draw_map(seed + 1, number, 48, 48), number + 1
         if truth.starts_inside(one.free[None], one.start[None])[0]:
             drawn.append(one)
     work = list(batches(drawn, SIDES[0]))
@@ -176,9 +176,9 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
         for index, one in enumerate(some):
             height, width = one.free.shape
             start, goal = (tuple(ends[index].tolist()) for ends in (starts, goals))
-            told = f"{one.told}, start {start}, goal {goal}"
+            title = f"{one.title}, start {start}, goal {goal}"
             flood, field = reached[index, :height, :width], lengths[index, :height, :width]
-            is_reached = judge_search(tally, one.free, start, goal, flood, field, told)
+            is_reached = judge_search(tally, one.free, start, goal, flood, field, title)
             if is_reached:
                 problem = truth.route_problem(
                     one.free, start, goal, cells[index, : num_cells[index]], float(costs[index])
@@ -189,18 +189,18 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
                     else f"{costs[index]} stated, {field[goal]} to come"
                 )
                 tally.judge(
-                    "trace_path is a walk of its stated length", not problem, f"{told}: {problem}"
+                    "trace_path is a walk of its stated length", not problem, f"{title}: {problem}"
                 )
             else:
                 tally.judge(
-                    "no path, no cells", num_cells[index] == 0 and np.isinf(costs[index]), told
+                    "no path, no cells", num_cells[index] == 0 and np.isinf(costs[index]), title
                 )
                 judge_contour(
-                    tally, one.free, flood, tuple(seeds[index].tolist()), start, goal, told
+                    tally, one.free, flood, tuple(seeds[index].tolist()), start, goal, title
                 )
 
 
-def judge_search(tally, free, start, goal, flood, field, told) -> bool:
+def judge_search(tally, free, start, goal, flood, field, title) -> bool:
     """Reachability and length by four ways; returns whether the goal can be reached."""
     slow, fast = astar(free, start, goal), jps(free, start, goal)
     is_reached = np.isfinite(slow.cost)
@@ -208,31 +208,31 @@ def judge_search(tally, free, start, goal, flood, field, told) -> bool:
     tally.judge(
         "A*, JPS and reach: is the goal reached",
         is_reached == np.isfinite(fast.cost) == flood[goal],
-        told,
+        title,
     )
     tally.judge(
-        "JPS is as long as A*", slow.cost == fast.cost, f"{told}: {slow.cost} and {fast.cost}"
+        "JPS is as long as A*", slow.cost == fast.cost, f"{title}: {slow.cost} and {fast.cost}"
     )
     errors = truth.relative_errors(field[None], dijkstra(free, start)[None])
-    tally.near("cost_to_come equals the bucket Dijkstra", errors[0], limit, told)
+    tally.near("cost_to_come equals the bucket Dijkstra", errors[0], limit, title)
     if is_reached:
         tally.near(
             "cost_to_come equals A* at the goal",
             abs(float(field[goal]) - slow.cost) / max(slow.cost, 1),
             limit,
-            told,
+            title,
         )
     else:
-        tally.judge("A*'s CLOSED is what reach reaches", np.array_equal(slow.closed, flood), told)
+        tally.judge("A*'s CLOSED is what reach reaches", np.array_equal(slow.closed, flood), title)
     return is_reached
 
 
-def judge_contour(tally, free, flood, seed, start, goal, told) -> None:
+def judge_contour(tally, free, flood, seed, start, goal, title) -> None:
     """The seed is the nearest of CLOSED, and the contour, as a set, what the wall follower
     passes.
     """
     tally.judge(
-        "seed_cell is the nearest of A*'s CLOSED", seed == truth.nearest_of(flood, goal), told
+        "seed_cell is the nearest of A*'s CLOSED", seed == truth.nearest_of(flood, goal), title
     )
     square = np.zeros((SIDES[0], SIDES[0]), bool)
     trace = set(follow_wall(free, seed, goal))
@@ -241,7 +241,7 @@ def judge_contour(tally, free, flood, seed, start, goal, told) -> None:
         got = np.asarray(srt_jax.contour(free, seed, goal))
         square[: free.shape[0], : free.shape[1]] = got
         walked = {tuple(cell) for cell in np.argwhere(square).tolist()}
-        tally.judge("contour is the wall follower's trace", walked == trace, told)
+        tally.judge("contour is the wall follower's trace", walked == trace, title)
 
 
 def bagels_part(tally: Tally) -> None:
@@ -305,7 +305,7 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
     is_whole = np.array_equal(np.isfinite(lengths), known.free) and np.array_equal(
         srt_jax.reach(known.free, start), known.free
     )
-    tally.judge("every free cell is reached, no other", is_whole, known.told)
+    tally.judge("every free cell is reached, no other", is_whole, known.title)
     limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(known.free)))) + truth.HALF_AGAIN
     error = abs(float(lengths[known.goal]) - known.length) / max(known.length, 1)
     kind = "straight" if known.diagonal == 0 else "with diagonals"
@@ -313,14 +313,14 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
         f"length up to {side} cells a side, {kind}",
         error,
         limit,
-        f"{known.told}, scale of error {limit:.1e}",
+        f"{known.title}, scale of error {limit:.1e}",
     )
     if known.is_corridor:
         steps = np.sort(lengths[known.free])
         tally.judge(
             "costs along a corridor are 0, 1, 2, ...",
             np.array_equal(steps, np.arange(len(steps))),
-            known.told,
+            known.title,
         )
         path = srt_jax.trace_path(
             lengths, np.array(known.goal, np.int32), max_cells=max_path_cells(*known.free.shape)
@@ -329,7 +329,7 @@ def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
         tally.judge(
             "trace_path holds every cell of a corridor",
             is_right,
-            f"{known.told}: {path.num_cells}, {path.cost}",
+            f"{known.title}: {path.num_cells}, {path.cost}",
         )
 
 
@@ -396,16 +396,16 @@ def compile_part(tally: Tally, side: int = 512) -> None:
                 str(batch),
             ]
             done = subprocess.run(command, capture_output=True, text=True, check=True)
-            told = json.loads(done.stdout)
-            is_right = told["programs"] == 1 and told["programs_for_new_sizes"] == 0
+            record = json.loads(done.stdout)
+            is_right = record["programs"] == 1 and record["programs_for_new_sizes"] == 0
             tally.judge(
                 "one program per size and batch bucket",
                 is_right,
-                f"{kernel}, batch {batch}: {told}",
+                f"{kernel}, batch {batch}: {record}",
             )
             print(
-                f"{kernel}, {batch} of {side}x{side}: compiled in {told['seconds']:.2f} s"
-                f" ({told['in_xla']:.2f} in XLA)",
+                f"{kernel}, {batch} of {side}x{side}: compiled in {record['seconds']:.2f} s"
+                f" ({record['in_xla']:.2f} in XLA)",
                 flush=True,
             )
 

@@ -1,4 +1,4 @@
-"""Random labelled maps: obstacles that hang together, that overlap, or that lie in pieces. For
+"""Random labelled maps: connected obstacles, some that overlap, or lie in pieces. For
 tests and campaigns.
 """
 
@@ -9,8 +9,10 @@ import numpy as np
 from srt_jax import Task, make_task
 
 
-def grown(rng, height, width, num_obstacles, *, blocked=0.6):
-    """labels int32 [H, W]: disjoint obstacles, each connected by sides, grown from random cells."""
+def connected(rng, height, width, num_obstacles, *, blocked=0.6):
+    """labels int32 [H, W]: disjoint obstacles, each connected by sides, from random
+    cells on.
+    """
     labels = np.full((height, width), -1, np.int32)
     seeds = rng.permutation(height * width)[:num_obstacles]
     labels.flat[seeds] = np.arange(len(seeds))
@@ -95,7 +97,7 @@ def random_tasks(seed, count, *, overlap, max_side=16, max_obstacles=7, **option
             rng.integers(1, max_obstacles + 1),
         )
         tasks.append(
-            task_on(rng, (scattered if overlap else grown)(rng, height, width, num), **options)
+            task_on(rng, (scattered if overlap else connected)(rng, height, width, num), **options)
         )
     return tasks
 

@@ -48,7 +48,7 @@ def seed_is_beside_what_parts(task: Task, solution: Solution) -> bool:
 
 
 def proof_parts(task: Task, solution: Solution) -> bool:
-    """Returns whether the firm obstacles of the proof part start and goal by themselves."""
+    """Returns whether the indestructible obstacles of the proof alone separate start and goal."""
     ends = [tuple(np.asarray(end).tolist()) for end in (task.start, task.goal)]
     ids = solution.separating[solution.separating >= 0]
     alone = np.asarray(~np.isin(task.labels, ids).any(axis=0))
@@ -123,9 +123,9 @@ def main() -> int:
         "literal stops short",
     ]
     head += [
-        f"{mode}: {told}"
+        f"{mode}: {outcome}"
         for mode in ("paper", "literal")
-        for told in ("solved", "more obstacles", "more cost")
+        for outcome in ("solved", "more obstacles", "more cost")
     ]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     wrong = []

@@ -52,7 +52,7 @@ def known_optima(
             result = plan(task, heuristic=sign, max_seconds=seconds)
             slowest = max(slowest, time.perf_counter() - began)
             wrong += (
-                [f"{name}: {told}" for told in validate(task, result.actions)]
+                [f"{name}: {problem}" for problem in validate(task, result.actions)]
                 if result.is_solved
                 else [f"{name}: not solved"]
             )
@@ -82,12 +82,12 @@ def large_blocks(folder: pathlib.Path) -> Iterator[tuple[str, Problems]]:
             began = time.perf_counter()
             task = load(folder / "blocks" / "domain.pddl", path)
             result = plan(task)
-            told = (
+            summary = (
                 f"{path.stem}: {len(result.actions)} steps, {time.perf_counter() - began:.1f} s"
                 " in all"
             )
             yield (
-                told,
+                summary,
                 (
                     validate(task, result.actions)
                     if result.is_solved
@@ -108,9 +108,9 @@ def other_domains(seconds: float) -> Iterator[tuple[str, Problems]]:
         took = time.perf_counter() - began
         best = plan(task, planner="astar", max_expansions=50_000, max_seconds=seconds)
         wrong = [
-            f"{name}: {told}"
+            f"{name}: {problem}"
             for r in (result, batch[name])
-            for told in (validate(task, r.actions) if r.is_solved else [])
+            for problem in (validate(task, r.actions) if r.is_solved else [])
         ]
         if best.status != PlanStatus.BUDGET_SPENT:
             wrong += [
@@ -146,7 +146,8 @@ def random_strips(count: int) -> Iterator[tuple[str, Problems]]:
                 )
             if result.is_solved:
                 wrong += [
-                    f"random task {seed} {where}: {told}" for told in validate(task, result.actions)
+                    f"random task {seed} {where}: {problem}"
+                    for problem in validate(task, result.actions)
                 ]
     yield (
         (
@@ -204,14 +205,14 @@ def experience(count: int) -> Iterator[tuple[str, Problems]]:
     for number, task in enumerate(known):
         again = plan(task, memory=memory)
         one += again.expansions == 1 or not again.actions
-        wrong += [f"repeated task {number}: {told}" for told in validate(task, again.actions)]
+        wrong += [f"repeated task {number}: {problem}" for problem in validate(task, again.actions)]
     worse = shorter = 0
     for number, task in enumerate(
         random_blocks_tasks(5, count // 2, seed=2)
         + random_blocks_tasks(6, count - count // 2, seed=3)
     ):
         without, result = plan(task), plan(task, memory=memory)
-        wrong += [f"other task {number}: {told}" for told in validate(task, result.actions)]
+        wrong += [f"other task {number}: {problem}" for problem in validate(task, result.actions)]
         is_worse = result.status > without.status or len(result.actions) > len(without.actions)
         worse, shorter = worse + is_worse, shorter + (len(result.actions) < len(without.actions))
         wrong += [f"other task {number}: worse after experience"] if is_worse else []
@@ -256,8 +257,8 @@ def main() -> int:
         parts += [lambda: large_blocks(given.data)]
     total = 0
     for part in parts:
-        for told, wrong in part():
-            print(told, *wrong[:5], sep="\n  ", flush=True)
+        for summary, wrong in part():
+            print(summary, *wrong[:5], sep="\n  ", flush=True)
             total += len(wrong)
     print(f"{total} problems")
     return int(total > 0)

@@ -7,9 +7,9 @@ hangs or fills the memory.
 Small right files of every format are damaged: bytes turned, pieces cut, doubled and moved, odd
 numbers and brackets put in; arrays of an .npz file also one by one, so that the archive stays
 whole. Each is read in a child process that may take so much more memory, and so many seconds a
-file. Other endings than a result or a ValueError of one line are told on standard error, with what
-makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both are
-0.
+file. Other endings than a result or a ValueError of one line are printed on standard error, with
+what makes the file again. The last line: `N mutations, C crashes, H hangs`; exit code 1 unless both
+are 0.
 """
 
 import argparse
@@ -82,9 +82,12 @@ _GEOJSON = {
 }
 _OSM = b"""<?xml version='1.0'?>
 <osm version="0.6"><bounds minlat="60.0" minlon="25.0" maxlat="60.001" maxlon="25.002"/>
-<node id="1" lat="60.0002" lon="25.0005" version="1"/><node id="2" lat="60.0002" lon="25.0010" version="1"/>
-<node id="3" lat="60.0006" lon="25.0010" version="1"/><node id="4" lat="60.0006" lon="25.0005" version="1"/>
-<way id="7" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/><tag k="building" v="yes"/></way>
+<node id="1" lat="60.0002" lon="25.0005" version="1"/>
+<node id="2" lat="60.0002" lon="25.0010" version="1"/>
+<node id="3" lat="60.0006" lon="25.0010" version="1"/>
+<node id="4" lat="60.0006" lon="25.0005" version="1"/>
+<way id="7" version="1"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="4"/><nd ref="1"/>
+<tag k="building" v="yes"/></way>
 <way id="8" version="1"><nd ref="1"/><nd ref="3"/><tag k="barrier" v="fence"/></way></osm>
 """
 _YAML = (
@@ -93,8 +96,9 @@ _YAML = (
 )
 _PGM = b"P5\n6 4\n255\n" + bytes([254, 254, 0, 254, 254, 254] * 4)
 _XML = (
-    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx><starty>0</starty><finishx>2</finishx><finishy>1</finishy><grid><row>0"
-    b" 1 0</row><row>0 0 0</row></grid></map></root>"
+    b"<root><map><width>3</width><height>2</height><cellsize>1</cellsize><startx>0</startx>"
+    b"<starty>0</starty><finishx>2</finishx><finishy>1</finishy><grid><row>0 1 0</row>"
+    b"<row>0 0 0</row></grid></map></root>"
 )
 _SVG = (
     b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500 500"><namo_config><agent'
@@ -108,8 +112,10 @@ _RULES = {
     "version": 1,
     "rules": [{"key": "building", "destroyable": False}, {"key": "barrier"}],
 }
-_DOMAIN = b"""(define (domain switch) (:requirements :strips :typing) (:types lamp) (:predicates (on ?l - lamp) (off ?l - lamp))
- (:action turn-on :parameters (?l - lamp) :precondition (off ?l) :effect (and (on ?l) (not (off ?l)))))
+_DOMAIN = b"""(define (domain switch) (:requirements :strips :typing) (:types lamp) (:predicates
+   (on ?l - lamp) (off ?l - lamp))
+ (:action turn-on :parameters (?l - lamp) :precondition (off ?l) :effect (and (on ?l) (not
+   (off ?l)))))
 """
 _PROBLEM = (
     b"(define (problem p) (:domain switch) (:objects a b - lamp) (:init (off a) (off b)) (:goal"
@@ -266,13 +272,13 @@ bytes.
 """
 
 
-def mutated(content: bytes, *, seed: int | tuple[int, ...]) -> bytes:
+def mutate(content: bytes, *, seed: int | tuple[int, ...]) -> bytes:
     """Returns the bytes damaged in one to four places; the same seed damages them in the same
     way.
     """
     rng = np.random.default_rng(seed)
     if content.startswith(b"PK") and rng.random() < 0.6:
-        return _repacked(content, rng)
+        return _repack(content, rng)
     damaged = bytearray(content)
     for _ in range(int(rng.integers(1, 5))):
         _damage(damaged, rng)
@@ -298,7 +304,7 @@ def _damage(content: bytearray, rng: np.random.Generator) -> None:
             content[at : at + int(rng.integers(0, 3))] = _PIECES[int(rng.integers(len(_PIECES)))]
 
 
-def _repacked(content: bytes, rng: np.random.Generator) -> bytes:
+def _repack(content: bytes, rng: np.random.Generator) -> bytes:
     """Returns a whole archive in which one member is damaged, missing or there twice."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = {name: bytearray(archive.read(name)) for name in archive.namelist()}
@@ -324,11 +330,11 @@ def read_one(path: pathlib.Path) -> tuple[Outcome, str]:
     try:
         _reader(path)
     except (ValueError, ImportError) as error:
-        told = str(error)
+        message = str(error)
         return (
-            (Outcome.REFUSED, told)
-            if "\n" not in told and told
-            else (Outcome.CRASHED, f"not one line: {told!r}")
+            (Outcome.REFUSED, message)
+            if "\n" not in message and message
+            else (Outcome.CRASHED, f"not one line: {message!r}")
         )
     except _TooLong:
         return Outcome.HUNG, ""
@@ -371,7 +377,7 @@ class _TooLong(BaseException):
 
 
 @contextlib.contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def _time_limit(seconds: float) -> Iterator[None]:
     def stop(number: int, frame: object) -> None:
         raise _TooLong
 
@@ -401,12 +407,12 @@ def _child(
         for number in range(first, first + count):
             name = names[number % len(names)]
             path = pathlib.Path(folder) / name
-            path.write_bytes(mutated(seeds[name], seed=(seed, number)))
+            path.write_bytes(mutate(seeds[name], seed=(seed, number)))
             print(number, flush=True)
-            outcome, told = Outcome.HUNG, ""
-            with contextlib.suppress(_TooLong), _limited(seconds):
-                outcome, told = read_one(path)
-            print(json.dumps([outcome.name, told]), flush=True)
+            outcome, message = Outcome.HUNG, ""
+            with contextlib.suppress(_TooLong), _time_limit(seconds):
+                outcome, message = read_one(path)
+            print(json.dumps([outcome.name, message]), flush=True)
 
 
 def _run_child(
@@ -432,8 +438,8 @@ def _run_child(
     number = None
     for line in out.splitlines():
         if line.startswith("["):
-            name, told = json.loads(line)
-            found.append((number if number is not None else first, Outcome[name], told))
+            name, message = json.loads(line)
+            found.append((number if number is not None else first, Outcome[name], message))
             number = None
         elif line.isdigit():
             number = int(line)
@@ -471,15 +477,15 @@ def main() -> int:
         return 0
     totals: dict[str, Counter[Outcome]] = {name: Counter() for name in names}
     for first in range(0, options.count, AT_ONCE):
-        for number, outcome, told in _run_child(
+        for number, outcome, message in _run_child(
             options, names, first, min(AT_ONCE, options.count - first)
         ):
             name = names[number % len(names)]
             totals[name][outcome] += 1
             if outcome in (Outcome.CRASHED, Outcome.HUNG):
                 print(
-                    f"{name}, mutated(..., seed=({options.seed}, {number})): {outcome.value}"
-                    f" {told}",
+                    f"{name}, mutate(..., seed=({options.seed}, {number})): {outcome.value}"
+                    f" {message}",
                     file=sys.stderr,
                 )
         print(f"{min(first + AT_ONCE, options.count)} mutations", file=sys.stderr, flush=True)

@@ -6,7 +6,7 @@ Brute force over all sets of obstacles: `--count` maps up to 20x20 with up to 8 
 obstacles, where cost and bound must both be the optimum, and the route the shortest of all least
 sets; as many with overlaps and obstacles in parts. Integer programming (SciPy's milp with cuts):
 `--parts` such maps of 24x24 with 16 obstacles. There the optimum must lie between bound and cost,
-and a gap is told. Exit code 1 if anything differs.
+and a gap is printed. Exit code 1 if anything differs.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import numpy as np
 from experiments.campaigns.integer_programming import exact_removal
 from experiments.campaigns.labelled_maps import random_tasks, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve_many
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 
 Twin = Callable[[Task], tuple[float, float]]
 """Tells the least cost, and the length of the shortest route of such a set (NaN: unknown)."""
@@ -27,7 +27,7 @@ Twin = Callable[[Task], tuple[float, float]]
 
 def by_brute_force(task: Task) -> tuple[float, float]:
     ends = (tuple(np.asarray(end).tolist()) for end in (task.start, task.goal))
-    found = least_removal(task.labels, task.destroyable, task.removal_cost, *ends)
+    found = brute_force_removal(task.labels, task.destroyable, task.removal_cost, *ends)
     return found.cost, found.length
 
 
@@ -80,20 +80,20 @@ def compare(name: str, tasks: Sequence[Task], twin: Twin, *, is_exact: bool) -> 
     )
     is_solvable = np.isfinite(least)
     is_blocked = is_solvable & (least > 0)
-    told = (
+    summary = (
         f"{len(tasks)} tasks, {(least == 0).sum()} open, {is_blocked.sum()} to be opened,"
         f" {(~is_solvable).sum()} unsolvable"
     )
-    told += (
+    summary += (
         f"; cost is the optimum in {(cost == least)[is_blocked].sum()}, the bound in"
         f" {(bound == least)[is_blocked].sum()}"
     )
-    told += f", both proven in {(cost == bound)[is_blocked].sum()}"
+    summary += f", both proven in {(cost == bound)[is_blocked].sum()}"
     if np.isfinite(length[is_solvable]).all():
         longer = is_solvable & (cost == least) & (route > length * (1 + 1e-6))
-        told += f"; a route longer than that of the best least set in {longer.sum()}"
+        summary += f"; a route longer than that of the best least set in {longer.sum()}"
     print(
-        f"{name}: {told}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in"
+        f"{name}: {summary}; {wrong} wrong. Solved in {middle - begin:.1f} s, the other in"
         f" {end - middle:.1f} s",
         flush=True,
     )

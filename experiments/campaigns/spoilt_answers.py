@@ -61,8 +61,8 @@ def _floats(solution: Solution, status: Status) -> Iterator[tuple[str, dict[str,
             values["one step less"] = np.nextafter(old, np.float32(-np.inf))
         if name == "removal_bound" and solution.removal_cost == old and status is Status.SOLVED:
             values["one step more"] = np.nextafter(old, np.float32(np.inf))
-        for told, value in values.items():
-            yield f"{name} {told}", {name: np.float32(value)}
+        for kind, value in values.items():
+            yield f"{name} {kind}", {name: np.float32(value)}
 
 
 def _entries(rng: np.random.Generator, solution: Solution) -> Iterator[tuple[str, dict[str, Any]]]:

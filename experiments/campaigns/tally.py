@@ -7,26 +7,29 @@ from typing import Any
 
 
 class Tally:
-    """How often each check was made and failed, and its largest relative error; what fails is told
-    as it comes.
+    """How often each check was made and failed, and its largest relative error; what fails is
+    printed as it comes.
     """
 
     def __init__(self) -> None:
         self.rows: dict[tuple[str, str], list[Any]] = {}
         self.part = ""
 
-    def judge(self, check: str, is_right: bool, told: str, error: float | None = None) -> None:
+    def judge(self, check: str, is_right: bool, title: str, error: float | None = None) -> None:
         row = self.rows.setdefault((self.part, check), [0, 0, None])
         row[0] += 1
         row[1] += not is_right
         if error is not None:
             row[2] = max(row[2] or 0.0, float(error))
         if not is_right:
-            print(f"{self.part}, {check}: {told}", file=sys.stderr, flush=True)
+            print(f"{self.part}, {check}: {title}", file=sys.stderr, flush=True)
 
-    def near(self, check: str, error: float, limit: float, told: str) -> None:
+    def near(self, check: str, error: float, limit: float, title: str) -> None:
         self.judge(
-            check, error <= limit, f"{told}: relative error {error:.2e}, at most {limit:.2e}", error
+            check,
+            error <= limit,
+            f"{title}: relative error {error:.2e}, at most {limit:.2e}",
+            error,
         )
 
     @property

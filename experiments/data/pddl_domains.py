@@ -6,48 +6,65 @@ switches without any relation, negative conditions, constants, and tasks without
 """
 
 GRIPPER = """(define (domain gripper) (:requirements :strips :typing) (:types room ball hand)
- (:predicates (robot-in ?r - room) (ball-in ?b - ball ?r - room) (empty ?h - hand) (carries ?h - hand ?b - ball))
- (:action go :parameters (?x ?y - room) :precondition (robot-in ?x) :effect (and (robot-in ?y) (not (robot-in ?x))))
- (:action grasp :parameters (?b - ball ?r - room ?h - hand) :precondition (and (ball-in ?b ?r) (robot-in ?r) (empty ?h))
+ (:predicates (robot-in ?r - room) (ball-in ?b - ball ?r - room) (empty ?h - hand)
+   (carries ?h - hand ?b - ball))
+ (:action go :parameters (?x ?y - room) :precondition (robot-in ?x) :effect (and (robot-in ?y) (not
+   (robot-in ?x))))
+ (:action grasp :parameters (?b - ball ?r - room ?h - hand) :precondition (and (ball-in ?b ?r)
+   (robot-in ?r) (empty ?h))
   :effect (and (carries ?h ?b) (not (ball-in ?b ?r)) (not (empty ?h))))
- (:action release :parameters (?b - ball ?r - room ?h - hand) :precondition (and (carries ?h ?b) (robot-in ?r))
+ (:action release :parameters (?b - ball ?r - room ?h - hand) :precondition (and (carries ?h ?b)
+   (robot-in ?r))
   :effect (and (ball-in ?b ?r) (empty ?h) (not (carries ?h ?b)))))"""
 
 LOGISTICS = """(define (domain delivery) (:requirements :strips :typing)
  (:types place vehicle parcel - object airport - place truck plane - vehicle city)
- (:predicates (at ?x - object ?p - place) (inside ?x - parcel ?v - vehicle) (of ?p - place ?c - city))
- (:action load :parameters (?x - parcel ?v - vehicle ?p - place) :precondition (and (at ?x ?p) (at ?v ?p))
+ (:predicates (at ?x - object ?p - place) (inside ?x - parcel ?v - vehicle)
+   (of ?p - place ?c - city))
+ (:action load :parameters (?x - parcel ?v - vehicle ?p - place) :precondition (and (at ?x ?p)
+   (at ?v ?p))
   :effect (and (inside ?x ?v) (not (at ?x ?p))))
- (:action unload :parameters (?x - parcel ?v - vehicle ?p - place) :precondition (and (inside ?x ?v) (at ?v ?p))
+ (:action unload :parameters (?x - parcel ?v - vehicle ?p - place) :precondition (and (inside ?x ?v)
+   (at ?v ?p))
   :effect (and (at ?x ?p) (not (inside ?x ?v))))
- (:action drive :parameters (?t - truck ?p ?q - place ?c - city) :precondition (and (at ?t ?p) (of ?p ?c) (of ?q ?c))
+ (:action drive :parameters (?t - truck ?p ?q - place ?c - city) :precondition (and (at ?t ?p)
+   (of ?p ?c) (of ?q ?c))
   :effect (and (at ?t ?q) (not (at ?t ?p))))
- (:action fly :parameters (?f - plane ?p ?q - airport) :precondition (at ?f ?p) :effect (and (at ?f ?q) (not (at ?f ?p)))))"""
+ (:action fly :parameters (?f - plane ?p ?q - airport) :precondition (at ?f ?p) :effect (and
+   (at ?f ?q) (not (at ?f ?p)))))"""
 
 SOKOBAN = """(define (domain pushing) (:requirements :strips :typing) (:types cell box way)
- (:predicates (man ?c - cell) (box-at ?b - box ?c - cell) (clear ?c - cell) (next ?c ?d - cell ?w - way))
- (:action walk :parameters (?c ?d - cell ?w - way) :precondition (and (man ?c) (clear ?d) (next ?c ?d ?w))
+ (:predicates (man ?c - cell) (box-at ?b - box ?c - cell) (clear ?c - cell)
+   (next ?c ?d - cell ?w - way))
+ (:action walk :parameters (?c ?d - cell ?w - way) :precondition (and (man ?c) (clear ?d)
+   (next ?c ?d ?w))
   :effect (and (man ?d) (clear ?c) (not (man ?c)) (not (clear ?d))))
  (:action push :parameters (?b - box ?m ?c ?d - cell ?w - way)
   :precondition (and (man ?m) (box-at ?b ?c) (clear ?d) (next ?m ?c ?w) (next ?c ?d ?w))
-  :effect (and (man ?c) (box-at ?b ?d) (clear ?m) (not (man ?m)) (not (box-at ?b ?c)) (not (clear ?d)))))"""
+  :effect (and (man ?c) (box-at ?b ?d) (clear ?m) (not (man ?m)) (not (box-at ?b ?c)) (not
+   (clear ?d)))))"""
 
 SWITCHES = """(define (domain switches) (:requirements :strips :negative-preconditions)
  (:predicates (on ?x) (ready ?x) (used ?x))
- (:action press :parameters (?x) :precondition (and (not (on ?x)) (ready ?x)) :effect (and (on ?x) (used ?x) (not (ready ?x))))
+ (:action press :parameters (?x) :precondition (and (not (on ?x)) (ready ?x)) :effect (and (on ?x)
+   (used ?x) (not (ready ?x))))
  (:action unpress :parameters (?x) :precondition (and (on ?x)) :effect (and (not (on ?x))))
- (:action charge :parameters (?x ?y) :precondition (and (on ?x) (not (on ?y))) :effect (and (ready ?y) (not (on ?x)))))"""
+ (:action charge :parameters (?x ?y) :precondition (and (on ?x) (not (on ?y))) :effect (and
+   (ready ?y) (not (on ?x)))))"""
 
 TILES = """(define (domain tiles) (:requirements :strips :typing) (:types tile place)
  (:predicates (lies ?t - tile ?p - place) (hole ?p - place) (beside ?p ?q - place))
- (:action slide :parameters (?t - tile ?p ?q - place) :precondition (and (lies ?t ?p) (hole ?q) (beside ?p ?q))
+ (:action slide :parameters (?t - tile ?p ?q - place) :precondition (and (lies ?t ?p) (hole ?q)
+   (beside ?p ?q))
   :effect (and (lies ?t ?q) (hole ?p) (not (lies ?t ?p)) (not (hole ?q)))))"""
 
-VISITING = """(define (domain visiting) (:requirements :strips) (:predicates (at ?c) (visited ?c) (beside ?c ?d))
+VISITING = """(define (domain visiting) (:requirements :strips) (:predicates (at ?c) (visited ?c)
+   (beside ?c ?d))
  (:action move :parameters (?c ?d) :precondition (and (at ?c) (beside ?c ?d))
   :effect (and (at ?d) (visited ?d) (not (at ?c)))))"""
 
-PAINTING = """(define (domain painting) (:requirements :strips :typing :equality :negative-preconditions) (:types colour wall)
+PAINTING = """(define (domain painting) (:requirements :strips :typing :equality
+   :negative-preconditions) (:types colour wall)
  (:constants white - colour)
  (:predicates (holds ?c - colour) (painted ?w - wall ?c - colour) (primed ?w - wall) (clean))
  (:action dip :parameters (?c ?d - colour) :precondition (and (clean) (holds ?c) (not (= ?c ?d)))
@@ -55,7 +72,8 @@ PAINTING = """(define (domain painting) (:requirements :strips :typing :equality
  (:action wash :parameters () :precondition (not (clean)) :effect (clean))
  (:action prime :parameters (?w - wall) :precondition (and (holds white) (not (primed ?w)))
   :effect (and (primed ?w) (not (clean))))
- (:action paint :parameters (?w - wall ?c - colour) :precondition (and (holds ?c) (primed ?w) (not (= ?c white)))
+ (:action paint :parameters (?w - wall ?c - colour) :precondition (and (holds ?c) (primed ?w) (not
+   (= ?c white)))
   :effect (and (painted ?w ?c) (not (primed ?w)) (not (clean)))))"""
 
 

@@ -1,5 +1,5 @@
 """Figure 2 as the paper has it, plan length and runtime on its two tasks, and the same over the
-growing series.
+series of larger tasks.
 """
 
 from typing import Any
@@ -60,9 +60,9 @@ def figure2(first: dict[str, Any]) -> Any:
         axes.set_xlabel("task BLOCKS-")
     lengths.set_ylabel("plan length, steps")
     times.set_ylabel("runtime, s")
-    plain_ticks(
-        times, [row[name]["seconds"]["median"] for row in first.values() for name in _NAMES] + [1.0]
-    )
+    ours = [row[name]["seconds"]["median"] for row in first.values() for name in _NAMES]
+    theirs = [PAPER[task][name][1] for task in first for name in _NAMES]
+    plain_ticks(times, [*ours, *theirs, 1.0])
     handles = sorted(
         lengths.get_legend_handles_labels()[0], key=lambda handle: handle.get_label() == "PY16"
     )
@@ -79,7 +79,6 @@ def _add_papers(axes: Any, tasks: list[str], place: int) -> None:
             "color": "white",
             "markeredgecolor": "black",
             "markeredgewidth": 0.7,
-            "clip_on": False,
         }
         axes.plot(places, theirs, "D", label=label, **look)
 
@@ -132,7 +131,7 @@ def _points(groups: dict[int, Rows], name: str) -> list[tuple[int, float, float]
 
 
 def _look(number: int, name: str) -> dict[str, Any]:
-    """Ours filled and solid, peers hollow and dashed: told apart without colours too."""
+    """Ours filled and solid, peers hollow and dashed: distinct without colours too."""
     colour, is_ours = COLOURS[number % len(COLOURS)], name in _OURS
     return {
         "label": name,

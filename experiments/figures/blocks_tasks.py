@@ -115,11 +115,11 @@ def _optimum(problem: str, num_blocks: int) -> int | None:
     """Returns the least number of steps, from the `on` facts of an IPC problem."""
     if num_blocks > _MOST_FOR_OPTIMUM:
         return None
-    told = problem.lower()
-    names = re.findall(r"[^\s()]+", told[told.index(":objects") : told.index(":init")])[1:]
+    text = problem.lower()
+    names = re.findall(r"[^\s()]+", text[text.index(":objects") : text.index(":init")])[1:]
     names = [name for name in names if name not in ("-", "block")]
     start, goal = np.full(num_blocks, TABLE), np.full(num_blocks, TABLE)
-    for state, part in ((start, told[: told.index(":goal")]), (goal, told[told.index(":goal") :])):
+    for state, part in ((start, text[: text.index(":goal")]), (goal, text[text.index(":goal") :])):
         for upper, lower in re.findall(r"\(on\s+(\S+)\s+(\S+?)\s*\)", part):
             state[names.index(upper)] = names.index(lower)
     return optimal_length(start, goal)

@@ -83,7 +83,7 @@ class Story(NamedTuple):
     legs: list[tuple[np.ndarray, str, float, float]]
 
 
-def told_and_walked() -> Story:
+def plan_and_walk() -> Story:
     """Returns the whole way down from the goal's sign to the route, and up again from what blocks
     to the plan.
     """
@@ -133,7 +133,7 @@ def _world(centre: np.ndarray, side: float) -> World:
         "tower": [(46, 20), (57, 20), (57, 39), (46, 39)],
         "south-house": [(62, 5), (76, 8), (74, 20), (60, 17)],
     }
-    firm = [
+    fixed = [
         Obstacle.polygon(points, name=name, destroyable=False) for name, points in houses.items()
     ]
     x, y = centre.tolist()
@@ -144,7 +144,7 @@ def _world(centre: np.ndarray, side: float) -> World:
         (x + half, y + half),
         (x - half, y + half),
     )
-    return World(bounds, (fence, *firm), (float(AGENT[0]), float(AGENT[1])), RADIUS, corners)
+    return World(bounds, (fence, *fixed), (float(AGENT[0]), float(AGENT[1])), RADIUS, corners)
 
 
 def _report(
@@ -209,7 +209,7 @@ def _legs(
     return legs
 
 
-def drawn(story: Story) -> Any:
+def draw(story: Story) -> Any:
     """Returns the figure: agent, sector, square, grid, obstacles, corridors H1 and H2 round the
     links, traces L1 and L2.
     """
@@ -247,7 +247,7 @@ def _draw_world(axes: Any, story: Story) -> None:
         name = (
             "destroyed"
             if number in np.asarray(story.solution.destroyed)
-            else "firm"
+            else "indestructible"
             if number == 1
             else None
         )

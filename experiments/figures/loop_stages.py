@@ -68,7 +68,7 @@ def cut_off(fragments: Iterable[Fragment], seed: int, log: Log) -> Iterator[Case
             log(f"{fragment.name} is left out: {reason}")
 
 
-def measured(case: Case, log: Log) -> dict[str, Any]:
+def measure(case: Case, log: Log) -> dict[str, Any]:
     """Returns seconds of each stage by the reference and by C++, counts, and what of it agrees.
 
     {"fragment", "blockage", "start", "goal", "reference": {stage: seconds}, "C++" where there is a
@@ -78,10 +78,10 @@ def measured(case: Case, log: Log) -> dict[str, Any]:
     """
     log(f"{case.fragment}, {case.blockage}")
     free, start, goal = case.free, case.start, case.goal
-    jumped, jps_seconds = _timed(lambda: jps(free, start, goal))
-    explored, astar_seconds = _timed(lambda: astar(free, start, goal))
-    (seed, walk), obstacle_seconds = _timed(lambda: _obstacle(free, explored.closed, goal))
-    unblocked, unblocked_seconds = _timed(lambda: jps(case.opened, start, goal))
+    jumped, jps_seconds = _time(lambda: jps(free, start, goal))
+    explored, astar_seconds = _time(lambda: astar(free, start, goal))
+    (seed, walk), obstacle_seconds = _time(lambda: _obstacle(free, explored.closed, goal))
+    unblocked, unblocked_seconds = _time(lambda: jps(case.opened, start, goal))
     row = {
         "fragment": case.fragment,
         "blockage": case.blockage,
@@ -118,8 +118,8 @@ def _add_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> None:
     native = paper_pipeline()
     if native is None:
         return
-    (cost, _), jps_seconds = _timed(lambda: native.jps(case.free, case.start, case.goal), 5)
-    (_, own_closed), astar_seconds = _timed(
+    (cost, _), jps_seconds = _time(lambda: native.jps(case.free, case.start, case.goal), 5)
+    (_, own_closed), astar_seconds = _time(
         lambda: native.astar(case.free, case.start, case.goal), 3
     )
 
@@ -127,8 +127,8 @@ def _add_cpp(case: Case, row: dict[str, Any], closed: np.ndarray) -> None:
         seed = native.seed(own_closed, case.goal)
         return seed, native.contour(case.free, seed, case.goal)
 
-    (seed, contour), obstacle_seconds = _timed(obstacle, 5)
-    (length, _), unblocked_seconds = _timed(
+    (seed, contour), obstacle_seconds = _time(obstacle, 5)
+    (length, _), unblocked_seconds = _time(
         lambda: native.jps(case.opened, case.start, case.goal), 5
     )
     row["C++"] = dict(
@@ -203,7 +203,7 @@ def _measured_batch(
     times = {}
     for stage, work in stages.items():
         jax.block_until_ready(work())
-        taken = [_timed(lambda work=work: jax.block_until_ready(work()))[1] for _ in range(repeats)]
+        taken = [_time(lambda work=work: jax.block_until_ready(work()))[1] for _ in range(repeats)]
         times[stage] = [seconds / len(cases) for seconds in taken]
     found = (reached, seed, srt_jax.contour(free, seed, goal), srt_jax.cost_to_come(opened, start))
     for case, row, *answers in zip(cases, rows, *map(np.asarray, found)):
@@ -226,7 +226,7 @@ def _is_same(
     return is_same and bool(np.isclose(length[case.goal], row["length"], rtol=1e-5))
 
 
-def _timed(work: Callable[[], Any], repeats: int = 1) -> tuple[Any, float]:
+def _time(work: Callable[[], Any], repeats: int = 1) -> tuple[Any, float]:
     """Returns what the work returns, and its median seconds."""
     seconds = []
     for _ in range(repeats):

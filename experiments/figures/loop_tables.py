@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from experiments.figures.loop_stages import MAKES, STAGES
-from experiments.figures.outcome import Table, timed
+from experiments.figures.outcome import Table, time_text
 from srt_jax.bench.machine import spread
 from srt_jax.instances.paper_blockers import BLOCKAGES
 
@@ -55,7 +55,7 @@ def times_table(rows: Rows, kernels: dict[str, Any]) -> Table:
                 continue  # no compiler for the C++
             total = sum(one["median"] for one in found)
             shares = " / ".join(f"{one['median'] / total:.0%}" for one in found)
-            lines.append([blockage, make, *map(timed, found), f"{1e3 * total:.1f}", shares])
+            lines.append([blockage, make, *map(time_text, found), f"{1e3 * total:.1f}", shares])
     ranges = (f"{low}-{high}" for low, high in (PAPER_MS[stage] for stage in STAGES))
     lines.append(["all five", "PY16, 2016", *ranges, "602 on average", "10% / 87% / 3%"])
     count = len(rows) // len(BLOCKAGES)
@@ -116,8 +116,8 @@ def unblocked_table(rows: Rows) -> Table:
             lines.append(
                 [
                     make,
-                    timed(blocked),
-                    timed(unblocked),
+                    time_text(blocked),
+                    time_text(unblocked),
                     f"{blocked['median'] / unblocked['median']:.0f}x",
                 ]
             )
@@ -155,8 +155,8 @@ def checks(rows: Rows, empty: Rows, size: int) -> list[tuple[str, str, bool]]:
     paper's size alone.
     """
     found = [
-        _tally(told, [row["checks"][name] for row in rows if name in row["checks"]])
-        for name, told in _CHECKS.items()
+        _tally(check, [row["checks"][name] for row in rows if name in row["checks"]])
+        for name, check in _CHECKS.items()
     ]
     if size == PAPER_SIZE:
         off = max(abs(100 * row["explored"] - PAPER_EXPLORED[row["blockage"]]) for row in empty)
@@ -175,7 +175,7 @@ def checks(rows: Rows, empty: Rows, size: int) -> list[tuple[str, str, bool]]:
 
 
 def checks_table(found: list[tuple[str, str, bool]]) -> Table:
-    lines = [[told, what, "yes" if holds else "NO"] for told, what, holds in found]
+    lines = [[check, what, "yes" if holds else "NO"] for check, what, holds in found]
     return Table("Checks", ("what has to hold", "found", "holds"), lines)
 
 
@@ -187,6 +187,6 @@ _CHECKS = {
 }
 
 
-def _tally(told: str, holding: list[bool]) -> tuple[str, str, bool]:
+def _tally(check: str, holding: list[bool]) -> tuple[str, str, bool]:
     """Nothing found where there is nothing to check."""
-    return told, f"{sum(holding)} of {len(holding)}" if holding else "", all(holding)
+    return check, f"{sum(holding)} of {len(holding)}" if holding else "", all(holding)

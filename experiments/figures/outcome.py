@@ -77,9 +77,11 @@ class Outcome:
         )
         make_folder(self.out)
 
-    def progress(self, told: str) -> None:
-        """Tells on standard error what is being done, with the seconds since the beginning."""
-        print(f"[{time.perf_counter() - self._began:6.1f} s] {told}", file=sys.stderr, flush=True)
+    def progress(self, message: str) -> None:
+        """Prints on standard error what is being done, with the seconds since the beginning."""
+        print(
+            f"[{time.perf_counter() - self._began:6.1f} s] {message}", file=sys.stderr, flush=True
+        )
 
     def add(self, table: Table) -> None:
         """Keeps a table and prints it."""
@@ -98,7 +100,7 @@ class Outcome:
         self._figures.append({"file": f"{name}.png", "caption": caption})
 
     def save(self) -> None:
-        """Writes NAME.json and tells where everything lies."""
+        """Writes NAME.json and prints where everything is."""
         record = {
             "experiment": self.name,
             "command": self._command,
@@ -182,7 +184,7 @@ def _is_of_numbers(table: Table, place: int) -> bool:
     )
 
 
-def timed(spread: dict[str, float], *, unit: float = 1e3) -> str:
+def time_text(spread: dict[str, float], *, unit: float = 1e3) -> str:
     """Returns a median with its quartiles: "12.3 (11.9-13.0)"; seconds times `unit`."""
     median, low, high = (_three_digits(spread[name] * unit) for name in ("median", "low", "high"))
     return median if spread["count"] < 2 or low == high else f"{median} ({low}-{high})"

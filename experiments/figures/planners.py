@@ -122,14 +122,14 @@ def _peer(command: list[str], most_seconds: float) -> Planner:
             folder = pathlib.Path(name)
             (folder / "domain.pddl").write_text(task.domain, encoding="utf-8")
             (folder / "problem.pddl").write_text(task.problem, encoding="utf-8")
-            told = [
+            arguments = [
                 {"DOMAIN": "domain.pddl", "PROBLEM": "problem.pddl"}.get(word, word)
                 for word in command
             ]
             began = time.perf_counter()
             try:
                 subprocess.run(
-                    told,
+                    arguments,
                     cwd=folder,
                     env=settings,
                     capture_output=True,

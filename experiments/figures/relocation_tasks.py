@@ -43,14 +43,14 @@ def _cities(count: int, size: int, seed: int) -> list[Task]:
     for number in range(count):
         rng = np.random.default_rng([seed, number])
         tasks.append(
-            _walled(maps.city_buildings(size, size, seed=int(rng.integers(2**31)))[None], rng)
+            _add_walls(maps.city_buildings(size, size, seed=int(rng.integers(2**31)))[None], rng)
         )
     return tasks
 
 
 def _helsinki(count: int, size: int, seed: int) -> list[Task]:
     """Windows of the shipped city, cells of 3 to 6 m; a window without room for the task is drawn
-    anew.
+    again.
     """
     place, tasks = helsinki(), []
     x_min, y_min, x_max, y_max = place.bounds
@@ -60,7 +60,9 @@ def _helsinki(count: int, size: int, seed: int) -> list[Task]:
         x, y = rng.uniform(x_min, x_max - side), rng.uniform(y_min, y_max - side)
         with contextlib.suppress(ValueError):
             tasks.append(
-                _walled(cover(place.obstacles, square_grid((x, y, x + side, y + side), size)), rng)
+                _add_walls(
+                    cover(place.obstacles, square_grid((x, y, x + side, y + side), size)), rng
+                )
             )
         if len(tasks) == count:
             return tasks
@@ -70,7 +72,7 @@ def _helsinki(count: int, size: int, seed: int) -> list[Task]:
     )
 
 
-def _walled(labels: np.ndarray, rng: np.random.Generator) -> Task:
+def _add_walls(labels: np.ndarray, rng: np.random.Generator) -> Task:
     """A city cut by a wall from edge to edge that only fills the gaps between buildings: one may go
     through these.
 

@@ -34,10 +34,10 @@ def explanation(
     removal_cost}]; removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that
     have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
     None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
-    if_firm: for each obstacle destroyed how the task would end if it stood firm {id, status,
-    destroyed, removal_cost}; and alternatives: the other sets of obstacles found so, cheapest
-    first. What is seen is named from where the agent starts; `sector` is four pairs (r, phi),
-    `square` (centre (x, y), side).
+    if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
+    status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so,
+    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r,
+    phi), `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
@@ -81,17 +81,17 @@ def _of_one(
     status = Status(int(solution.status))
     view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=table)
     cost, bound = float(solution.removal_cost), float(solution.removal_bound)
-    told = {
+    data = {
         "status": status.name,
         "meaning": status.meaning,
         "start": _cell(task.start),
         "goal": {
             "cell": _cell(task.goal),
             **_apart(task, cell_side),
-            **_seen(places.of_goal(view, task.goal, cell_side)),
+            **_view_data(places.of_goal(view, task.goal, cell_side)),
         },
         "blockage": _blockage(task, solution, view, cell_side),
-        "destroyed": _destroyed(task, solution),
+        "destroyed": _destroyed_data(task, solution),
         "removal_cost": _finite(cost),
         "removal_bound": _finite(bound),
         "is_proven_least": status.is_solved and cost == bound,
@@ -103,12 +103,12 @@ def _of_one(
     if status.is_solved:
         cells = np.asarray(solution.cells)[: int(solution.num_cells)]
         moved = places.relocation(view, cells, cell_side)
-        told["route"] = {
+        data["route"] = {
             "num_cells": len(cells),
             "length": float(solution.cost) * cell_side,
             "relocation": moved,
         }
-    return told | (_what_if(task, solution) if what_if else {})
+    return data | (_what_if(task, solution) if what_if else {})
 
 
 def obstacle_data(
@@ -117,15 +117,18 @@ def obstacle_data(
     """Returns what is known of one obstacle: flags, cost, and where its part of the contour is
     seen, if it has one.
     """
-    told = {
+    data = {
         "id": obstacle,
         "is_destroyable": bool(np.asarray(task.destroyable)[obstacle]),
         "removal_cost": float(np.asarray(task.removal_cost)[obstacle]),
     }
     cells = contour_of(task, solution, obstacle)
     if not len(cells):
-        return told | {"contour_cells": 0}
-    return told | {"contour_cells": len(cells), **_seen(places.of_cells(view, cells, cell_side))}
+        return data | {"contour_cells": 0}
+    return data | {
+        "contour_cells": len(cells),
+        **_view_data(places.of_cells(view, cells, cell_side)),
+    }
 
 
 def contour_of(task: Task, solution: Solution, obstacle: int) -> np.ndarray:
@@ -149,7 +152,7 @@ def _blockage(
     return {"seed": seed, "contour_cells": int(np.sum(solution.contour)), "obstacles": obstacles}
 
 
-def _destroyed(task: Task, solution: Solution) -> list[dict[str, Any]]:
+def _destroyed_data(task: Task, solution: Solution) -> list[dict[str, Any]]:
     cells, costs = np.asarray(solution.cells), np.asarray(task.removal_cost)
     ids, at = np.asarray(solution.destroyed).tolist(), np.asarray(solution.destroyed_at).tolist()
     return [
@@ -163,7 +166,7 @@ def _step(
     step: PlannedStep, solution: Solution, view: places.View, cell_side: float
 ) -> dict[str, Any]:
     cells = np.asarray(solution.cells)[step.begin : step.end + 1]
-    told = {
+    data = {
         "act": step.act.name,
         "obstacle": step.obstacle if step.obstacle >= 0 else None,
         "from": _cell(cells[0]),
@@ -171,9 +174,9 @@ def _step(
         "cells": [step.begin, step.end],
     }
     return (
-        told
+        data
         if step.act is Act.DESTROY
-        else told | {"relocation": places.relocation(view, cells, cell_side)["name"]}
+        else data | {"relocation": places.relocation(view, cells, cell_side)["name"]}
     )
 
 
@@ -217,7 +220,7 @@ _COMPASS = (
 )
 
 
-def _seen(seen: places.Seen) -> dict[str, Any]:
+def _view_data(seen: places.Seen) -> dict[str, Any]:
     return {
         "seen_as": list(seen.seen_as),
         "spans": list(seen.spans),

@@ -83,8 +83,8 @@ def scene_pddl(task: Task, solution: Solution) -> tuple[str, str, list[str]]:
     the plan carried out.
 
     The plan's lines are the actions of a plan file, `(approach i obstacle-7 area-0)`; none where
-    there is no route. The problem of an unsolvable task holds the firm obstacles that separate and
-    has no plan.
+    there is no route. The problem of an unsolvable task holds the indestructible obstacles
+    that separate and has no plan.
 
     Examples:
       >>> import numpy as np

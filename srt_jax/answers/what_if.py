@@ -1,6 +1,8 @@
 """What would follow if one obstacle were otherwise: the task is changed and solved again (host)."""
 
 import dataclasses
+from collections.abc import Iterable
+from fractions import Fraction
 
 import numpy as np
 
@@ -10,8 +12,8 @@ from srt_jax.types import FREE, Solution, Status, Task
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """How a changed task ends. destroyed: in order; removal_cost: of all of it, inf without a
-    route.
+    """How a changed task ends. destroyed: in order; removal_cost: of all of them, rounded down to
+    float32 as in `Solution`, inf without a route.
     """
 
     status: Status
@@ -23,7 +25,7 @@ class Outcome:
         cost = self.removal_cost if np.isfinite(self.removal_cost) else None
         return {"status": self.status.name, "destroyed": list(self.destroyed), "removal_cost": cost}
 
-    def told(self) -> str:
+    def in_words(self) -> str:
         """Returns the outcome in words, without a full stop."""
         if self.status is Status.PATH_EXISTS:
             return "a path exists"
@@ -43,7 +45,7 @@ def if_flag(task: Task, solution: Solution, obstacle: int, *, is_destroyable: bo
     """
     flags = np.array(task.destroyable)
     flags[obstacle] = is_destroyable
-    return _solved(task.replace(destroyable=flags), solution)
+    return _solve_again(task.replace(destroyable=flags), solution)
 
 
 def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
@@ -52,15 +54,27 @@ def if_gone(task: Task, solution: Solution, obstacle: int) -> Outcome:
     """
     labels = np.array(task.labels)
     labels[labels == obstacle] = FREE
-    rest = _solved(task.replace(labels=labels), solution)
+    rest = _solve_again(task.replace(labels=labels), solution)
     if not rest.status.is_solved:
         return rest
-    own = float(np.asarray(task.removal_cost)[obstacle])
-    return Outcome(
-        Status.SOLVED,
-        (obstacle, *rest.destroyed),
-        own + (rest.removal_cost if rest.destroyed else 0.0),
-    )
+    destroyed = (obstacle, *rest.destroyed)
+    return Outcome(Status.SOLVED, destroyed, _rounded_down(exact_cost(task, destroyed)))
+
+
+def exact_cost(task: Task, obstacles: Iterable[int]) -> Fraction:
+    """Returns the sum of the removal costs of some obstacles of one task, without rounding."""
+    costs = np.asarray(task.removal_cost)
+    return sum((Fraction(float(costs[i])) for i in obstacles), Fraction(0))
+
+
+def _rounded_down(cost: Fraction) -> float:
+    """Returns the greatest finite float32 that is no more than `cost`, as `solve` rounds its
+    sums.
+    """
+    greatest = np.finfo(np.float32).max
+    nearest = np.float32(min(cost, Fraction(float(greatest))))
+    is_above = Fraction(float(nearest)) > cost
+    return float(np.nextafter(nearest, np.float32(0)) if is_above else nearest)
 
 
 def outcome_of(solution: Solution) -> Outcome:
@@ -72,5 +86,5 @@ def outcome_of(solution: Solution) -> Outcome:
     )
 
 
-def _solved(task: Task, solution: Solution) -> Outcome:
+def _solve_again(task: Task, solution: Solution) -> Outcome:
     return outcome_of(solve(task, max_destroyed=np.shape(solution.destroyed)[-1]))

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from srt_jax.answers.facts import NORTH, explanation, obstacle_data
-from srt_jax.answers.what_if import Outcome, if_flag, if_gone
+from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.symbols import places
 from srt_jax.types import Array, Solution, Status, Task
 
@@ -40,20 +40,20 @@ def explain(
       >>> "Destroyed obstacle 0 from (2, 2)" in srt_jax.explain(task, solution)
       True
     """
-    told = explanation(task, solution, what_if=what_if, heading=heading, cell_side=cell_side)
-    if isinstance(told, dict):
-        return _in_words(task, told)
+    data = explanation(task, solution, what_if=what_if, heading=heading, cell_side=cell_side)
+    if isinstance(data, dict):
+        return _in_words(task, data)
     batch = np.shape(solution.status)
     lines = []
-    for index, data in zip(np.ndindex(batch), told):
+    for index, part in zip(np.ndindex(batch), data):
         one = jax.tree.map(lambda array, i=index: np.asarray(array)[i], task)
-        lines.append(f"task {', '.join(map(str, index))}: {_in_words(one, data)}")
+        lines.append(f"task {', '.join(map(str, index))}: {_in_words(one, part)}")
     return "\n".join(lines)
 
 
 def why(task: Task, solution: Solution, obstacle: int) -> str:
     """Returns what part an obstacle has in the answer to one task: why it was destroyed, or why it
-    stands in the report.
+    is in the report.
 
     What would follow if it were otherwise is found by solving again.
 
@@ -70,33 +70,33 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
       >>> "was destroyed from (2, 2)" in srt_jax.why(task, solution, 0)
       True
     """
-    named = _named(task, solution, obstacle)
+    named = _obstacle_title(task, solution, obstacle)
     destroyed = np.asarray(solution.destroyed).tolist()
     if obstacle in destroyed:
         place = destroyed.index(obstacle)
         cell = np.asarray(solution.cells)[np.asarray(solution.destroyed_at)[place]]
         before = ", ".join(map(str, destroyed[:place]))
         met = f"behind {before}, which had to go first" if before else "the first in the way"
-        firm = if_flag(task, solution, obstacle, is_destroyable=False)
+        otherwise = if_flag(task, solution, obstacle, is_destroyable=False)
         return (
-            f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} stood firm:"
-            f" {firm.told()}."
+            f"{named} was destroyed from {_cell(cell)}: it is {met}. If {obstacle} were"
+            f" indestructible: {otherwise.in_words()}."
         )
     separating = [i for i in np.asarray(solution.separating).tolist() if i >= 0]
     if obstacle in separating:
         others = [i for i in separating if i != obstacle]
         company = f" together with {', '.join(map(str, others))}" if others else ""
-        weak = if_flag(task, solution, obstacle, is_destroyable=True)
+        otherwise = if_flag(task, solution, obstacle, is_destroyable=True)
         return (
             f"{named} keeps start and goal apart{company}. If {obstacle} could be destroyed:"
-            f" {weak.told()}."
+            f" {otherwise.in_words()}."
         )
     if obstacle in np.asarray(solution.blocking).tolist():
         if not bool(np.asarray(task.destroyable)[obstacle]):
-            weak = if_flag(task, solution, obstacle, is_destroyable=True)
+            otherwise = if_flag(task, solution, obstacle, is_destroyable=True)
             return (
-                f"{named} is part of what blocks first and stands firm. If it could be destroyed:"
-                f" {weak.told()}."
+                f"{named} is part of what blocks first and is indestructible. If it could be"
+                f" destroyed: {otherwise.in_words()}."
             )
         return (
             f"{named} is part of what blocks first, but need not go:"
@@ -122,7 +122,7 @@ def why_not(task: Task, solution: Solution, obstacle: int) -> str:
       >>> srt_jax.why_not(task, solution, 0).endswith("was destroyed.")
       True
     """
-    named, status = _named(task, solution, obstacle), Status(int(solution.status))
+    named, status = _obstacle_title(task, solution, obstacle), Status(int(solution.status))
     if obstacle in np.asarray(solution.destroyed).tolist():
         return f"{named} was destroyed."
     if status is Status.START_BLOCKED:
@@ -130,23 +130,26 @@ def why_not(task: Task, solution: Solution, obstacle: int) -> str:
     if status is Status.PATH_EXISTS:
         return f"{named} was not destroyed: a path exists, nothing has to go."
     if not bool(np.asarray(task.destroyable)[obstacle]):
-        weak = if_flag(task, solution, obstacle, is_destroyable=True)
-        return f"{named} was not destroyed: it cannot be. If it could: {weak.told()}."
+        otherwise = if_flag(task, solution, obstacle, is_destroyable=True)
+        return f"{named} was not destroyed: it cannot be. If it could: {otherwise.in_words()}."
     return f"{named} was not destroyed: {_why_it_may_stand(task, solution, obstacle)}."
 
 
 def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
     gone: Outcome = if_gone(task, solution, obstacle)
     if not gone.status.is_solved:
-        return f"that would not open a way ({gone.told()})"
+        return f"that would not open a way ({gone.in_words()})"
     cost = float(solution.removal_cost)
     if not np.isfinite(cost):
-        return f"with it gone {gone.told()}"
-    compared = "no less than" if gone.removal_cost > cost * (1 + 1e-6) else "the same as"
-    return f"with it gone {gone.told()}, {compared} the {cost:g} of what was chosen"
+        return f"with it gone {gone.in_words()}"
+    chosen = [i for i in np.asarray(solution.destroyed).tolist() if i >= 0]
+    # Exact sums: two sets may differ by less than one float32 from the next.
+    more = exact_cost(task, gone.destroyed) - exact_cost(task, chosen)
+    compared = "more than" if more > 0 else "less than" if more < 0 else "the same as"
+    return f"with it gone {gone.in_words()}, {compared} the {cost:g} of what was chosen"
 
 
-def _named(task: Task, solution: Solution, obstacle: int) -> str:
+def _obstacle_title(task: Task, solution: Solution, obstacle: int) -> str:
     known = np.shape(task.destroyable)[-1]
     if np.ndim(task.destroyable) != 1:
         raise ValueError(
@@ -158,36 +161,37 @@ def _named(task: Task, solution: Solution, obstacle: int) -> str:
     return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0))}"
 
 
-def _in_words(task: Task, told: dict[str, Any]) -> str:
-    status = Status[told["status"]]
+def _in_words(task: Task, data: dict[str, Any]) -> str:
+    status = Status[data["status"]]
     if status is Status.START_BLOCKED:
         return (
-            f"The start {_cell(told['start'])} {_what_covers(task, task.start)}, so the agent"
+            f"The start {_cell(data['start'])} {_what_covers(task, task.start)}, so the agent"
             " cannot move."
         )
-    lines = [_where_goal_is(told)]
+    lines = [_where_goal_is(data)]
     if status is Status.PATH_EXISTS:
         lines.append(
-            f"A path exists, {told['route']['length']:.1f} long; nothing has to be destroyed."
+            f"A path exists, {data['route']['length']:.1f} long; nothing has to be destroyed."
         )
     else:
-        lines += [_what_blocks(told["blockage"]), _what_was_done(task, told, status)]
-    for other in told.get("alternatives", ()):
+        lines += [_what_blocks(data["blockage"]), _what_was_done(task, data, status)]
+    for other in data.get("alternatives", ()):
         lines.append(
             f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost"
             f" {other['removal_cost']:g}."
         )
-    for firm in told.get("if_firm", ()):
-        if firm["removal_cost"] is None:
-            lines.append(f"If {firm['id']} stood firm: {firm['status'].lower().replace('_', ' ')}.")
+    for other in data.get("if_firm", ()):
+        if other["removal_cost"] is None:
+            ending = other["status"].lower().replace("_", " ")
+            lines.append(f"If {other['id']} were indestructible: {ending}.")
     return " ".join(lines)
 
 
-def _where_goal_is(told: dict[str, Any]) -> str:
-    goal = told["goal"]
+def _where_goal_is(data: dict[str, Any]) -> str:
+    goal = data["goal"]
     if goal["direction"] is None:
         return f"The goal {_cell(goal['cell'])} is the start."
-    lies = f"lies {goal['distance']:.0f} away to the {goal['direction']} of {_cell(told['start'])}"
+    lies = f"lies {goal['distance']:.0f} away to the {goal['direction']} of {_cell(data['start'])}"
     return f"The goal {_cell(goal['cell'])} {lies}: {', '.join(goal['seen_as'])}."
 
 
@@ -202,16 +206,16 @@ def _what_blocks(blockage: dict[str, Any]) -> str:
     )
 
 
-def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
-    bound = told["removal_bound"]
+def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
+    bound = data["removal_bound"]
     if status is Status.UNSOLVABLE:
         num_destroyable = int(np.sum(task.destroyable))
-        firm = ", ".join(map(str, told["separating"][:6])) + (
-            " and more" if len(told["separating"]) > 6 else ""
+        named = ", ".join(map(str, data["separating"][:6])) + (
+            " and more" if len(data["separating"]) > 6 else ""
         )
         proof = (
-            f": {firm} alone keep{'' if len(told['separating']) > 1 else 's'} start and goal apart"
-            if firm
+            f": {named} alone keep{'' if len(data['separating']) > 1 else 's'} start and goal apart"
+            if named
             else ""
         )
         return (
@@ -220,9 +224,9 @@ def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
         )
     if status is Status.GOAL_BLOCKED:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
-    if status is Status.BUDGET_SPENT and told["num_needed"]:
+    if status is Status.BUDGET_SPENT and data["num_needed"]:
         needed = (
-            f"the least removal needs {_count(told['num_needed'], 'obstacle')} destroyed, more than"
+            f"the least removal needs {_count(data['num_needed'], 'obstacle')} destroyed, more than"
             " max_destroyed allows"
         )
         return f"Not answered: {needed} (removal cost at least {bound:g})."
@@ -233,15 +237,15 @@ def _what_was_done(task: Task, told: dict[str, Any], status: Status) -> str:
         )
     if status is Status.STOPPED_SHORT:
         return (
-            "Stopped short: what lies ahead is firm, though a way can be opened (removal cost at"
-            f" least {bound:g})."
+            "Stopped short: what lies ahead is indestructible, though a way can be opened"
+            f" (removal cost at least {bound:g})."
         )
-    steps = [f"obstacle {one['id']} from {_cell(one['from'])}" for one in told["destroyed"]]
-    proven = "proven least" if told["is_proven_least"] else f"the least is at least {bound:g}"
-    route = told["route"]
+    steps = [f"obstacle {one['id']} from {_cell(one['from'])}" for one in data["destroyed"]]
+    proven = "proven least" if data["is_proven_least"] else f"the least is at least {bound:g}"
+    route = data["route"]
     moved = f", {route['relocation']['name']}" if route["relocation"]["name"] else ""
     return (
-        f"Destroyed {', then '.join(steps)}; removal cost {told['removal_cost']:g}, {proven}. "
+        f"Destroyed {', then '.join(steps)}; removal cost {data['removal_cost']:g}, {proven}. "
         f"Route {route['length']:.1f} long{moved}."
     )
 
@@ -268,7 +272,7 @@ def _obstacle(known: dict[str, Any]) -> str:
 
 
 def _kind(is_destroyable: bool) -> str:
-    return "destroyable" if is_destroyable else "firm"
+    return "destroyable" if is_destroyable else "indestructible"
 
 
 def _count(number: int, noun: str) -> str:

@@ -211,13 +211,13 @@ def _stages(batch: Task, room: int) -> dict[str, Callable[[], Any]]:
 
     from srt_jax.obstacles import all_open_cells
     from srt_jax.paths.blockage import find_blockage
-    from srt_jax.removal.branch_and_bound import least_removal
+    from srt_jax.removal.branch_and_bound import search_least
 
     among = jnp.ones(len(batch.start), bool)
     rooms = jnp.full(len(batch.start), room, jnp.int32)
 
     def removal(task: Task) -> Any:
-        return least_removal(task, rooms, among, capacity=room, max_nodes=64)
+        return search_least(task, rooms, among, capacity=room, max_nodes=64)
 
     def report(task: Task, reached: Any) -> Any:
         free = all_open_cells(task.labels, jnp.zeros_like(task.destroyable))

@@ -1,7 +1,7 @@
 """The judge: replays a solution on the host and says what is wrong with it.
 
 Written to be believed, so it shares nothing with the kernels it judges: of ours it imports only the
-records, it floods over runs of cells where they sweep, and it decides anew what the status, the
+records, it floods over runs of cells where they sweep, and it decides again what the status, the
 seed, the contour and the blocking obstacles must be.
 """
 
@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from srt_jax.check.bound import bound_problems, needless_problems
-from srt_jax.check.floods import cell_ahead, free_cells, holds_at, nearest_cell, piece_of, widened
+from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
 from srt_jax.types import OUTSIDE, Solution, Status, Task
 
@@ -82,8 +82,8 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
         return problems + more
     batch = tasks["start"].shape[:-1]
     if any(array.shape[: len(batch)] != batch for array in (*tasks.values(), *solutions.values())):
-        told = {name: list(array.shape) for name, array in (tasks | solutions).items()}
-        return [f"all fields must have the same batch dimensions, got shapes {told}"]
+        shapes = {name: list(array.shape) for name, array in (tasks | solutions).items()}
+        return [f"all fields must have the same batch dimensions, got shapes {shapes}"]
     for index in np.ndindex(batch):
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
@@ -153,9 +153,9 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
         return problems + _no_route_problems(status, solution)
     if mode == "least":
         problems += needless_problems(task, solution, labels, start, goal)
-    told = route_problems(task, solution, labels, start, goal) + destroyed_problems(task, solution)
-    # a story is compared with a route that can be walked
-    return problems + (told or plan_problems(solution, labels))
+    walk = route_problems(task, solution, labels, start, goal) + destroyed_problems(task, solution)
+    # a plan is compared with a route that can be walked
+    return problems + (walk or plan_problems(solution, labels))
 
 
 def _task_problems(task: SimpleNamespace) -> list[str]:
@@ -214,14 +214,16 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
     """The seed, contour and blocking ids against their definitions; all must be empty where nothing
     blocks.
     """
+    # The definitions of PY16 §3.2, on a flood of our own.
     seed, contour, blocking = (-1, -1), np.zeros_like(free), np.zeros(0, np.int32)
     if reached.any() and not holds_at(reached, goal):
         seed = nearest_cell(reached, goal)
         blob = piece_of(~free, cell_ahead(free, seed, goal), by_corners=True)
-        contour = reached & widened(blob)
-        met = labels[:, blob & widened(contour)]
+        contour = reached & dilate(blob)
+        met = labels[:, blob & dilate(contour)]
         blocking = np.unique(met[met >= 0])
     problems = []
+    # What the solution says instead.
     if tuple(solution.seed.tolist()) != seed:
         problems.append(f"seed is {tuple(solution.seed.tolist())}, but must be {seed}")
     padding = [
@@ -229,9 +231,9 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
     ]
     wrong = np.argwhere(solution.contour != np.pad(contour, padding))
     if len(wrong):
-        told = "should not be on it" if solution.contour[tuple(wrong[0])] else "is missing"
+        what = "should not be on it" if solution.contour[tuple(wrong[0])] else "is missing"
         problems.append(
-            f"contour is wrong in {len(wrong)} cells: {tuple(wrong[0].tolist())} {told}"
+            f"contour is wrong in {len(wrong)} cells: {tuple(wrong[0].tolist())} {what}"
         )
     expected = np.pad(blocking, (0, len(solution.blocking) - len(blocking)), constant_values=-1)
     if (solution.blocking != expected).any():
@@ -243,8 +245,8 @@ def _blockage_problems(solution, labels, free, reached, goal) -> list[str]:
 
 
 def _proof_problems(status: Status, task, solution, labels, start, goal) -> list[str]:
-    """The firm obstacles that are said to keep start and goal apart, against a flood of the map on
-    which they stand alone.
+    """The indestructible obstacles that are said to separate start and goal, against a flood of the
+    map that holds them alone.
     """
     number = int((solution.separating >= 0).sum())
     ids = solution.separating[:number].tolist()
@@ -273,7 +275,7 @@ def _proof_problems(status: Status, task, solution, labels, start, goal) -> list
 
 
 def _no_route_problems(status: Status, solution: SimpleNamespace) -> list[str]:
-    """What a solution without a route must hold; one that met a limit may tell how long the route
+    """What a solution without a route must hold; one that met a limit may say how long the route
     would have been.
     """
     is_too_long = status is Status.BUDGET_SPENT and solution.num_cells > len(solution.cells)

@@ -50,6 +50,8 @@ def bound_problems(
         if holds_at(opened, goal):
             return [_too_high(solution, everything, costs)]
         return []
+    # Depth first. No set is tried twice, for an obstacle tried before a sibling stays. Ends: no set
+    # is left that costs less than the bound, or the floods are used up.
     waiting: list[tuple[tuple[int, ...], frozenset[int]]] = [((), frozenset())]
     while waiting and floods_left:
         chosen, stays = waiting.pop()

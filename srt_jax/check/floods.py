@@ -40,7 +40,7 @@ def cell_ahead(free: np.ndarray, seed: tuple[int, ...], goal: tuple[int, ...]) -
     return next((cell for cell in steps if cell != seed and holds_at(~free, cell)), (-1, -1))
 
 
-def widened(mask: np.ndarray) -> np.ndarray:
+def dilate(mask: np.ndarray) -> np.ndarray:
     """Returns the cells with a cell of `mask` among themselves and their 8 neighbours."""
     wide = np.pad(mask, 1)
     wide = wide[:-2] | wide[1:-1] | wide[2:]
@@ -48,15 +48,15 @@ def widened(mask: np.ndarray) -> np.ndarray:
 
 
 def piece_of(mask: np.ndarray, cell: tuple[int, ...], *, by_corners: bool = False) -> np.ndarray:
-    """Returns the part of `mask` that hangs together with `cell` by sides (or corners too); empty
+    """Returns the part of `mask` that is connected with `cell` by sides (or corners too); empty
     where `cell` is not on it.
 
-    As no move cuts a corner, what the agent reaches by eight moves hangs together by sides. The
-    flood goes over the runs of cells in each row, linked where they touch a run of the next row.
+    As no move cuts a corner, what the agent reaches by eight moves is connected by sides. The flood
+    goes over the runs of cells in each row, linked where they touch a run of the next row.
     """
     if not holds_at(mask, cell):
         return np.zeros_like(mask)
-    # a blocked cell at both ends of a row: no run goes on in the next
+    # a blocked cell at both ends of a row: no run continues in the next
     flat = np.pad(mask, ((0, 0), (1, 1))).ravel()
     width = mask.shape[1] + 2
     run = np.cumsum(flat & ~np.concatenate([[False], flat[:-1]])) - 1

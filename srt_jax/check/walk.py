@@ -1,4 +1,6 @@
-"""Whether a route can be walked as told, and whether the symbolic plan tells the same story."""
+"""Whether a route can be walked as the solution says, and whether the symbolic plan agrees with
+it.
+"""
 
 from types import SimpleNamespace
 
@@ -16,6 +18,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
     num_cells, cells = int(solution.num_cells), solution.cells
     if not 1 <= num_cells <= len(cells):
         return [f"num_cells is {num_cells}, but a route that fits has 1 to {len(cells)} cells"]
+    # Its form: padding, the map, the ends.
     route, problems = cells[:num_cells], []
     if (cells[num_cells:] != -1).any():
         problems.append(f"cells must be -1 from index {num_cells} (num_cells) on")
@@ -35,6 +38,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
                 f"the route has its {name} in {tuple(route[place].tolist())}, but the task's is"
                 f" {cell}"
             )
+    # Its moves, and its length from the numbers of straight and diagonal ones.
     problems += _replay(labels, route, np.zeros_like(task.destroyable), solution)
     num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
     length = num_cells - 1 - num_diagonal + num_diagonal * 2**0.5
@@ -46,8 +50,8 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
 def _replay(
     labels: np.ndarray, route: np.ndarray, gone: np.ndarray, solution: SimpleNamespace
 ) -> list[str]:
-    """Walks the route, destroying as told; what is malformed in the list of destroyed obstacles is
-    told elsewhere.
+    """Walks the route and destroys what the solution says; errors in the form of that list are
+    reported by `destroyed_problems`.
     """
     problems, here = [], 0
     steps = zip(solution.destroyed.tolist(), solution.destroyed_at.tolist(), strict=True)
@@ -92,6 +96,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         len(solution.destroyed),
         len(task.destroyable),
     )
+    # The form of the list: the rest makes sense only for ids that exist.
     if not 0 <= number <= room:
         return [f"num_destroyed is {number}, but `destroyed` has room for 0 to {room}"]
     ids, at, problems = (
@@ -108,6 +113,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
             *problems,
             f"destroyed {ids} names an obstacle that does not exist: ids are 0 to {known - 1}",
         ]
+    # What may be destroyed, and in which order.
     if len(set(ids)) < number:
         problems.append(f"destroyed {ids} names an obstacle twice")
     if solution.status == Status.PATH_EXISTS and ids:
@@ -123,6 +129,7 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         problems.append(
             f"destroyed_at {at} must rise and lie on the route, 0 to {int(solution.num_cells) - 1}"
         )
+    # The sums, as whole numbers.
     total = sum(exact(cost) for cost in task.removal_cost[ids])
     if solution.removal_cost != rounded_down(total):
         problems.append(
@@ -130,8 +137,8 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
             f" {rounded_down(total)}"
         )
     if not (solution.removal_bound >= 0 and exact(solution.removal_bound) <= total):
-        told = f"must lie between 0 and the removal cost {rounded_down(total)}"
-        problems.append(f"removal_bound is {solution.removal_bound}, but {told}")
+        rule = f"must lie between 0 and the removal cost {rounded_down(total)}"
+        problems.append(f"removal_bound is {solution.removal_bound}, but {rule}")
     return problems
 
 
@@ -148,6 +155,7 @@ def plan_problems(solution: SimpleNamespace, labels: np.ndarray) -> list[str]:
         solution.plan[:, 1].tolist(),
         solution.plan_at.tolist(),
     )
+    # The form of the plan.
     number, last = sum(act >= 0 for act in acts), int(solution.num_cells) - 1
     if any(act not in list(Act) for act in acts[:number]) or any(
         v != -1 for v in acts[number:] + ids[number:] + ends[number:]
@@ -163,6 +171,7 @@ def plan_problems(solution: SimpleNamespace, labels: np.ndarray) -> list[str]:
         or (ends or [0])[-1] != last
     ):
         return [f"plan_at {ends} must rise along the route and end with it, at {last}"]
+    # What it destroys, and where; then each step by itself.
     destroyed = list(zip(solution.destroyed.tolist(), solution.destroyed_at.tolist()))[
         : int(solution.num_destroyed)
     ]
@@ -180,28 +189,28 @@ def _step_problems(solution, labels, acts, ids, ends, place: int, act: Act) -> l
     following = (
         (acts[place + 1], ids[place + 1], ends[place + 1]) if place + 1 < len(acts) else None
     )
-    told = f"step {place} of the plan, {act.name} {obstacle},"
+    step = f"step {place} of the plan, {act.name} {obstacle},"
     if act is Act.APPROACH:
         return (
             []
             if following == (Act.DESTROY, obstacle, end)
-            else [f"{told} must be followed by DESTROY at its end"]
+            else [f"{step} must be followed by DESTROY at its end"]
         )
     if act is Act.DESTROY:
         is_beside = place and (acts[place - 1], ids[place - 1]) == (Act.APPROACH, obstacle)
-        return [] if is_beside else [f"{told} must follow APPROACH"]
+        return [] if is_beside else [f"{step} must follow APPROACH"]
     meets = _met(labels, solution.cells[begin : end + 1])
     if act is Act.RELOCATE:
         is_free = obstacle == -1 and not (meets & set(solution.destroyed.tolist()) - {-1})
-        return [] if is_free else [f"{told} must be of no obstacle and meet none"]
+        return [] if is_free else [f"{step} must be of no obstacle and meet none"]
     if not place or (acts[place - 1], ids[place - 1]) != (Act.DESTROY, obstacle):
-        return [f"{told} must follow DESTROY"]
+        return [f"{step} must follow DESTROY"]
     if end > begin and obstacle not in meets:
-        return [f"{told} goes from index {begin} to {end} of the route without meeting it"]
+        return [f"{step} goes from index {begin} to {end} of the route without meeting it"]
     if following and end != min(
         _left_behind(labels, solution.cells, obstacle, begin), following[2]
     ):
-        return [f"{told} must end where the route leaves the obstacle behind, not at index {end}"]
+        return [f"{step} must end where the route leaves the obstacle behind, not at index {end}"]
     return []
 
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.envs.relocation import EnvParams, SmartRelocation, oracle_score
+from srt_jax.envs.rules import EnvState
 from srt_jax.types import Array
 
 Policy = Callable[[Array, Array], Array]
@@ -52,14 +53,14 @@ class Evaluation(NamedTuple):
         """Returns one line: share of successes, mean score and regret; the successes' mean regrets
         in removal and length.
         """
-        told = (
+        text = (
             f"success {self.success.mean():.0%}, score {self.score.mean():.2f}, regret"
             f" {self.regret.mean():.2f}"
         )
         if not self.success.any():
-            return told
+            return text
         return (
-            f"{told}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, "
+            f"{text}; of the successes: removal +{np.nanmean(self.removal_regret):.2f}, "
             + f"length +{np.nanmean(self.length_regret):.2f}"
         )
 
@@ -89,7 +90,7 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
       >>> result.success.tolist()  # walks east up to the wall and stays there
       [False]
     """
-    scores = jax.tree.map(np.asarray, _played(env, params, policy, key))
+    scores = jax.tree.map(np.asarray, _play(env, params, policy, key))
     success, score, length, removal = scores
     levels = jax.tree.map(np.asarray, params.levels)
     return Evaluation(
@@ -103,9 +104,15 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
     )
 
 
-def _played(
-    env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
-) -> tuple[Array, ...]:
+class _Episodes(NamedTuple):
+    """One episode a level. key: for the steps to come. states: [N]. is_over: bool [N]."""
+
+    key: Array
+    states: EnvState
+    is_over: Array
+
+
+def _play(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array) -> tuple[Array, ...]:
     @jax.jit
     def play(params: EnvParams, key: Array) -> tuple[Array, ...]:
         number = params.levels.start.shape[0]
@@ -113,24 +120,26 @@ def _played(
             jnp.arange(number, dtype=jnp.int32), params
         )[1]
 
-        def step(carry):
-            key, states, is_done = carry
-            key, used = jax.random.split(key)
+        def step(episodes: _Episodes) -> _Episodes:
+            key, used = jax.random.split(episodes.key)
+            states, is_done = episodes.states, episodes.is_over
             seen = jax.vmap(env.get_obs, in_axes=(0, None))(states, params)
             actions = jax.vmap(policy)(jax.random.split(used, number), seen)
             new = jax.vmap(env.step_env, in_axes=(None, 0, 0, None))(used, states, actions, params)[
                 1
             ]
+            # An episode that is over keeps its last state.
             kept = jax.tree.map(
                 lambda a, b: jnp.where(is_done.reshape(-1, *[1] * (a.ndim - 1)), a, b), states, new
             )
-            return key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params)
+            return _Episodes(key, kept, jax.vmap(is_over, in_axes=(0, None))(kept, params))
 
         def is_over(state, params):
             return env.is_terminated(state, params) | env.is_truncated(state, params)
 
-        carry = (key, states, jnp.zeros(number, bool))
-        _, states, _ = jax.lax.while_loop(lambda carry: ~carry[2].all(), step, carry)
+        # Ends: every episode is over, at the latest when it is truncated.
+        begin = _Episodes(key, states, jnp.zeros(number, bool))
+        states = jax.lax.while_loop(lambda now: ~now.is_over.all(), step, begin).states
         success = jax.vmap(env.is_terminated, in_axes=(0, None))(states, params)
         return success, states.score, states.length, states.removal
 

@@ -75,13 +75,13 @@ class GymnasiumEnv(gymnasium.Env):
             self._key, self.state, np.int32(action), self.params
         )
         truncated = bool(self.env.is_truncated(self.state, self.params))
-        told = {name: value.item() for name, value in info.items()} | {
+        details = {name: value.item() for name, value in info.items()} | {
             "level": int(self.state.level)
         }
-        return np.asarray(seen), float(reward), bool(terminated), truncated, told
+        return np.asarray(seen), float(reward), bool(terminated), truncated, details
 
     def render(self) -> Any:
-        """Returns a picture, uint8 [rows, cols, 3]; None where no render_mode was asked for."""
+        """Returns a picture, uint8 [rows, cols, 3]; None where no render_mode was given."""
         return self.env.render(self.state, self.params) if self.render_mode else None
 
 

@@ -26,8 +26,8 @@ class Levels(Record):
       price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
       start, goal, size: int32 [N, 2].
       removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where
-        not asked.
-      length: float32 [N], the length of the oracle's route in cell sides; NaN where not asked.
+        not known.
+      length: float32 [N], the length of the oracle's route in cell sides; NaN where not known.
 
     Examples:
       >>> import jax
@@ -85,6 +85,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
             f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: "
             "give a list of tasks, [task] for one, or one batch made with stack"
         )
+    # Every task as a level; an infinite price says that an obstacle cannot be destroyed.
     nothing = np.full(len(batch.start), np.nan, np.float32)
     levels = Levels(
         labels=np.asarray(batch.labels),
@@ -97,6 +98,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
         removal=nothing,
         length=nothing,
     )
+    # With the oracle only what has a solution of at least one step is kept.
     if oracle:
         solution = solve(batch, max_destroyed=_MOST_DESTROYED)
         levels = levels.replace(

@@ -6,14 +6,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.envs.levels import Levels
-from srt_jax.envs.rules import EnvState, owners, stands
+from srt_jax.envs.rules import EnvState, is_standing, owners
 from srt_jax.moves import MOVES
 from srt_jax.types import OUTSIDE, Array
 
 NUM_PLANES = {"window": 6, "map": 5}
 
 
-def seen(levels: Levels, state: EnvState, kind: str, radius: int) -> Array:
+def observation_of(levels: Levels, state: EnvState, kind: str, radius: int) -> Array:
     """Returns the observation, float32 [rows, cols, planes].
 
     "window", 2 radius + 1 cells a side: 0 fixed (obstacles that cannot be destroyed, and all
@@ -46,7 +46,7 @@ def seen(levels: Levels, state: EnvState, kind: str, radius: int) -> Array:
 def _ground(levels: Levels, state: EnvState, rows: Array, cols: Array) -> list[Array]:
     """Returns the planes fixed, destroyable and price."""
     ids = owners(levels, state.level, rows, cols)
-    is_there = stands(state.gone, ids)
+    is_there = is_standing(state.gone, ids)
     price = levels.price[state.level, jnp.maximum(ids, 0)]
     fixed = ((ids == OUTSIDE) | (is_there & ~jnp.isfinite(price))).any(axis=0)
     destroyable = is_there.any(axis=0) & ~fixed
@@ -81,7 +81,7 @@ def action_mask(levels: Levels, state: EnvState) -> Array:
     rows = state.cell[0] + jnp.stack([moves[:, 0], moves[:, 0], jnp.zeros_like(moves[:, 0])])
     cols = state.cell[1] + jnp.stack([moves[:, 1], jnp.zeros_like(moves[:, 1]), moves[:, 1]])
     ids = owners(levels, state.level, rows, cols)  # [L, 3, 8]
-    is_there = stands(state.gone, ids)
+    is_there = is_standing(state.gone, ids)
     can_move = ~(is_there | (ids == OUTSIDE)).any(axis=(0, 1))
     can_destroy = (is_there & jnp.isfinite(levels.price[state.level, jnp.maximum(ids, 0)])).any(
         axis=(0, 1)

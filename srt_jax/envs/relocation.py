@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.envs.levels import Levels, make_levels
-from srt_jax.envs.observe import NUM_PLANES, action_mask, seen
+from srt_jax.envs.observe import NUM_PLANES, action_mask, observation_of
 from srt_jax.envs.render import render
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState, act, no_words
 from srt_jax.envs.spaces import spaces
@@ -21,7 +21,7 @@ from srt_jax.types import Array, Record, record
 
 @record
 class EnvParams(Record):
-    """What may change without compiling anew. The reward of a step is
+    """What may change without compiling again. The reward of a step is
 
         goal_reward * [in the goal] - step_cost * length - removal_weight * removal - wasted_cost *
         [nothing changed]
@@ -165,7 +165,7 @@ class SmartRelocation:
     def get_obs(self, state: EnvState, params: EnvParams, key: Array | None = None) -> Array:
         """Returns what the agent sees, float32 [rows, cols, planes] (`srt_jax.envs.observe`)."""
         del key
-        return seen(params.levels, state, self.observation, self.radius)
+        return observation_of(params.levels, state, self.observation, self.radius)
 
     def observe(
         self, key: Array, state: EnvState, action: Array | None, params: EnvParams
@@ -282,7 +282,7 @@ def _check(state: EnvState, action: Array) -> None:
 
 def oracle_score(params: EnvParams) -> Array:
     """Returns the sum of rewards the oracle gets on each level: float32 [N]; NaN where it was not
-    asked.
+    run.
     """
     levels = params.levels
     reward, step_cost, weight = (
@@ -313,7 +313,7 @@ def _begun(level: Array, params: EnvParams) -> EnvState:
 
 @functools.cache
 def _default_params() -> EnvParams:
-    with jax.ensure_compile_time_eval():  # may be asked for first inside a jit
+    with jax.ensure_compile_time_eval():  # may be called first inside a jit
         return EnvParams(
             levels=make_levels(
                 [task for _, task, _ in generate("rooms", count=80, size=16, seed=0)]

@@ -90,7 +90,7 @@ def owners(levels: Levels, level: Array, rows: Array, cols: Array) -> Array:
     )
 
 
-def stands(gone: Array, ids: Array) -> Array:
+def is_standing(gone: Array, ids: Array) -> Array:
     """Returns which labels are of obstacles not yet gone; False for FREE and OUTSIDE."""
     return (ids >= 0) & ~contains(gone, ids)
 
@@ -107,7 +107,7 @@ def act(levels: Levels, state: EnvState, action: Array) -> Effect:
     )
     # a straight move names its own cell: free, the agent is on it
     ids = owners(levels, state.level, rows, cols).reshape(-1)
-    is_there = stands(state.gone, ids)
+    is_there = is_standing(state.gone, ids)
     is_moving = is_move & ~(is_there | (ids == OUTSIDE)).any()
     price = levels.price[state.level, jnp.maximum(ids, 0)]
     is_hit = is_there & jnp.isfinite(price) & ~is_move

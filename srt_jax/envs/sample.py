@@ -20,8 +20,8 @@ _ROOMS = 3
 
 @functools.partial(jax.jit, static_argnames=("count", "kind", "size"))
 def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16) -> Levels:
-    """Returns levels of square maps, each with a solution; the oracle is not asked (`with_oracle`
-    does). May be traced.
+    """Returns levels of square maps, each with a solution; the oracle is not run (`with_oracle`
+    runs it). May be traced.
 
     walls: three walls from edge to edge in four segments each, some fixed, one in each at least
       destroyable. fences: the same
@@ -67,7 +67,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
     )
 
 
-def _priced(key: Array, shape: tuple[int, ...]) -> Array:
+def _draw_prices(key: Array, shape: tuple[int, ...]) -> Array:
     return jnp.asarray(np.array(_PRICES, np.float32))[
         jax.random.randint(key, shape, 0, len(_PRICES), jnp.int32)
     ]
@@ -82,7 +82,7 @@ def _walls(key: Array, *, size: int, is_fence: bool) -> tuple[Array, ...]:
     is_on = jnp.arange(size, dtype=jnp.int32)[:, None] == rows[None, :]  # [size, barriers]
     which = jnp.where(is_on.any(axis=1), lax.argmax(is_on, 1, jnp.int32), -1)
     labels = jnp.where(which[:, None] >= 0, which[:, None] * _SEGMENTS + segment[None, :], FREE)
-    price = _priced(keys[1], (_BARRIERS, _SEGMENTS))
+    price = _draw_prices(keys[1], (_BARRIERS, _SEGMENTS))
     if not is_fence:
         is_fixed = jax.random.bernoulli(keys[2], jnp.float32(0.5), (_BARRIERS, _SEGMENTS))
         spared = jax.random.randint(keys[3], (_BARRIERS, 1), 0, _SEGMENTS, jnp.int32)
@@ -102,11 +102,13 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
     """Walls are obstacle 0; the posts, two directions of (rooms - 1) x rooms, come after it; an
     open door is a free cell.
     """
+    # The walls, which do not depend on the key.
     keys = jax.random.split(key, 5)
     edges = np.array([-1, *(i * size // _ROOMS for i in range(1, _ROOMS)), size], np.int32)
     row, col = np.mgrid[:size, :size].astype(np.int32)
     walls = np.isin(row, edges) | np.isin(col, edges)
     labels = jnp.asarray(np.where(walls, 0, FREE).astype(np.int32))
+    # A door in each piece of wall between two rooms, open or closed by its post.
     number = (_ROOMS - 1) * _ROOMS
     places = jax.random.uniform(keys[0], (2, number), jnp.float32)
     is_open = jax.random.bernoulli(keys[1], jnp.float32(0.25), (2, number))
@@ -122,7 +124,10 @@ def _rooms(key: Array, *, size: int) -> tuple[Array, ...]:
             )
             here = (int(wall), place) if axis == 0 else (place, int(wall))
             labels = jnp.where((row == here[0]) & (col == here[1]), door, labels)
-    price = jnp.concatenate([jnp.full(1, jnp.inf, jnp.float32), _priced(keys[2], (2 * number,))])
+    price = jnp.concatenate(
+        [jnp.full(1, jnp.inf, jnp.float32), _draw_prices(keys[2], (2 * number,))]
+    )
+    # Start and goal: a cell each of two different rooms.
     rooms = jax.random.choice(
         keys[3], jnp.arange(_ROOMS * _ROOMS, dtype=jnp.int32), (2,), replace=False
     )

@@ -12,7 +12,7 @@ class Place:
     bounds: (x_min, y_min, x_max, y_max), metres, x to the east and y to the north; obstacles may
       reach across.
     obstacles: in the order of their ids, with their names where they have one.
-    attribution: to be shown beside whatever is made from it; "" where nothing is asked for.
+    attribution: to be shown beside whatever is made from it; "" where nothing is required.
     """
 
     bounds: tuple[float, float, float, float]

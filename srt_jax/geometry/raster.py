@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, for_products, points_of
-from srt_jax.geometry.scanlines import Edges, cells_of, centred, touched
+from srt_jax.geometry.scanlines import Edges, cells_of, centred_spans, touched_spans
 from srt_jax.geometry.world import Obstacle, World, as_bounds
 from srt_jax.task import make_task
 from srt_jax.types import FREE, Task
@@ -22,7 +22,7 @@ bits.
 """
 _MAX_CELLS = 1 << 28
 """A GiB of labels per layer; more is a slip in a unit."""
-_RULES = {"touch": touched, "centre": centred}
+_RULES = {"touch": touched_spans, "centre": centred_spans}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -37,7 +37,7 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
         array = np.asarray(values)
     except ValueError as error:
         raise ValueError(
-            f"{name} must have shape {_spelled(shape)}, but its rows differ in length"
+            f"{name} must have shape {_shape_text(shape)}, but its rows differ in length"
         ) from error
     if array.size and not (
         np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
@@ -46,7 +46,7 @@ def as_metres(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarra
     if array.ndim != len(shape) or any(
         want not in (-1, have) for want, have in zip(shape, array.shape)
     ):
-        raise ValueError(f"{name} must have shape {_spelled(shape)}, got {list(array.shape)}")
+        raise ValueError(f"{name} must have shape {_shape_text(shape)}, got {list(array.shape)}")
     array = array.astype(np.float64)
     wrong = ~(np.abs(array) <= _MAX_METRES)
     if wrong.any():
@@ -137,7 +137,7 @@ def conflict(parts: Parts) -> str:
 def conflicts(many: Sequence[Parts]) -> list[str]:
     """Returns `conflict` of each of many obstacles, all at once."""
     crossings = _crossings(many)
-    return [crossings.get(index) or _misplaced(parts) for index, parts in enumerate(many)]
+    return [crossings.get(index) or _placement_error(parts) for index, parts in enumerate(many)]
 
 
 def repaired(parts: Parts) -> Parts:
@@ -158,11 +158,13 @@ def repaired(parts: Parts) -> Parts:
         valid = shapely.get_parts(shapely.get_parts(shapely.make_valid(shapely.Polygon(ring))))
         return shapely.union_all([one for one in valid if isinstance(one, shapely.Polygon)])
 
+    # Each polygon without its holes, then all together.
     polygons = [
         filled(outer).difference(shapely.union_all([filled(hole) for hole in holes]))
         for outer, *holes in parts
     ]
     valid = shapely.union_all(polygons)
+    # Back to whole units, which may leave lines and points: they are dropped.
     snapped = shapely.get_parts(
         shapely.get_parts(shapely.set_precision(valid, 1 / UNITS_PER_METRE))
     )
@@ -181,6 +183,7 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     rings = [(owner, ring) for owner, parts in enumerate(many) for part in parts for ring in part]
     if not rings:
         return {}
+    # All edges of all rings as arrays: the obstacle, the ring and the next edge of each.
     sizes = np.array([len(ring) for _, ring in rings])
     tails = as_units(points_of(ring for _, ring in rings))
     ring_of = np.repeat(np.arange(len(rings)), sizes)
@@ -188,12 +191,14 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     ends = np.cumsum(sizes)
     next_edge = np.arange(1, len(tails) + 1)
     next_edge[ends - 1] = ends - sizes
+    # Relative to a corner of the obstacle the products of the test stay exact.
     origin = np.minimum.reduceat(tails, np.flatnonzero(np.diff(owner, prepend=-1)), axis=0)[
         np.unique(owner, return_inverse=True)[1]
     ]
     extent = int((tails - origin).max())
     tails = for_products(tails - origin, 2 * extent * extent)
     heads = tails[next_edge]
+    # Only edges whose boxes meet are compared; the first wrong pair of an obstacle is kept.
     found: dict[int, str] = {}
     for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
         is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)
@@ -206,13 +211,13 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
                 if ring_of[first] == ring_of[second]
                 else "another ring of the same obstacle"
             )
-            told = [
-                _told(tails[edge] + origin[edge], heads[edge] + origin[edge])
+            edges = [
+                _edge_text(tails[edge] + origin[edge], heads[edge] + origin[edge])
                 for edge in (first, second)
             ]
             found.setdefault(
                 int(owner[first]),
-                f"a ring meets {others} where edge {told[0]} meets edge {told[1]}",
+                f"a ring meets {others} where edge {edges[0]} meets edge {edges[1]}",
             )
     return found
 
@@ -294,7 +299,7 @@ def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
     return (left > right).astype(np.int64) - (left < right).astype(np.int64)
 
 
-def _misplaced(parts: Parts) -> str:
+def _placement_error(parts: Parts) -> str:
     if len(parts) == 1 and len(parts[0]) == 1:
         return ""
     for index, (outer, *holes) in enumerate(parts):
@@ -333,12 +338,12 @@ def _where(ring: Ring, around: Ring) -> np.ndarray:
     return np.where(is_on.any(axis=1), 0, np.where(num_crossed % 2 == 1, 1, -1))
 
 
-def _told(tail: np.ndarray, head: np.ndarray) -> str:
+def _edge_text(tail: np.ndarray, head: np.ndarray) -> str:
     return "-".join(
         f"({x / UNITS_PER_METRE:g}, {y / UNITS_PER_METRE:g})"
         for x, y in (tail.tolist(), head.tolist())
     )
 
 
-def _spelled(shape: tuple[int, ...]) -> str:
+def _shape_text(shape: tuple[int, ...]) -> str:
     return "[" + ", ".join("K" if side < 0 else str(side) for side in shape) + "]"

@@ -38,7 +38,7 @@ class Spans(NamedTuple):
     last: np.ndarray
 
 
-def touched(edges: Edges) -> Spans:
+def touched_spans(edges: Edges) -> Spans:
     """Returns the cells whose open square the inside of an owner meets; runs may overlap.
 
     Where a border enters the open square, the inside does so too. Where none does, the square is
@@ -55,10 +55,10 @@ def touched(edges: Edges) -> Spans:
     row, in_row = low[level] // edges.cell, low[level] % edges.cell
     left, right = _ends(edges, level)
     level_border = Spans(edges.owner[level], row, left // edges.cell, -(-right // edges.cell) - 1)
-    return _joined(_inside(edges), border, _where(level_border, in_row > 0))
+    return _join(_inside(edges), border, _where(level_border, in_row > 0))
 
 
-def centred(edges: Edges) -> Spans:
+def centred_spans(edges: Edges) -> Spans:
     """Returns the cells whose centre lies in an owner or on its border; runs may overlap."""
     half = edges.cell // 2
     low, high = edges.tail[:, 1] - half, edges.head[:, 1] - half
@@ -71,7 +71,7 @@ def centred(edges: Edges) -> Spans:
     level_border = Spans(
         edges.owner[level], row, -((half - left) // edges.cell), (right - half) // edges.cell
     )
-    return _joined(_inside(edges), border, _where(level_border, off_centre == 0))
+    return _join(_inside(edges), border, _where(level_border, off_centre == 0))
 
 
 def cells_of(spans: Spans, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,5 +158,5 @@ def _where(spans: Spans, is_kept: np.ndarray) -> Spans:
     return Spans(*(field[is_kept] for field in spans))
 
 
-def _joined(*all_spans: Spans) -> Spans:
+def _join(*all_spans: Spans) -> Spans:
     return Spans(*(np.concatenate(fields).astype(np.int64) for fields in zip(*all_spans)))

@@ -1,7 +1,7 @@
 """Fences and rings between start and goal, made of obstacles in segments, in parts and overlapping;
 and the proven optimum.
 
-Every barrier is one cell thick and closed, and the free cells between two barriers hang together.
+Every barrier is one cell thick and closed, and the free cells between two barriers are connected.
 So a way to the goal crosses a cell of each barrier, one cell of each suffices, and the least
 removal is the cheapest union of owners over a choice of one cell a barrier.
 """

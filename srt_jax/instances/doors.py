@@ -20,6 +20,7 @@ def rooms_with_doors(
     """Returns labels int32 [2, H, W], the obstacles (walls are number 0 and fixed), start and goal,
     and the least removal.
     """
+    # Walls from edge to edge.
     labels, objects = np.full((2, height, width), -1, np.int32), Objects(rng)
     walls = objects.add(destroyable=False)
     edges = [_edges(length, rng) for length in (height, width)]
@@ -28,6 +29,7 @@ def rooms_with_doors(
     for col in edges[1][1:-1]:
         labels[0, :, col] = walls
     spans = [[(low + 1, high) for low, high in pairwise(lines)] for lines in edges]
+    # A door between each two rooms side by side, with what it costs to open.
     rooms = [(i, j) for i in range(len(spans[0])) for j in range(len(spans[1]))]
     doors: dict[tuple[Room, Room], float] = {}
     for i, j in rooms:
@@ -39,6 +41,7 @@ def rooms_with_doors(
             doors[(i, j), (i, j + 1)] = _door(
                 labels[:, slice(*spans[0][i]), edges[1][j + 1]], objects, rng
             )
+    # Start and goal in two different rooms.
     here, there = (rooms[k] for k in rng.choice(len(rooms), 2, replace=False))
     ends = [
         tuple(int(rng.integers(*spans[axis][room[axis]])) for axis in (0, 1))

@@ -1,6 +1,6 @@
 """Instances by the number, each with its least removal where there is a proof of it.
 
-half, quarter, bagel-K: start and goal hang together but for the blocker, which every way crosses:
+half, quarter, bagel-K: start and goal are connected but for the blocker, which every way crosses:
 it is the least removal, whatever all else costs (`srt_jax.instances.paper_blockers`). rooms: a
 shortest path over the rooms (`srt_jax.instances.doors`). fences and rings: a choice of one cell a
 barrier (`srt_jax.instances.barriers`). mixed: all of these in turn, and tasks that are open,
@@ -186,8 +186,8 @@ def _open(height: int, width: int, rng: Random) -> tuple[Task, float]:
 
 
 def _covered(height: int, width: int, rng: Random, *, end: str) -> tuple[Task, float]:
-    """Start or goal under one or two squares. As the two hang together else, what covers the goal
-    must go, and is enough.
+    """Start or goal under one or two squares. As the two are connected otherwise, what covers the
+    goal must go, and is enough.
     """
     labels, start, goal = _based(height, width, rng)
     row, col = start if end == "start" else goal

@@ -41,13 +41,13 @@ def block(labels: np.ndarray, start: Cell, goal: Cell, kind: str) -> tuple[np.nd
     for name, cell in (("start", start), ("goal", goal)):
         if not all(0 <= place < length for place, length in zip(cell, size, strict=True)):
             raise ValueError(
-                f"{name} {_told(cell)} lies outside the map of {size[0]} x {size[1]} cells"
+                f"{name} {_cell_text(cell)} lies outside the map of {size[0]} x {size[1]} cells"
             )
     rows, cols = _box(kind, start, goal, size)
     if _is_in(start, rows, cols):
         raise ValueError(
-            f"{kind}: start {_told(start)} lies inside the blocker around goal {_told(goal)}: move"
-            " them apart"
+            f"{kind}: start {_cell_text(start)} lies inside the blocker around goal"
+            f" {_cell_text(goal)}: move them apart"
         )
     line = _rim(rows, cols, size)
     blocker = int(layers.max()) + 1
@@ -143,8 +143,8 @@ def _axis_of_half(start: Cell, goal: Cell, size: tuple[int, ...]) -> int:
     axes = [axis for axis in (0, 1) if gaps[axis] >= 2]
     if not axes:
         raise ValueError(
-            f"half: no line fits between start {_told(start)} and goal {_told(goal)}: they need a"
-            " cell between them"
+            f"half: no line fits between start {_cell_text(start)} and goal {_cell_text(goal)}:"
+            " they need a cell between them"
         )
 
     def moved(axis: int) -> tuple[float, int]:
@@ -180,5 +180,5 @@ def _rim(rows: range, cols: range, size: tuple[int, ...]) -> tuple[np.ndarray, n
     return row[is_rim], col[is_rim]
 
 
-def _told(cell: Cell) -> str:
+def _cell_text(cell: Cell) -> str:
     return f"({cell[0]}, {cell[1]})"

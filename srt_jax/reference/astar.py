@@ -35,6 +35,7 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
       free: bool [H, W], True where the agent fits.
       start, goal: (row, col); a start that is blocked or outside reaches nothing.
     """
+    # The map as one list, with a blocked rim: no test for the border in the loop.
     height, width = free.shape
     stride = width + 2
     is_open = np.pad(np.asarray(free, bool), 1).ravel().tolist()
@@ -46,6 +47,8 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
     if is_free_at(free, start):
         cost[source] = 0.0
         waiting = [(heuristic[source], 0.0, source)]
+    # Ends: the goal is expanded, or all that can be reached is. A cell is pushed again when a
+    # shorter way to it is found; the longer entries are skipped.
     while waiting:
         _, minus_cost, cell = heappop(waiting)
         if closed[cell]:
@@ -53,15 +56,15 @@ def astar(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Se
         closed[cell] = True
         num_expansions += 1
         if cell == target and is_free_at(free, goal):
-            path = _traced(parent, source, target, stride)
-            return Search(length_of(path), path, unpadded(closed, free.shape), num_expansions)
+            path = _trace_back(parent, source, target, stride)
+            return Search(length_of(path), path, remove_padding(closed, free.shape), num_expansions)
         for other, step in _moves(is_open, cell, stride):
             longer = step - minus_cost
             if longer < cost[other]:
                 cost[other] = longer
                 parent[other] = cell
                 heappush(waiting, (longer + heuristic[other], -longer, other))
-    return Search(float("inf"), [], unpadded(closed, free.shape), num_expansions)
+    return Search(float("inf"), [], remove_padding(closed, free.shape), num_expansions)
 
 
 def _moves(is_open: list[bool], cell: int, stride: int) -> list[tuple[int, float]]:
@@ -100,7 +103,7 @@ def is_free_at(free: np.ndarray, cell: tuple[int, int]) -> bool:
     return 0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1] and bool(free[cell])
 
 
-def _traced(parent: list[int], source: int, target: int, stride: int) -> list[tuple[int, int]]:
+def _trace_back(parent: list[int], source: int, target: int, stride: int) -> list[tuple[int, int]]:
     cells = [target]
     while cells[-1] != source:
         cells.append(parent[cells[-1]])
@@ -115,6 +118,6 @@ def length_of(path: list[tuple[int, int]]) -> float:
     return len(path) - 1 - num_diagonal + num_diagonal * ROOT
 
 
-def unpadded(flags: list[bool], shape: tuple[int, ...]) -> np.ndarray:
+def remove_padding(flags: list[bool], shape: tuple[int, ...]) -> np.ndarray:
     """Returns bool [H, W] from the flags of a map padded by a cell on every side, row after row."""
     return np.array(flags, bool).reshape(shape[0] + 2, shape[1] + 2)[1:-1, 1:-1]

@@ -33,7 +33,7 @@ class Removal(NamedTuple):
     length: float
 
 
-def least_removal(
+def brute_force_removal(
     labels: np.ndarray,
     destroyable: np.ndarray,
     removal_cost: np.ndarray,
@@ -67,9 +67,9 @@ def least_removal(
     for cost, chosen in _by_cost(ids, np.asarray(removal_cost, np.float64)):
         if cost > least_cost:
             break
-        if _leads(_opened(layers, chosen), start, goal, np.all(layers == -1, axis=0)):
+        if _leads(_open_cells(layers, chosen), start, goal, np.all(layers == -1, axis=0)):
             least, least_cost = [*least, chosen], cost
-    lengths = [dijkstra(_opened(layers, chosen), start)[goal] for chosen in least]
+    lengths = [dijkstra(_open_cells(layers, chosen), start)[goal] for chosen in least]
     best = int(np.argmin(lengths)) if least else -1
     return Removal(
         bool(least),
@@ -86,7 +86,7 @@ def _by_cost(ids: list[int], costs: np.ndarray) -> Iterator[tuple[float, tuple[i
     return iter(sorted((fsum(costs[list(chosen)]), chosen) for chosen in sets))
 
 
-def _opened(layers: np.ndarray, gone: tuple[int, ...]) -> np.ndarray:
+def _open_cells(layers: np.ndarray, gone: tuple[int, ...]) -> np.ndarray:
     """Returns bool [H, W], the cells whose owners are all gone."""
     return np.all((layers == -1) | np.isin(layers, gone), axis=0)
 

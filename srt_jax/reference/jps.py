@@ -12,7 +12,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from srt_jax.reference.astar import Search, is_free_at, length_of, octile_field, unpadded
+from srt_jax.reference.astar import Search, is_free_at, length_of, octile_field, remove_padding
 
 _NOWHERE = 0
 """No jump point: the corner of the padded map, which is always blocked."""
@@ -26,6 +26,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
       free: bool [H, W], True where the agent fits.
       start, goal: (row, col); a start that is blocked or outside reaches nothing.
     """
+    # The map as one list, with a blocked rim, as in `astar`.
     height, width = free.shape
     stride = width + 2
     is_open = np.pad(np.asarray(free, bool), 1).ravel().tolist()
@@ -35,6 +36,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
     closed, parent, cost = [False] * len(is_open), {source: source}, {source: 0.0}
     waiting = [(heuristic[source], 0.0, source)] if is_free_at(free, start) else []
     num_expansions = 0
+    # Ends: the goal is expanded, or every jump point that can be reached is.
     while waiting:
         _, minus_cost, cell = heappop(waiting)
         if closed[cell]:
@@ -43,7 +45,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
         num_expansions += 1
         if cell == target:
             path = _filled_in(parent, source, target, stride)
-            return Search(length_of(path), path, unpadded(closed, free.shape), num_expansions)
+            return Search(length_of(path), path, remove_padding(closed, free.shape), num_expansions)
         for vertical, horizontal in _directions(is_open, cell, parent[cell], stride):
             point = _jump(is_open, cell, vertical, horizontal, stride, target)
             longer = _distance(cell, point, stride) - minus_cost
@@ -51,7 +53,7 @@ def jps(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -> Sear
                 cost[point] = longer
                 parent[point] = cell
                 heappush(waiting, (longer + heuristic[point], -longer, point))
-    return Search(float("inf"), [], unpadded(closed, free.shape), num_expansions)
+    return Search(float("inf"), [], remove_padding(closed, free.shape), num_expansions)
 
 
 def _directions(

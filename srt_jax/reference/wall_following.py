@@ -38,11 +38,11 @@ def _walk(free: np.ndarray, first: Cell, wall: Cell, *, hand: int) -> tuple[list
     If it did not, the edge of the map ended it. One of the two happens, as no two states lead to
     the same next one.
     """
-    start = state = first, _turned((wall[0] - first[0], wall[1] - first[1]), -hand)
+    start = state = first, _turn((wall[0] - first[0], wall[1] - first[1]), -hand)
     passed = [first]
     while True:
         cell, facing = state
-        side = _turned(facing, hand)
+        side = _turn(facing, hand)
         at_side, at_front = (_neighbour(free, cell, direction) for direction in (side, facing))
         if at_side is None or (at_front is None and not free[at_side]):
             return passed, False
@@ -51,7 +51,7 @@ def _walk(free: np.ndarray, first: Cell, wall: Cell, *, hand: int) -> tuple[list
         elif at_front is not None and free[at_front]:
             state = at_front, facing
         else:
-            state = cell, _turned(facing, -hand)
+            state = cell, _turn(facing, -hand)
         if state[0] != cell:
             passed.append(state[0])
         if state == start:
@@ -68,7 +68,7 @@ def _ahead(free: np.ndarray, seed: Cell, goal: Cell) -> Cell | None:
     return None if cell is None or free[cell] else cell
 
 
-def _turned(direction: Cell, hand: int) -> Cell:
+def _turn(direction: Cell, hand: int) -> Cell:
     """Returns the direction after a quarter turn to the left (hand 1) or right (-1), rows counted
     downwards.
     """

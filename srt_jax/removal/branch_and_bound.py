@@ -13,7 +13,8 @@ are needed twice, or apart where they are needed together. So branch and bound:
   one with the shortest route, for all of these are tight;
 - an answer that costs more is thinned: what it does not need, dearest first, stays, and the route
   goes round;
-- else the first obstacle needed that is not settled yet is: one child has it gone, one has it stay.
+- else the first obstacle needed that is not settled yet is settled: in one child it is gone, in the
+  other it stays.
   Of least sets found only then, the first is taken: a shorter route through another is passed over
   in 2 or 3 of 100 random tasks that need opening (`python -m experiments.campaigns.removal`).
 
@@ -29,7 +30,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from srt_jax import obstacles
 from srt_jax.engine import packing
@@ -38,7 +39,7 @@ from srt_jax.removal import sums
 from srt_jax.removal.prices import Prices, Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.removal.sums import Costs
-from srt_jax.types import Task
+from srt_jax.types import Array, Task
 
 
 class Removal(NamedTuple):
@@ -60,7 +61,7 @@ class Removal(NamedTuple):
     needed: Array
 
 
-def least_removal(
+def search_least(
     task: Task, room: Array, among: Array, *, capacity: int, max_nodes: int
 ) -> Removal:
     """Returns the least removal of every task in `among` (bool [B]), whose start is free and whose
@@ -122,7 +123,7 @@ class _Walk(NamedTuple):
     """One answer: over tight obstacles, else over all that can be had; then without one or another
     that it may not need.
 
-    num_tried: int32 []. left: bool [M], what it may not need. is_thinning, goes_on: bool [].
+    num_tried: int32 []. left: bool [M], what it may not need. is_thinning, continues: bool [].
     needed: as in `Removal`. cost: of these, a number of `sums`.
     """
 
@@ -132,7 +133,33 @@ class _Walk(NamedTuple):
     cost: Array
     left: Array
     is_thinning: Array
-    goes_on: Array
+    continues: Array
+
+
+class _Map(NamedTuple):
+    """What does not change during the search on one map.
+
+    may_go: bool [M]. cost: float32 [M], and `costs`, the same as whole numbers. start, goal: int32
+      [2]. room: int32 [], the cells a route may use.
+    """
+
+    labels: Labels
+    may_go: Array
+    cost: Array
+    costs: Costs
+    start: Array
+    goal: Array
+    room: Array
+
+
+class _Answer(NamedTuple):
+    """What one node leads to. best: with the answer of this node. branch: int32 [], the obstacle to
+    branch on, -1 none. is_too_long: bool [], whether the route of this node does not fit.
+    """
+
+    best: _Best
+    branch: Array
+    is_too_long: Array
 
 
 def _search(
@@ -142,7 +169,7 @@ def _search(
     start: Array,
     goal: Array,
     room: Array,
-    is_asked: Array,
+    is_requested: Array,
     *,
     capacity: int,
     max_nodes: int,
@@ -150,111 +177,142 @@ def _search(
     """The search on one map; may_go bool [M], cost float32 [M]."""
     num_obstacles = len(cost)
     height, width = labels.all.shape[2:]
-    costs = sums.costs_of(cost, may_go)
+    given = _Map(labels, may_go, cost, sums.costs_of(cost, may_go), start, goal, room)
     nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 
-    def expanded(state: _State) -> _State:
-        nodes, best, at = state.nodes, state.best, state.at
-        gone, stays = _settled(nodes, at, num_obstacles)
-        paid = _column(nodes.paid, at)
-        prices = prices_of(
-            labels, Terms(start, goal, costs, may_go & ~stays), gone, paid, best.cost
-        )
-        bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
-        is_open = sums.is_less(bound, best.cost)
-        new = lax.cond(
-            is_open,
-            tried,
-            lambda *_: (best, jnp.int32(-1), jnp.bool_(False)),
-            best,
-            gone,
-            prices,
-            bound,
-        )
-        best, branch, is_too_long = new
-        # Closed, unless the search ends here: then its bound holds on.
-        nodes = nodes._replace(
-            bound=_put_column(nodes.bound, jnp.where(is_too_long, bound, sums.never()), at)
-        )
-        child_bound = jnp.where(branch >= 0, bound, sums.never())
-        nodes = _branched(nodes, state.num, at, paid, branch, child_bound, costs)
-        reached = jnp.where(state.num == 0, prices.reached, state.reached)
-        return _State(state.num + 1, nodes, best, reached, is_too_long, *_next(nodes.bound, costs))
-
-    def tried(best: _Best, gone: Array, prices: Prices, bound: Array) -> tuple:
-        """The best answer with this node's, the obstacle to branch on (-1 none), whether its
-        route is too long to be told.
-        """
-
-        def walk(state: _Walk) -> _Walk:
-            spared = _dearest(state.left, cost)
-            without = (state.needed < NEVER) & ~spared
-            tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
-            opened = jnp.where(state.is_thinning, without, tight_or_more)
-            found = route_through(
-                labels, obstacles.open_cells(labels, opened), start, goal, num_obstacles, capacity
-            )
-            is_there = found[0].num_cells > 0
-            is_kept = state.is_thinning & ~is_there
-            route, needed = jax.tree.map(
-                lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found
-            )
-            own = sums.total(costs, needed < NEVER)
-            left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
-            # What costs no more than any answer needs all that it destroys, if nothing is to be had
-            # for nothing.
-            is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (costs.digits == 0))
-            is_thinning = (
-                (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
-            )
-            goes_on = is_thinning | (~is_there & (state.num_tried == 0))
-            return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, goes_on)
-
-        none = jnp.zeros(num_obstacles, bool)
-        begin = _Walk(
-            jnp.int32(0),
-            *nowhere,
-            sums.zero(),
-            none,
-            is_thinning=jnp.bool_(False),
-            goes_on=jnp.bool_(True),
-        )
-        # Ends: after the second set of obstacles; or thinning, where each time there is one less
-        # that may not be needed.
-        own = lax.while_loop(lambda state: state.goes_on, walk, begin)
-        is_too_long = own.route.num_cells > room
-        is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
-        is_told = is_better | (is_too_long & (best.route.num_cells == 0))
-        pairs = ((own.route, own.needed), (best.route, best.needed))
-        route, best_needed = jax.tree.map(lambda a, b: jnp.where(is_told, a, b), *pairs)
-        order = jnp.where(gone, NEVER, own.needed)
-        first = jnp.argmin(order).astype(jnp.int32)
-        is_settled = jnp.min(order) == NEVER
-        branch = jnp.where(is_settled | is_too_long, -1, first)
-        return (
-            _Best(jnp.where(is_better, own.cost, best.cost), route, best_needed),
-            branch,
-            is_too_long,
-        )
-
-    def goes_on(state: _State) -> Array:
+    def is_unfinished(state: _State) -> Array:
         return (
             (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
         )
 
+    # The first node settles nothing. Its bound is 0; a task that is not requested has it closed, so
+    # the search ends before it begins.
     size = 2 * max_nodes + 1
     none = jnp.full(size, -1, jnp.int32)
     closed = jnp.broadcast_to(sums.never()[:, None], (sums.WORDS, size))
-    low = jnp.where(is_asked, sums.zero(), sums.never())
+    low = jnp.where(is_requested, sums.zero(), sums.never())
     bounds = _put_column(closed, low, jnp.int32(0))
     nodes = _Nodes(none, none, jnp.zeros(size, bool), jnp.zeros_like(closed), bounds)
     best = _Best(sums.never(), *nowhere)
     reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
     begin = _State(jnp.int32(0), nodes, best, reached, jnp.bool_(False), low, jnp.int32(0))
-    end = lax.while_loop(goes_on, expanded, begin)
+
+    # Ends: no open node has a bound below the best cost, or `max_nodes` are expanded, or a route
+    # does not fit. The least bound of the open nodes, or the best cost, is then proven.
+    end = lax.while_loop(is_unfinished, lambda state: _expand(state, given, nowhere), begin)
     bound = jnp.where(sums.is_less(end.low, end.best.cost), end.low, end.best.cost)
-    bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), costs)
+    bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), given.costs)
     return end.reached, bound, cost, end.best.route, end.best.needed
+
+
+def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
+    """Expands the node that is next: closes it, adds its children, and picks the node after it."""
+    nodes, best, at = state.nodes, state.best, state.at
+
+    # The bound of the node: what it has paid and the price of the goal from there. It is never
+    # below its parent's bound, the least of the open ones.
+    gone, stays = _decisions_at(nodes, at, len(given.cost))
+    paid = _column(nodes.paid, at)
+    terms = Terms(given.start, given.goal, given.costs, given.may_go & ~stays)
+    prices = prices_of(given.labels, terms, gone, paid, best.cost)
+    bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
+
+    # An answer, where the node may still lead to one that is better than the best.
+    answer = lax.cond(
+        sums.is_less(bound, best.cost),
+        functools.partial(_answer_at, given, nowhere),
+        lambda *_: _Answer(best, jnp.int32(-1), jnp.bool_(False)),
+        best,
+        gone,
+        prices,
+        bound,
+    )
+
+    # The node is closed, unless the search ends here: then its bound must still count.
+    nodes = nodes._replace(
+        bound=_put_column(nodes.bound, jnp.where(answer.is_too_long, bound, sums.never()), at)
+    )
+    child_bound = jnp.where(answer.branch >= 0, bound, sums.never())
+    nodes = _add_children(nodes, state.num, at, paid, answer.branch, child_bound, given.costs)
+    reached = jnp.where(state.num == 0, prices.reached, state.reached)
+    following = _next(nodes.bound, given.costs)
+    return _State(state.num + 1, nodes, answer.best, reached, answer.is_too_long, *following)
+
+
+def _answer_at(
+    given: _Map,
+    nowhere: tuple[Route, Array],
+    best: _Best,
+    gone: Array,
+    prices: Prices,
+    bound: Array,
+) -> _Answer:
+    """The best answer with that of this node, and the obstacle to branch on."""
+    none = jnp.zeros(len(given.cost), bool)
+    begin = _Walk(
+        jnp.int32(0),
+        *nowhere,
+        sums.zero(),
+        none,
+        is_thinning=jnp.bool_(False),
+        continues=jnp.bool_(True),
+    )
+    # Ends: after the second set of obstacles; or thinning, where each time there is one less that
+    # may not be needed.
+    own = lax.while_loop(
+        lambda state: state.continues,
+        lambda state: _try_walk(state, given, gone, prices, bound),
+        begin,
+    )
+
+    # The answer replaces the best one if it costs less and fits. One that does not fit is returned
+    # where there is no other, for its number of cells.
+    is_too_long = own.route.num_cells > given.room
+    is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
+    is_returned = is_better | (is_too_long & (best.route.num_cells == 0))
+    pairs = ((own.route, own.needed), (best.route, best.needed))
+    route, needed = jax.tree.map(lambda a, b: jnp.where(is_returned, a, b), *pairs)
+
+    # The first obstacle on the route that is not settled; none if the route needs only what is
+    # gone.
+    order = jnp.where(gone, NEVER, own.needed)
+    first = jnp.argmin(order).astype(jnp.int32)
+    is_settled = jnp.min(order) == NEVER
+    branch = jnp.where(is_settled | is_too_long, -1, first)
+    better = _Best(jnp.where(is_better, own.cost, best.cost), route, needed)
+    return _Answer(better, branch, is_too_long)
+
+
+def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Array) -> _Walk:
+    """Walks once: over the tight obstacles, then if that leads nowhere over all affordable ones,
+    then without the dearest one that may not be needed.
+    """
+    # Which obstacles are open this time, and the route over them.
+    spared = _dearest(state.left, given.cost)
+    without = (state.needed < NEVER) & ~spared
+    tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
+    opened = jnp.where(state.is_thinning, without, tight_or_more)
+    capacity = state.route.cells.shape[0]
+    free = obstacles.open_cells(given.labels, opened)
+    found = route_through(given.labels, free, given.start, given.goal, len(given.cost), capacity)
+
+    # If nothing leads round the spared obstacle, the route before it is kept.
+    is_there = found[0].num_cells > 0
+    is_kept = state.is_thinning & ~is_there
+    route, needed = jax.tree.map(
+        lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found
+    )
+    own = sums.total(given.costs, needed < NEVER)
+    left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
+
+    # What costs no more than any answer needs all that it destroys, unless some of it costs
+    # nothing.
+    is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (given.costs.digits == 0))
+    is_thinning = (
+        (route.num_cells > 0) & (route.num_cells <= given.room) & ~is_least & jnp.any(left)
+    )
+    continues = is_thinning | (~is_there & (state.num_tried == 0))
+    return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, continues)
 
 
 def _dearest(among: Array, cost: Array) -> Array:
@@ -270,13 +328,15 @@ def _dearest(among: Array, cost: Array) -> Array:
 
 
 class _Settling(NamedTuple):
-    """On the way from a node to the first one. at: int32 []. settled: uint8 [M], 1 gone, 2 stays."""
+    """On the way from a node to the first one. at: int32 []. settled: uint8 [M], 1 gone, 2
+    stays.
+    """
 
     at: Array
     settled: Array
 
 
-def _settled(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
+def _decisions_at(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
     """The obstacles that are gone at a node, and those that stay there: bool [M] each."""
 
     def note(state: _Settling) -> _Settling:
@@ -290,7 +350,7 @@ def _settled(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array
     return end.settled == 1, end.settled == 2
 
 
-def _branched(
+def _add_children(
     nodes: _Nodes, num: Array, at: Array, paid: Array, branch: Array, bound: Array, costs: Costs
 ) -> _Nodes:
     """Adds both children of node `at`, the `num`-th expanded, closed ones where `bound` is; the one

@@ -1,20 +1,18 @@
-"""The paper's loop: plan, walk until blocked, tell the symbolic level what blocks, destroy as it
-plans, walk on (PY16 §3.2).
+"""The paper's loop: plan, walk until blocked, report to the symbolic level what blocks, destroy as
+it plans, walk on (PY16 §3.2).
 
-The symbolic level takes the way to the goal to be open until the path planner fails. Then what it
-reports becomes the next
-situation: the obstacles on the contour, a few at a time, and which of them can be destroyed. The
-  plan for that situation is
-carried out until something is destroyed; whether that opened the way only a path planner can tell,
-so the loop goes on.
+The symbolic level assumes that the way to the goal is open until the path planner fails. Then what
+the planner reports becomes the next situation: the obstacles on the contour, a few at a time, and
+which of them can be destroyed. The plan for that situation is carried out until something is
+destroyed; whether that opened the way only a path planner can say, so the loop continues.
 
 Two readings. The paper destroys "the" blocking obstacle, yet on real maps a separating piece is
-often many objects grown together, some of which stand firm. Read kindly, all objects on the contour
+often many objects that touch, some of them indestructible. Read kindly, all objects on the contour
 are attended to, those that can be destroyed first, and of those the ones whose cells beside the
 contour come nearest the goal. Then the loop is complete, for each pass destroys an obstacle, and a
 contour without destroyable objects is a proof that the goal cannot be reached; it is not optimal.
 Read literally, only what lies ahead of the seed is attended to, and the loop stops short where that
-stands firm.
+is indestructible.
 """
 
 from collections.abc import Callable
@@ -61,7 +59,7 @@ class Walk(NamedTuple):
     """How far the loop has come; the arrays as in `Solution`.
 
     pending: int32 [B, 2], the step planned that is not yet carried out: it leads to the goal.
-    gone: bool [B, M]. is_active: bool [B], whether the task goes on. is_there: bool [B], whether
+    gone: bool [B, M]. is_active: bool [B], whether the task continues. is_there: bool [B], whether
       the goal is reached.
     is_stuck: bool [B], whether the symbolic level found no plan.
     """
@@ -121,6 +119,7 @@ def _standing_still(
 
 def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     W, num_obstacles, K = task.labels.shape[3], task.destroyable.shape[1], walk.destroyed.shape[1]
+    # Flood from where the agent stands: who reaches the goal has only to walk there.
     here = _last_cell(walk)
     free = jnp.where(
         walk.is_active[:, None, None], all_open_cells(task.labels, walk.gone), jnp.uint32(0)
@@ -128,6 +127,9 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     reached = reach_words(free, here, width=W)
     is_there = walk.is_active & jax.vmap(holds)(reached, task.goal)
     is_cut_off = walk.is_active & ~is_there
+
+    # The others report what blocks, and the symbolic level plans: at most one obstacle is destroyed
+    # in a pass.
     found = find_blockage(
         task.labels,
         free,
@@ -144,19 +146,24 @@ def _one_pass(task: Task, walk: Walk, room: Array, symbolic: Symbolic) -> Walk:
     is_act = jnp.where(is_cut_off[:, None], act, -1) >= 0
     # [2, B, T]
     steps = jnp.where(is_act, jnp.stack([act, jnp.take_along_axis(ids, slot.clip(0), axis=1)]), -1)
-    goes_on = is_act.any(axis=1) & (walk.num_destroyed < K)
+    continues = is_act.any(axis=1) & (walk.num_destroyed < K)
     target = jnp.where(steps[0] == Act.DESTROY, steps[1], -1).max(axis=1)
-    chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & goes_on[
+    chosen = (jnp.arange(num_obstacles, dtype=jnp.int32)[None] == target[:, None]) & continues[
         :, None
     ]
+
+    # Walk to the goal, or to the cheapest cell of the contour beside the obstacle chosen.
     beside_it = found.contour & dilate(all_cells_of(task.labels, chosen))
     field = cost_field(unpack(free, W), here)
     stop = jnp.where(is_there[:, None], task.goal, cheapest(field, beside_it))
     leg = trace_field(field, stop, max_cells=walk.cells.shape[1])
-    moved = _append(walk, leg, is_there | goes_on)
+
+    # Note what was done: the step that was pending ends at the goal, the new ones where the
+    # obstacle is destroyed. A walk that no longer fits ends here.
+    moved = _append(walk, leg, is_there | continues)
     arrived = _note(moved, moved.pending, is_there & (moved.num_cells > 1))
-    return _carry_out(arrived, steps, chosen, goes_on)._replace(
-        is_active=goes_on & (moved.num_cells <= room),
+    return _carry_out(arrived, steps, chosen, continues)._replace(
+        is_active=continues & (moved.num_cells <= room),
         is_there=walk.is_there | is_there,
         is_stuck=walk.is_stuck | (is_cut_off & is_proof),
     )

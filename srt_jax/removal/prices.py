@@ -19,7 +19,7 @@ another.
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
@@ -27,7 +27,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.paths.reach import flood_group
 from srt_jax.removal import sums
 from srt_jax.removal.sums import Costs
-from srt_jax.types import Task
+from srt_jax.types import Array, Task
 
 
 class Terms(NamedTuple):
@@ -68,14 +68,21 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
     """
 
     def one_map(
-        labels: Labels, may_go: Array, cost: Array, start: Array, goal: Array, is_asked: Array
+        labels: Labels,
+        may_go: Array,
+        cost: Array,
+        start: Array,
+        goal: Array,
+        is_requested: Array,
     ) -> tuple[Array, Array]:
         terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
         nothing = jnp.zeros(cost.shape, bool)
-        most = jnp.where(is_asked, sums.never(), sums.zero())
+        most = jnp.where(is_requested, sums.never(), sums.zero())
         found = _levels(labels, start, goal, nothing, terms, nothing, sums.zero(), most)
         (price,) = sums.to_float32(found.price[:, None], terms.costs)
-        return jnp.where(is_asked, found.first, jnp.uint32(0)), jnp.where(is_asked, price, jnp.inf)
+        return jnp.where(is_requested, found.first, jnp.uint32(0)), jnp.where(
+            is_requested, price, jnp.inf
+        )
 
     return obstacles.of_all(
         one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among
@@ -93,6 +100,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
     in_goal = obstacles.owners_of(labels, terms.goal, num_obstacles)
 
     def one_way(state: _Ways) -> _Ways:
+        # One body for both directions: it takes long to compile.
         is_back = state.direction == 1
         source, target = (
             jnp.where(is_back, *ends)
@@ -101,12 +109,12 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
         limit = jnp.where(is_back, state.forth.price, most)
         found = _levels(labels, source, target, gone, terms, in_goal & is_back, paid, limit)
         forth, back = (
-            _selected(state.forth, found, ~is_back),
-            _selected(state.back, found, is_back),
+            _select(state.forth, found, ~is_back),
+            _select(state.back, found, is_back),
         )
         return _Ways(state.direction + 1, forth, back)
 
-    def goes_on(state: _Ways) -> Array:
+    def continues(state: _Ways) -> Array:
         is_closed = state.forth.is_there & ~obstacles.holds(state.forth.first, terms.goal)
         return (state.direction == 0) | ((state.direction == 1) & is_closed)
 
@@ -116,7 +124,9 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
         jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32),
     )
     nowhere = _Found(nothing, sums.never(), jnp.bool_(False), numbers, none, none)
-    _, forth, back = lax.while_loop(goes_on, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
+    # Ends: after the way back, or after the way forth where nothing has to be destroyed or nothing
+    # leads to the goal.
+    _, forth, back = lax.while_loop(continues, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
     affordable = forth.is_open & forth.is_there
     # An obstacle's number from either side holds `paid` and its own cost, which count once.
     is_short = sums.are_within(forth.open_at, back.open_at, terms.costs, forth.price, paid)
@@ -142,13 +152,15 @@ class _Found(NamedTuple):
 
 
 class _Ways(NamedTuple):
+    """direction: int32 [], the next one: 0 forth, 1 back. forth, back: what was found so far."""
+
     direction: Array
     forth: _Found
     back: _Found
 
 
 class _Level(NamedTuple):
-    """price: the number that is paid. reached: the mask. is_first, goes_on: bool []. The others
+    """price: the number that is paid. reached: the mask. is_first, continues: bool []. The others
     as in `_Found`.
     """
 
@@ -160,7 +172,7 @@ class _Level(NamedTuple):
     is_open: Array
     is_first: Array
     is_there: Array
-    goes_on: Array
+    continues: Array
 
 
 def _levels(
@@ -186,12 +198,14 @@ def _levels(
     at_source = obstacles.only(source, height, num_words(width))
 
     def level(state: _Level) -> _Level:
+        # Flood on over what is open at this price.
         passable = obstacles.open_cells(labels, gone | state.is_open)
         reached = flood_group(
             passable, (state.reached | at_source) & passable, group=1, through_corners=False
         )
         is_there = obstacles.holds(reached, target)
 
+        # What the flood meets opens at this price and its own cost.
         def beside() -> Array:
             border = obstacles.beside(reached) & ~passable
             return (obstacles.met_by(labels, border, num_obstacles) | met) & may_go & ~state.is_met
@@ -199,32 +213,33 @@ def _levels(
         is_new = lax.cond(is_there, lambda: jnp.zeros(num_obstacles, bool), beside)
         open_at = sums.with_costs(state.open_at, is_new, state.price, costs)
         is_met = state.is_met | is_new
-        # Also an obstacle that costs nothing, or nothing more, opens at a level of its own.
+        # The next price. Also an obstacle that costs nothing, or nothing more, opens at a level of
+        # its own.
         price, is_next = sums.least(open_at, is_met & ~state.is_open, costs.num_words)
-        goes_on = ~is_there & sums.is_less(price, most)
+        continues = ~is_there & sums.is_less(price, most)
         return _Level(
-            price=jnp.where(goes_on, price, state.price),
+            price=jnp.where(continues, price, state.price),
             first=jnp.where(state.is_first, reached, state.first),
             reached=reached,
             open_at=open_at,
             is_met=is_met,
-            is_open=state.is_open | (is_next & goes_on),
+            is_open=state.is_open | (is_next & continues),
             is_first=jnp.bool_(False),
             is_there=is_there,
-            goes_on=goes_on,
+            continues=continues,
         )
 
     nothing, none = jnp.zeros_like(at_source), jnp.zeros(num_obstacles, bool)
     numbers = jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
     yes, no = jnp.bool_(True), jnp.bool_(False)
     begin = _Level(
-        paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, goes_on=yes
+        paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, continues=yes
     )
     # Ends: each level opens at least one more obstacle.
-    end = lax.while_loop(lambda state: state.goes_on, level, begin)
+    end = lax.while_loop(lambda state: state.continues, level, begin)
     price = jnp.where(end.is_there, end.price, sums.never())
     return _Found(end.first, price, end.is_there, end.open_at, end.is_met, end.is_open)
 
 
-def _selected(old: _Found, new: _Found, is_new: Array) -> _Found:
+def _select(old: _Found, new: _Found, is_new: Array) -> _Found:
     return _Found(*(jnp.where(is_new, after, before) for before, after in zip(old, new)))

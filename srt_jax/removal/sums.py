@@ -15,10 +15,11 @@ map by map.
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import Array, lax
+from jax import lax
 
 from sign_model.ground.marks import compiled_whole
 from srt_jax.engine.batching import each
+from srt_jax.types import Array
 
 WORDS = 10
 """Enough for the sum of 2^24 costs from the least positive float32 to the greatest: 277 + 24 + 3
@@ -29,6 +30,34 @@ _ALL = 2**32 - 1
 _MANTISSA = 2**23
 _GREATEST = 0x7F7FFFFF
 """The bits of the greatest float32."""
+
+
+class _Least(NamedTuple):
+    """low: uint32 [WORDS], the words of the least number known so far, the highest first. among:
+    bool [many], the numbers that have these words.
+    """
+
+    low: Array
+    among: Array
+
+
+class _Sum(NamedTuple):
+    """A sum, row by row. total: uint32 [WORDS, ...]; carry: uint32 [...], to the next row."""
+
+    total: Array
+    carry: Array
+
+
+class _Comparison(NamedTuple):
+    """Two sums of several numbers compared, row by row. is_within: bool [M], whether the rows so
+    far of the one are no more than those of the other. carry, carry_here: uint32 [M], carry_there:
+    uint32 [], to the next row.
+    """
+
+    is_within: Array
+    carry: Array
+    carry_here: Array
+    carry_there: Array
 
 
 class Costs(NamedTuple):
@@ -88,14 +117,14 @@ def least(numbers: Array, among: Array, num_words: Array) -> tuple[Array, Array]
     which are it, bool [many].
     """
 
-    def narrowed(i: Array, state: tuple) -> tuple:
-        low, among = state
+    def narrow(i: Array, state: _Least) -> _Least:
         at = num_words - 1 - i
         row = _word(numbers, at)
-        word = jnp.min(jnp.where(among, row, jnp.uint32(_ALL)))
-        return lax.dynamic_update_slice(low, word[None], (at,)), among & (row == word)
+        word = jnp.min(jnp.where(state.among, row, jnp.uint32(_ALL)))
+        low = lax.dynamic_update_slice(state.low, word[None], (at,))
+        return _Least(low, state.among & (row == word))
 
-    low, among = lax.fori_loop(jnp.int32(0), num_words, narrowed, (zero(), among))
+    low, among = lax.fori_loop(jnp.int32(0), num_words, narrow, _Least(zero(), among))
     is_sum = _word(low, num_words - 1) != jnp.uint32(_ALL)
     return jnp.where(is_sum, low, jnp.uint32(_ALL)), among
 
@@ -105,14 +134,14 @@ def with_costs(numbers: Array, which: Array, number: Array, costs: Costs) -> Arr
     `which` (bool [M]).
     """
 
-    def one_row(at: Array, state: tuple) -> tuple:
-        numbers, carry = state
-        row = _word(numbers, at)
-        total, carry = _added(_word(number, at), _row(costs, at), carry)
-        return lax.dynamic_update_index_in_dim(numbers, jnp.where(which, total, row), at, 0), carry
+    def one_row(at: Array, state: _Sum) -> _Sum:
+        row = _word(state.total, at)
+        total, carry = _add(_word(number, at), _row(costs, at), state.carry)
+        row = jnp.where(which, total, row)
+        return _Sum(lax.dynamic_update_index_in_dim(state.total, row, at, 0), carry)
 
-    nothing = jnp.zeros(len(which), jnp.uint32)
-    return lax.fori_loop(jnp.int32(0), costs.num_words, one_row, (numbers, nothing))[0]
+    begin = _Sum(numbers, jnp.zeros(len(which), jnp.uint32))
+    return lax.fori_loop(jnp.int32(0), costs.num_words, one_row, begin).total
 
 
 def with_cost(number: Array, costs: Costs, obstacle: Array) -> Array:
@@ -126,16 +155,17 @@ def are_within(forth: Array, back: Array, costs: Costs, limit: Array, paid: Arra
     M], numbers of obstacles.
     """
 
-    def one_row(at: Array, state: tuple) -> tuple:
-        is_within, carry, carry_here, carry_there = state
-        own, there = _added(_word(limit, at), _word(paid, at), carry_there)
-        here, carry = _added(_word(forth, at), _word(back, at), carry)
-        most, carry_here = _added(own, _row(costs, at), carry_here)
-        return (here < most) | ((here == most) & is_within), carry, carry_here, there
+    def one_row(at: Array, state: _Comparison) -> _Comparison:
+        own, there = _add(_word(limit, at), _word(paid, at), state.carry_there)
+        here, carry = _add(_word(forth, at), _word(back, at), state.carry)
+        most, carry_here = _add(own, _row(costs, at), state.carry_here)
+        # A higher row decides; the lower ones count where it is the same.
+        is_within = (here < most) | ((here == most) & state.is_within)
+        return _Comparison(is_within, carry, carry_here, there)
 
     nothing = jnp.zeros(forth.shape[1], jnp.uint32)
-    state = (jnp.ones(forth.shape[1], bool), nothing, nothing, jnp.uint32(0))
-    return lax.fori_loop(jnp.int32(0), costs.num_words, one_row, state)[0]
+    begin = _Comparison(jnp.ones(forth.shape[1], bool), nothing, nothing, jnp.uint32(0))
+    return lax.fori_loop(jnp.int32(0), costs.num_words, one_row, begin).is_within
 
 
 def total(costs: Costs, which: Array) -> Array:
@@ -144,8 +174,8 @@ def total(costs: Costs, which: Array) -> Array:
     length = len(which).bit_length()
     width = next(width for width in (16, 8, 4) if width + length <= 32)
 
-    def one_word(at: Array, state: tuple) -> tuple:
-        number, carry = state
+    def one_word(at: Array, state: _Sum) -> _Sum:
+        carry = state.carry
         row = jnp.where(which, _row(costs, at), jnp.uint32(0))
         word = jnp.uint32(0)
         for place in range(0, 32, width):
@@ -153,9 +183,10 @@ def total(costs: Costs, which: Array) -> Array:
             carry = carry + jnp.sum(digit, dtype=jnp.uint32)
             word = word | (carry & jnp.uint32(2**width - 1)) << place
             carry = carry >> width
-        return lax.dynamic_update_slice(number, word[None], (at,)), carry
+        return _Sum(lax.dynamic_update_slice(state.total, word[None], (at,)), carry)
 
-    return lax.fori_loop(jnp.int32(0), costs.num_words, one_word, (zero(), jnp.uint32(0)))[0]
+    begin = _Sum(zero(), jnp.uint32(0))
+    return lax.fori_loop(jnp.int32(0), costs.num_words, one_word, begin).total
 
 
 def to_float32(numbers: Array, costs: Costs) -> Array:
@@ -209,7 +240,7 @@ def _row(costs: Costs, at: Array) -> Array:
     )
 
 
-def _added(one: Array, other: Array, carry: Array) -> tuple[Array, Array]:
+def _add(one: Array, other: Array, carry: Array) -> tuple[Array, Array]:
     """Returns a word of a sum, and what is carried to the next."""
     both = one + other
     total = both + carry

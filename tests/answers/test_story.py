@@ -43,8 +43,8 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
 
 def test_the_papers_loop_plans_anew_at_each_blockage_and_passes_last():
     task, names = task_from(TWO_WALLS)
-    told = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
-    assert told == [
+    names_of_steps = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
+    assert names_of_steps == [
         ("APPROACH", "a"),
         ("DESTROY", "a"),
         ("APPROACH", "b"),
@@ -69,7 +69,7 @@ def test_who_is_there_need_not_act(mode):
     )
 
 
-def test_read_literally_the_loop_stops_at_something_firm_ahead():
+def test_read_literally_the_loop_stops_at_something_indestructible_ahead():
     task, names = task_from("""
         S.a..
         ..@.G
@@ -91,18 +91,18 @@ def test_read_literally_what_cannot_be_solved_at_all_is_still_proven():
     assert Status(int(solution.status)) is Status.UNSOLVABLE and not check(task, solution)
 
 
-def test_the_proof_names_the_firm_obstacles_that_separate_and_no_others():
+def test_the_proof_names_the_indestructible_obstacles_that_separate_and_no_others():
     labels = np.full((7, 9), -1, np.int32)
-    labels[:4, 4], labels[4:, 4] = 0, 1  # a wall of two firm parts
-    labels[2, 5:7] = 2  # destroyable, grown to it
-    labels[0, 0], labels[6, 8] = 3, 4  # firm, apart
+    labels[:4, 4], labels[4:, 4] = 0, 1  # a wall of two indestructible parts
+    labels[2, 5:7] = 2  # destroyable, touches it
+    labels[0, 0], labels[6, 8] = 3, 4  # indestructible, apart
     task = make_task(labels, (3, 0), (3, 8), destroyable=[False, False, True, False, False])
     solution = solve(task)
     assert Status(int(solution.status)) is Status.UNSOLVABLE and not check(task, solution)
     assert np.asarray(solution.separating).tolist() == [0, 1, -1, -1, -1]
 
 
-def test_a_goal_inside_something_firm_has_that_as_its_proof():
+def test_a_goal_inside_something_indestructible_has_that_as_its_proof():
     solution = solve(
         make_task(np.array([[-1, -1, 0, 1]], np.int32), (0, 0), (0, 3), destroyable=[True, False])
     )

@@ -17,18 +17,19 @@ from sign_model.result import PlanStatus
 from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
+from srt_jax.answers.what_if import if_gone
 from srt_jax.symbols.scene_of_task import scene_of
 from tests.helpers.pictures import task_from
 
 
-def told(labels, start, goal, **options):
+def explained(labels, start, goal, **options):
     task = make_task(np.array(labels, np.int32), start, goal, **options)
     return explain(task, solve(task))
 
 
 def two_gates(mode="least"):
-    """A firm wall with a gate a, then a wall of two parts, b and c, of which either would do; b is
-    nearer.
+    """An indestructible wall with a gate a, then a wall of two parts, b and c, of which either
+    would do; b is nearer.
     """
     task, _ = task_from("""
         S@....c.
@@ -41,17 +42,17 @@ def two_gates(mode="least"):
 
 def test_an_open_way_is_told_with_its_length():
     assert (
-        told([[-1, -1, -1]], (0, 0), (0, 2))
+        explained([[-1, -1, -1]], (0, 0), (0, 2))
         == "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
         "A path exists, 2.0 long; nothing has to be destroyed."
     )
 
 
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
-    text = told([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
+    text = explained([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
     assert (
-        "0 (destroyable, 2 cells of contour, close, rightward), 1 (firm, 2 cells of contour, close,"
-        " rightward)" in text
+        "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of"
+        " contour, close, rightward)" in text
     )
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 
@@ -74,12 +75,12 @@ def test_what_blocks_what_was_destroyed_and_how_good_that_is():
                 " start"
             ),
         ),
-        ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (firm)."),
+        ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (indestructible)."),
         ((0, 0), (0, 0), True, "The goal (0, 0) is the start."),
     ],
 )
 def test_each_way_to_fail_has_its_sentence(start, goal, destroyable, expected):
-    assert expected in told([[-1, -1, 0, -1]], start, goal, destroyable=destroyable)
+    assert expected in explained([[-1, -1, 0, -1]], start, goal, destroyable=destroyable)
 
 
 def test_a_batch_is_told_line_by_line():
@@ -132,22 +133,48 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
 def test_what_follows_if_it_were_otherwise_is_told():
     task, solution = two_gates()
     text = explain(task, solution, what_if=True)
-    assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 stood firm: unsolvable.")
+    assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 were indestructible: unsolvable.")
     assert why(task, solution, 0).endswith(
-        "it is the first in the way. If 0 stood firm: unsolvable."
+        "it is the first in the way. If 0 were indestructible: unsolvable."
     )
     assert (
-        "behind 0, which had to go first. If 1 stood firm: 0 + 2 would have to go, at cost 2."
-        in why(task, solution, 1)
+        "behind 0, which had to go first. If 1 were indestructible: 0 + 2 would have to go, at"
+        " cost 2." in why(task, solution, 1)
     )
     assert "the same as the 2 of what was chosen" in why_not(task, solution, 2)
     assert "it cannot be. If it could:" in why_not(task, solution, 3)
-    assert "is part of what blocks first and stands firm" in why(task, solution, 3)
+    assert "is part of what blocks first and is indestructible" in why(task, solution, 3)
     assert why(task, solution, 2).endswith("has no part in it.") and why_not(
         task, solution, 0
     ).endswith("was destroyed.")
     with pytest.raises(ValueError, match="ids are 0 to 3"):
         why(task, solution, 4)
+
+
+@pytest.mark.parametrize(
+    ("costs", "compared"),
+    [
+        ((1e8, 1, 3, 1), "more than the 1e+08"),  # the two sums are one and the same float32
+        ((1e8, 2, 2, 1), "the same as the 1e+08"),
+        ((0.1, 0.2, 0.2, 1), "the same as the 0.3"),
+    ],
+)
+def test_what_other_sets_cost_is_compared_without_rounding(costs, compared):
+    task = two_gates()[0].replace(removal_cost=np.array(costs, np.float32))
+    solution = solve(task)
+    assert solution.destroyed[:3].tolist() == [0, 1, -1]
+    assert f"{compared} of what was chosen" in why_not(task, solution, 2)
+    other = if_gone(task, solution, 2)
+    assert set(other.destroyed) == {0, 2}
+    swapped = solve(task.replace(destroyable=np.array([True, False, True, False])))
+    assert other.removal_cost == float(swapped.removal_cost)
+
+
+def test_another_set_may_cost_less_than_what_a_greedy_walk_chose():
+    task = two_gates()[0].replace(removal_cost=np.array([1, 2, 3, 1], np.float32))
+    solution = solve(task, mode="paper")
+    assert solution.destroyed[:3].tolist() == [0, 2, -1]
+    assert "less than the 4 of what was chosen" in why_not(task, solution, 1)
 
 
 def test_what_separates_is_asked_about_too():

@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from srt_jax.check import check
 from srt_jax.reference.astar import astar
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.types import Act, Solution, Status, Task
 from tests.helpers.answers import (
@@ -85,11 +85,11 @@ def test_any_other_status_is_noticed(case):
 @all_cases
 def test_padding_and_company_change_nothing(case):
     task, solution = case()
-    (padded, told), (other, its) = wide(task, solution), wide(*two_walls())
+    (padded, padded_solution), (other, its) = wide(task, solution), wide(*two_walls())
     stack = lambda *arrays: np.stack(arrays)  # noqa: E731
     tasks, solutions = (
         jax.tree.map(stack, other, padded, other),
-        jax.tree.map(stack, its, told, its),
+        jax.tree.map(stack, its, padded_solution, its),
     )
     assert check(tasks, solutions) == []
     wrong = solutions.contour.copy()
@@ -119,7 +119,7 @@ def wide(task: Task, solution: Solution):
     )
 
 
-def told(task, solution, *parts: str):
+def assert_message(task, solution, *parts: str):
     """Asserts that one message contains each part."""
     messages = check(task, solution)
     assert any(all(part in message for part in parts) for message in messages), messages
@@ -129,7 +129,7 @@ def test_a_cut_corner_is_named():
     task, solution = open_path()
     cells = solution.cells.copy()
     cells[:7] = [(0, 0), (1, 0), (2, 0), (3, 1), (3, 2), (2, 2), (-1, -1)]
-    told(
+    assert_message(
         task,
         solution.replace(cells=cells, num_cells=np.int32(6), cost=np.float32(4 + ROOT)),
         "move 2",
@@ -140,12 +140,12 @@ def test_a_cut_corner_is_named():
 def test_a_move_through_an_obstacle_not_yet_destroyed_is_named():
     task, solution = two_walls()
     late = solution.replace(destroyed_at=np.array([2, 4, -1, -1], np.int32))
-    told(task, late, "move 1", "enters (0, 2), which is blocked")
+    assert_message(task, late, "move 1", "enters (0, 2), which is blocked")
 
 
 def test_an_obstacle_destroyed_from_afar_is_named():
     task, solution = two_walls()
-    told(
+    assert_message(
         task,
         solution.replace(destroyed_at=np.array([0, 4, -1, -1], np.int32)),
         "obstacle 1",
@@ -155,7 +155,7 @@ def test_an_obstacle_destroyed_from_afar_is_named():
 
 def test_an_indestructible_obstacle_must_stand():
     task, solution = two_walls()
-    told(
+    assert_message(
         task.replace(destroyable=np.array([False, False, True])),
         solution,
         "obstacle 1 was destroyed, but is not destroyable",
@@ -164,7 +164,7 @@ def test_an_indestructible_obstacle_must_stand():
 
 def test_a_false_proof_of_unsolvability_is_named():
     task, solution = fixed_wall()
-    told(
+    assert_message(
         task.replace(destroyable=np.array([True] * 4)),
         solution,
         "status is UNSOLVABLE, but the truth is SOLVED",
@@ -174,7 +174,7 @@ def test_a_false_proof_of_unsolvability_is_named():
 def test_an_unsolvable_task_is_no_solved_one():
     task, _ = fixed_wall()
     route = solution_of(task, Status.SOLVED, cells=[(0, 0)])
-    told(task, route, "status is SOLVED, but the truth is UNSOLVABLE")
+    assert_message(task, route, "status is SOLVED, but the truth is UNSOLVABLE")
 
 
 def test_a_route_that_does_not_fit_is_a_spent_budget():
@@ -193,17 +193,21 @@ def test_a_route_that_does_not_fit_is_a_spent_budget():
         **none,
     )
     assert check(task, spent) == []
-    told(
+    assert_message(
         task,
         spent.replace(num_cells=np.int32(0)),
         "status is BUDGET_SPENT, but the truth is PATH_EXISTS",
     )
-    told(task, spent.replace(status=np.int32(Status.PATH_EXISTS)), "num_cells is 7", "1 to 3")
+    assert_message(
+        task, spent.replace(status=np.int32(Status.PATH_EXISTS)), "num_cells is 7", "1 to 3"
+    )
 
 
 def test_a_spent_budget_has_no_route():
     task, solution = two_walls()
-    told(task, solution.replace(status=np.int32(Status.BUDGET_SPENT)), "cells must be empty")
+    assert_message(
+        task, solution.replace(status=np.int32(Status.BUDGET_SPENT)), "cells must be empty"
+    )
 
 
 @pytest.mark.parametrize("name", [*Task.__dataclass_fields__, *Solution.__dataclass_fields__])
@@ -229,19 +233,20 @@ def test_wrong_form_is_a_message_not_a_crash(name):
 @pytest.mark.parametrize(
     "name", ["labels", "destroyable", "cells", "contour", "blocking", "seed", "destroyed_at"]
 )
-def test_a_side_of_another_length_is_told(name):
+def test_a_side_of_another_length_is_reported(name):
     task, solution = two_walls()
-    cut = lambda record: (
-        record.replace(**{name: record[name][..., 1:]}) if name in record else record
-    )
+
+    def cut(record):
+        return record.replace(**{name: record[name][..., 1:]}) if name in record else record
+
     assert check(cut(task), cut(solution)) or name == "labels"
 
 
-def test_what_is_no_record_is_told():
+def test_what_is_no_record_is_reported():
     assert check(3, None)  # type: ignore[arg-type]
 
 
-def test_a_batch_of_another_length_is_told():
+def test_a_batch_of_another_length_is_reported():
     task, solution = jax.tree.map(lambda array: np.asarray(array)[None], two_walls())
     two = jax.tree.map(lambda array: np.concatenate([array, array]), solution)
     assert "batch dimensions" in check(task, two)[0]
@@ -250,7 +255,7 @@ def test_a_batch_of_another_length_is_told():
 @pytest.mark.parametrize(
     "change", [{"size": [0, 7]}, {"size": [3, 8]}, {"labels": 3}, {"labels": -3}]
 )
-def test_a_task_out_of_range_is_told(change):
+def test_a_task_out_of_range_is_reported(change):
     task, solution = two_walls()
     (name, value), labels = *change.items(), task.labels.copy()
     labels[0, 0, 0] = value if name == "labels" else -1
@@ -265,7 +270,7 @@ def answer_of_the_twins(task: Task) -> Solution:
     labels, start, goal = task.labels, tuple(task.start.tolist()), tuple(task.goal.tolist())
     free, least = (
         (labels == -1).all(axis=0),
-        least_removal(labels, task.destroyable, task.removal_cost, start, goal),
+        brute_force_removal(labels, task.destroyable, task.removal_cost, start, goal),
     )
     first, blockage = astar(free, start, goal), {}
     if free[start] and first.cost == np.inf:
@@ -306,7 +311,7 @@ def answer_of_the_twins(task: Task) -> Solution:
             - {-1, *destroyed}
         )
         destroyed, destroyed_at = destroyed + new, destroyed_at + [i] * len(new)
-    told = {
+    fields = {
         "destroyed": destroyed,
         "destroyed_at": destroyed_at,
         "removal_cost": least.cost,
@@ -317,8 +322,10 @@ def answer_of_the_twins(task: Task) -> Solution:
     for obstacle, at in zip(destroyed, destroyed_at):
         plan += destroyed_from(obstacle, at)
     # as the paper's loop would tell it
-    told["plan"] = [*plan, (Act.PASS, destroyed[-1], last)] if destroyed else plan
-    return solution_of(task, status, room=80, cells=route.path, cost=route.cost, **told, **blockage)
+    fields["plan"] = [*plan, (Act.PASS, destroyed[-1], last)] if destroyed else plan
+    return solution_of(
+        task, status, room=80, cells=route.path, cost=route.cost, **fields, **blockage
+    )
 
 
 def random_task(rng: np.random.Generator) -> Task:
@@ -350,8 +357,8 @@ def test_answers_of_the_slow_twins_pass():
 
 
 def test_spoilt_answers_of_the_slow_twins_are_noticed():
-    """Another cell to destroy from, another route as long, or more firm obstacles may be as good;
-    all else must be noticed.
+    """Another cell to destroy from, another route as long, or more indestructible obstacles may be
+    as good; all else must be noticed.
     """
     rng = np.random.default_rng(1)
     for _ in range(40):

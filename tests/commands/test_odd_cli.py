@@ -18,7 +18,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from experiments.campaigns.readers import SEEDS, Outcome, mutated, read_one
+from experiments.campaigns.readers import SEEDS, Outcome, mutate, read_one
 from sign_model.ground import files as ground
 from sign_model.ground.legible import legible
 from srt_jax import cli
@@ -497,7 +497,7 @@ def test_the_files_that_are_mutated_are_right(tmp_path, name):
 def test_mutated_files_are_read_or_refused_in_one_sentence(tmp_path, name):
     for number in range(12):
         path = tmp_path / name
-        path.write_bytes(mutated(SEEDS[name](), seed=number))
+        path.write_bytes(mutate(SEEDS[name](), seed=number))
         outcome, told = read_one(path)
         assert outcome in (Outcome.READ, Outcome.REFUSED), told
         assert "\n" not in told and "object at 0x" not in told

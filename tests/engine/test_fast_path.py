@@ -16,7 +16,7 @@ import pytest
 import srt_jax
 from sign_model.ground import marks
 from srt_jax.engine.packing import unpack
-from srt_jax.removal.branch_and_bound import least_removal
+from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.solver import MODES
@@ -80,7 +80,7 @@ def refused_reductions(fun, *args):
 
 
 def removal(task, room, among, capacity=64, max_nodes=256):
-    return least_removal(task, room, among, capacity=capacity, max_nodes=max_nodes)
+    return search_least(task, room, among, capacity=capacity, max_nodes=max_nodes)
 
 
 def greedy(task, room, among):

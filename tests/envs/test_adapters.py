@@ -42,8 +42,8 @@ def test_gymnasium_finds_nothing_wrong():
         warnings.filterwarnings("ignore", message=".*(infinity|not within the obs space|spec).*")
         check_env(envs.as_gymnasium(env, params, render_mode="rgb_array"))
         made = gymnasium.make("srt_jax.envs.gym:SmartRelocation-v0", env=env, params=params)
-        _, told = made.reset(seed=1, options={"level": 1})
-    assert told == {"level": 1}
+        _, details = made.reset(seed=1, options={"level": 1})
+    assert details == {"level": 1}
     with pytest.raises(ValueError, match=r"whole number 0..15, got 20"):
         made.unwrapped.step(20)
     *_, truncated, info = made.step(4)

@@ -14,10 +14,10 @@ def test_costs_learned_from_shown_paths_find_better_ways_on_unseen_maps(tmp_path
         )
         == 0
     )
-    told = capsys.readouterr().out.splitlines()
+    lines = capsys.readouterr().out.splitlines()
     before, after = (
         float(word.rstrip("%"))
-        for word in next(line for line in told if "before" in line).split()
+        for word in next(line for line in lines if "before" in line).split()
         if "%" in word
     )
     assert 0 <= after < before / 2

@@ -103,7 +103,7 @@ def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, mon
     monkeypatch.setattr(
         city_fragments, "read_osm", lambda path: Place((0, 0, 3000, 1200), tuple(houses), "none")
     )
-    (fragment,) = city_fragments.extracts([tmp_path / "town.osm.pbf"], 100, lambda told: None)
+    (fragment,) = city_fragments.extracts([tmp_path / "town.osm.pbf"], 100, lambda text: None)
     assert fragment.name == "town" and len(np.unique(fragment.labels)) == 4
     monkeypatch.setattr(
         city_fragments,
@@ -111,10 +111,10 @@ def test_of_an_extract_the_window_with_the_most_buildings_is_taken(tmp_path, mon
         lambda path: Place((0, 0, 5, 5), (Obstacle.polygon([(1, 1), (2, 1), (1, 2)]),), ""),
     )
     with pytest.raises(ValueError, match="5 m a side is too small for 500 x 500 cells"):
-        list(city_fragments.extracts([tmp_path / "tiny.osm"], 500, lambda told: None))
+        list(city_fragments.extracts([tmp_path / "tiny.osm"], 500, lambda text: None))
     monkeypatch.setattr(city_fragments, "read_osm", lambda path: Place((0, 0, 500, 500), (), ""))
     with pytest.raises(ValueError, match="no building in it"):
-        list(city_fragments.extracts([tmp_path / "fields.osm"], 500, lambda told: None))
+        list(city_fragments.extracts([tmp_path / "fields.osm"], 500, lambda text: None))
 
 
 def test_figure_3_is_drawn_and_its_record_says_how(third_figure):
@@ -208,7 +208,7 @@ def test_a_peers_plan_counts_only_when_it_is_one():
 
 
 def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the_plan():
-    story = fuzzy_goal.told_and_walked()
+    story = fuzzy_goal.plan_and_walk()
     (x, y), side = story.square
     corners = from_polar(
         sector_corners(story.sector), fuzzy_goal.AGENT, np.float64(fuzzy_goal.HEADING)
@@ -224,7 +224,7 @@ def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the
     ]
     assert all(strays <= deviation for _, _, deviation, strays in story.legs)
     with style():
-        texts = {text.get_text() for text in fuzzy_goal.drawn(story).legends[0].get_texts()}
+        texts = {text.get_text() for text in fuzzy_goal.draw(story).legends[0].get_texts()}
     assert {
         "$L_1$",
         "$L_2$",
@@ -232,7 +232,7 @@ def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the
         "$H_2$ = 12 m",
         "contour",
         "destroyed",
-        "firm",
+        "indestructible",
     } <= texts
 
 
@@ -262,16 +262,16 @@ def test_the_page_of_results_holds_every_table_with_its_command_and_figure(secon
     assert (
         report.main(["--no-run", "--results", str(tmp_path / "results"), "--page", str(page)]) == 0
     )
-    told = page.read_text()
+    text = page.read_text()
     assert (
-        "`python -m experiments.figure2 --quick --no-peers --most-blocks 5`" in told
-        and str(tmp_path) not in told
+        "`python -m experiments.figure2 --quick --no-peers --most-blocks 5`" in text
+        and str(tmp_path) not in text
     )
     assert (
-        "![figure2.png](page/figure2.png)" in told and (tmp_path / "page" / "figure2.png").is_file()
+        "![figure2.png](page/figure2.png)" in text and (tmp_path / "page" / "figure2.png").is_file()
     )
-    assert "`srt-jax bench solve`" in told and "ours 1.00 ms" in told
-    assert all(f"**{table['title']}**" in told for table in record["tables"])
+    assert "`srt-jax bench solve`" in text and "ours 1.00 ms" in text
+    assert all(f"**{table['title']}**" in text for table in record["tables"])
 
 
 def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monkeypatch):
@@ -287,11 +287,11 @@ def test_the_page_names_a_failed_run_and_keeps_its_older_section(tmp_path, monke
     page = tmp_path / "page.md"
     page.write_text("# Old\n\n<!-- by hand -->\nIn short.\n<!-- end by hand -->\n\n## Older\n")
     assert report.main(["--only", "solve", "--results", str(tmp_path), "--page", str(page)]) == 1
-    told = page.read_text()
-    assert told.count("In short.") == 1 and "Older" not in told
-    assert "The latest run failed" in told and "ours 1.00 ms" in told and "2026-01-02" in told
+    text = page.read_text()
+    assert text.count("In short.") == 1 and "Older" not in text
+    assert "The latest run failed" in text and "ours 1.00 ms" in text and "2026-01-02" in text
     assert (
-        told.count("*Not run yet.*") == len(report.TITLES) - 1
+        text.count("*Not run yet.*") == len(report.TITLES) - 1
         and report.TITLES.keys() == report.MINUTES.keys()
     )
 

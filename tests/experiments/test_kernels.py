@@ -9,7 +9,7 @@ import pytest
 import srt_jax
 from experiments.campaigns import kernel_maps as maps
 from experiments.campaigns import kernels
-from experiments.campaigns.compile_seconds import called
+from experiments.campaigns.compile_seconds import call_kernel
 from experiments.campaigns.kernel_truth import reached_by_scipy, route_problem
 
 
@@ -27,14 +27,14 @@ def compiled():
 
 def test_random_maps_snakes_and_slow_twins_agree(capsys):
     assert kernels.main(["--quick"]) == 0
-    told = capsys.readouterr().out
-    assert "0 checks failed" in told and "data: left out" in told
+    printed = capsys.readouterr().out
+    assert "0 checks failed" in printed and "data: left out" in printed
     for check in (
         "padded on all sides",
         "contour is the wall follower's trace",
         "trace_path holds every cell",
     ):
-        assert check in told
+        assert check in printed
 
 
 def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsys):
@@ -46,11 +46,12 @@ def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsy
         kernels.srt_jax, "reach", lambda free, start: np.isfinite(blind(free, start))
     )
     assert kernels.main(["--quick", "--only", "random", "--seed", "3"]) == 1
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     assert (
-        "random, reach equals scipy.ndimage.label: " in told.err and "seed 3, number " in told.err
+        "random, reach equals scipy.ndimage.label: " in printed.err
+        and "seed 3, number " in printed.err
     )
-    assert "turned by 90: no bit changes" in told.out
+    assert "turned by 90: no bit changes" in printed.out
 
 
 def test_an_unknown_part_is_refused(capsys):
@@ -89,12 +90,12 @@ def test_a_route_that_cuts_a_corner_is_told():
 @pytest.mark.parametrize("kernel", kernels.KERNELS)
 def test_a_kernel_is_compiled_once_per_size_and_batch_bucket_and_nothing_else_is(kernel, compiled):
     # what all kernels share
-    called("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
+    call_kernel("seed_cell" if kernel == "reach" else "reach", np.ones((1, 8, 8), bool))
     for counts in ((1,), (3, 4)):  # two buckets
         num_compiled = []
         for shape in ((count, side, side - 1) for side in (29, 32, 25) for count in counts):
             compiled.clear()
-            jax.block_until_ready(called(kernel, np.ones(shape, bool)))
+            jax.block_until_ready(call_kernel(kernel, np.ones(shape, bool)))
             num_compiled.append(len(compiled))
         assert num_compiled[0] <= 1 and not any(num_compiled[1:])
 

@@ -45,7 +45,7 @@ def test_the_square_grid_lies_in_the_middle_and_spans_the_shorter_side():
 
 
 @pytest.mark.parametrize(
-    ("told", "call"),
+    ("message", "call"),
     [
         ("rule 'corner' is unknown", lambda: cover([], GRID, rule="corner")),
         ("no cell with side 9 m fits", lambda: grid_over((0, 0, 10, 8), 9)),
@@ -57,6 +57,6 @@ def test_the_square_grid_lies_in_the_middle_and_spans_the_shorter_side():
         ("at least one cell", lambda: square_grid((0, 0, 1, 1), 0)),
     ],
 )
-def test_a_grid_that_cannot_be_is_refused(told, call):
-    with pytest.raises(ValueError, match=told):
+def test_a_grid_that_cannot_be_is_refused(message, call):
+    with pytest.raises(ValueError, match=message):
         call()

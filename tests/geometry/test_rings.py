@@ -33,7 +33,7 @@ def test_taking_to_the_nearest_nanometre_twice_changes_nothing(value):
 
 
 @pytest.mark.parametrize(
-    ("error", "told", "points"),
+    ("error", "message", "points"),
     [
         (ValueError, "2 different points", [(0, 0), (1, 1), (0, 0)]),
         (ValueError, "0 different points", np.zeros((0, 2))),
@@ -44,13 +44,13 @@ def test_taking_to_the_nearest_nanometre_twice_changes_nothing(value):
         (TypeError, "numbers", [("a", "b")] * 3),
     ],
 )
-def test_points_that_make_no_ring_are_refused(error, told, points):
-    with pytest.raises(error, match=told):
+def test_points_that_make_no_ring_are_refused(error, message, points):
+    with pytest.raises(error, match=message):
         rings.as_ring("a ring", points)
 
 
 @pytest.mark.parametrize(
-    ("told", "parts"),
+    ("message", "parts"),
     [
         ("meets itself", [[((0, 0), (2, 2), (2, 0), (0, 2))]]),  # a bow-tie
         ("meets itself", [[((0, 0), (4, 0), (4, 4), (2, 0))]]),  # touches itself
@@ -67,8 +67,10 @@ def test_points_that_make_no_ring_are_refused(error, told, points):
         ("inside another polygon", [[SQUARE], [((1, 1), (2, 1), (2, 2))]]),
     ],
 )
-def test_rings_that_bound_no_polygon_are_told_apart(told, parts):
-    assert told in rings.conflict(tuple(tuple(ring(*points) for points in part) for part in parts))
+def test_rings_that_bound_no_polygon_are_distinguished(message, parts):
+    assert message in rings.conflict(
+        tuple(tuple(ring(*points) for points in part) for part in parts)
+    )
 
 
 @pytest.mark.parametrize(
@@ -97,7 +99,7 @@ def test_the_verdict_is_shapelys(scale, data):
     checked = tuple(rings.as_ring("a ring", np.array(points) * scale) for points in part)
     is_valid = rings.conflict((checked,)) == ""
     # Holes that touch in a chain cut the inside in two: no polygon to shapely, but well-defined for
-    # covering cells. Shapely names but one of several reasons, so the rest is asked one by one.
+    # covering cells. Shapely names but one of several reasons, so the rest is checked one by one.
     is_in_two = "disconnected" in shapely.is_valid_reason(polygon) and is_sound_but_for_that(
         shapely, part
     )

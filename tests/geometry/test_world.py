@@ -44,7 +44,7 @@ def test_the_goal_square_may_be_turned():
 
 
 @pytest.mark.parametrize(
-    ("error", "told", "change"),
+    ("error", "message", "change"),
     [
         (ValueError, "enclose nothing", {"bounds": (0, 0, 0, 8)}),
         (ValueError, "finite", {"bounds": (0, 0, np.nan, 8)}),
@@ -64,14 +64,14 @@ def test_the_goal_square_may_be_turned():
         (ValueError, r"goal must have shape \[4, 2\]", {"goal": [(7, 5), (8, 5), (8, 6)]}),
     ],
 )
-def test_a_bad_world_is_refused_in_one_sentence(error, told, change):
-    with pytest.raises(error, match=told) as caught:
+def test_a_bad_world_is_refused_in_one_sentence(error, message, change):
+    with pytest.raises(error, match=message) as caught:
         World(**GOOD | change)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("error", "told", "parts", "options"),
+    ("error", "message", "parts", "options"),
     [
         (ValueError, "obstacle 'wall' has 2 different points", [[SQUARE[:2]]], {}),
         (
@@ -96,15 +96,15 @@ def test_a_bad_world_is_refused_in_one_sentence(error, told, change):
         (ValueError, "enclose nothing", [[[(0, 0), (1, 1), (2, 2)]]], {"repair": True}),
     ],
 )
-def test_a_bad_obstacle_is_refused_in_one_sentence(error, told, parts, options):
+def test_a_bad_obstacle_is_refused_in_one_sentence(error, message, parts, options):
     if "repair" in options:
         pytest.importorskip("shapely")
-    with pytest.raises(error, match=told) as caught:
+    with pytest.raises(error, match=message) as caught:
         Obstacle(parts, name="wall", **options)
     assert "\n" not in str(caught.value)
 
 
-def test_a_ring_that_crosses_itself_is_repaired_when_asked():
+def test_a_ring_that_crosses_itself_is_repaired_on_request():
     pytest.importorskip("shapely")
     bow_tie = Obstacle.polygon([(0, 0), (2, 2), (2, 0), (0, 2)], repair=True)
     assert len(bow_tie.parts) == 2 and all(len(part[0]) == 3 for part in bow_tie.parts)

@@ -1,11 +1,11 @@
 """Random labelled maps for tests, those of the campaigns."""
 
 from experiments.campaigns.labelled_maps import (
-    grown,
+    connected,
     random_tasks,
     scattered,
     task_on,
     walled_tasks,
 )
 
-__all__ = ["grown", "random_tasks", "scattered", "task_on", "walled_tasks"]
+__all__ = ["connected", "random_tasks", "scattered", "task_on", "walled_tasks"]

@@ -17,6 +17,7 @@ from sign_model.map_batch.ladder import Rung, plan_batch
 from sign_model.signs.activation import spread_activation
 from srt_jax import envs
 from srt_jax.envs.sample import KINDS, sample_levels
+from srt_jax.removal.sums import totals
 
 _QUICK = (
     "reach",
@@ -25,6 +26,7 @@ _QUICK = (
     "seed",
     "octile",
     "gradient at the goal",
+    "exact sums",
     "episode",
     "levels of walls",
     "levels of rooms",
@@ -45,6 +47,8 @@ def ground():
         "goal": np.full((3, 2), [11, 13], np.int32),
         "cost": (rng.random(free.shape) + 0.5).astype(np.float32),
         "removal_cost": rng.choice([0.5, 1.0, 3.0], 100).astype(np.float32),
+        "hard_cost": (10.0 ** rng.uniform(-44.8, 38.5, (3, 24))).astype(np.float32),
+        "which": rng.random((3, 24)) < 0.5,
     }
 
 
@@ -111,6 +115,7 @@ def numeric_cases(given):
         "gradient everywhere": (jax.grad(everywhere), cost),
         "perturbed, pathwise": (noisy(True), cost[0], key),
         "perturbed, by the score": (noisy(False), cost[0], key),
+        "exact sums": (totals, given["hard_cost"], given["which"]),
         "gradient of the removal": (jax.grad(removal), batch.removal_cost),
         "episode": (episode, key),
         **{

@@ -1,4 +1,4 @@
-"""Generated instances: the optimum told is the optimum, every kind comes, and a seed settles
+"""Generated instances: the stated optimum is the optimum, every kind comes, and a seed settles
 all.
 """
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from srt_jax.instances.generate import KINDS, MIN_SIZE, generate
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.dijkstra import dijkstra
 
 MIXED = {
@@ -61,7 +61,7 @@ def test_the_optimum_told_is_that_of_brute_force(kind):
     for name, task, optimum in generate(kind, count=84, size=(MIN_SIZE, 22), seed=1):
         if np.isnan(optimum) or task.destroyable.sum() > 9:
             continue
-        assert least_removal(*parts(task)).cost == optimum, name
+        assert brute_force_removal(*parts(task)).cost == optimum, name
         compared[kind_of(name)] += 1
     assert sum(compared.values()) >= 40
     assert kind != "mixed" or set(compared) >= MIXED - {"patched", "noise-in-parts"}

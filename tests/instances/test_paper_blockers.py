@@ -10,7 +10,7 @@ from srt_jax import components
 from srt_jax.instances import maps
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from tests.helpers.pictures import drawn
 
 CORNERS_TOO = np.ones((3, 3), bool)
@@ -137,9 +137,11 @@ def test_the_blocker_is_the_least_removal_whatever_it_costs():
         assert (blocked[0] == labels).all() or (labels == -1).all()
         costs = np.ones(9)
         costs[8] = 100
-        everything = least_removal(blocked, np.ones(9, bool), costs, start, goal)
+        everything = brute_force_removal(blocked, np.ones(9, bool), costs, start, goal)
         assert (everything.cost, everything.obstacles) == (100, (blocker,))
-        assert not least_removal(blocked, np.arange(9) != blocker, costs, start, goal).is_solvable
+        assert not brute_force_removal(
+            blocked, np.arange(9) != blocker, costs, start, goal
+        ).is_solvable
 
 
 def test_the_blocker_hangs_together():

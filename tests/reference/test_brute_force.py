@@ -7,7 +7,7 @@ from heapq import heappop, heappush
 import numpy as np
 import pytest
 
-from srt_jax.reference.brute_force import MAX_DESTROYABLE, least_removal
+from srt_jax.reference.brute_force import MAX_DESTROYABLE, brute_force_removal
 
 
 def task(picture: str, *, fixed: str = "@", **costs):
@@ -28,12 +28,12 @@ def task(picture: str, *, fixed: str = "@", **costs):
 
 
 def test_a_free_way_needs_nothing():
-    found = least_removal(*task("S.aG\n...."))
+    found = brute_force_removal(*task("S.aG\n...."))
     assert (found.cost, found.obstacles, found.sets, found.is_solvable) == (0.0, (), [()], True)
 
 
 def test_a_fixed_wall_cannot_be_opened():
-    found = least_removal(*task("Sa@G\n..@."))
+    found = brute_force_removal(*task("Sa@G\n..@."))
     assert (found.cost, found.obstacles, found.sets, found.is_solvable, found.length) == (
         np.inf,
         (),
@@ -44,43 +44,43 @@ def test_a_fixed_wall_cannot_be_opened():
 
 
 def test_the_cheaper_of_two_ways_is_taken():
-    found = least_removal(*task("SaG\n@@@\n...", a=5))
+    found = brute_force_removal(*task("SaG\n@@@\n...", a=5))
     assert (found.cost, found.obstacles) == (5.0, (1,))
-    found = least_removal(*task("Sa.G\n.@@.\n.bc.", a=5, b=2, c=2))
+    found = brute_force_removal(*task("Sa.G\n.@@.\n.bc.", a=5, b=2, c=2))
     assert (found.cost, found.obstacles, found.length) == (4.0, (2, 3), 7.0)
 
 
 def test_of_equal_sets_the_one_with_the_shorter_route_is_taken():
-    found = least_removal(*task("S.a.\n..a.\n@.a.\n.b@G\n...."))
+    found = brute_force_removal(*task("S.a.\n..a.\n@.a.\n.b@G\n...."))
     assert found.sets == [(1,), (2,)]
     assert found.obstacles == (1,)
 
 
 def test_a_cell_under_two_obstacles_needs_both_gone():
-    found = least_removal(*task("SaG\n\n.b."))
+    found = brute_force_removal(*task("SaG\n\n.b."))
     assert (found.cost, found.obstacles) == (2.0, (0, 1))
 
 
 def test_an_obstacle_in_parts_is_paid_once():
-    found = least_removal(*task("Sa.aG\n@@@@@"))
+    found = brute_force_removal(*task("Sa.aG\n@@@@@"))
     assert found.cost == 1.0
-    assert least_removal(*task("Sab.aG", a=3)).cost == 4.0
+    assert brute_force_removal(*task("Sab.aG", a=3)).cost == 4.0
 
 
 def test_a_corner_contact_opens_nothing():
-    assert least_removal(*task("Sb.\nbab\n.bG")).obstacles == (1,)
-    assert not least_removal(*task("S@.\n@a@\n.@G")).is_solvable
+    assert brute_force_removal(*task("Sb.\nbab\n.bG")).obstacles == (1,)
+    assert not brute_force_removal(*task("S@.\n@a@\n.@G")).is_solvable
 
 
 def test_a_covered_start_or_a_fixed_goal_is_unsolvable():
     labels, flags, costs, start, goal = task("S.a.G")
-    assert not least_removal(labels, flags, costs, (0, 2), goal).is_solvable
-    assert not least_removal(labels, np.array([False]), costs, start, (0, 2)).is_solvable
-    assert least_removal(labels, flags, costs, start, (0, 2)).obstacles == (0,)
+    assert not brute_force_removal(labels, flags, costs, (0, 2), goal).is_solvable
+    assert not brute_force_removal(labels, np.array([False]), costs, start, (0, 2)).is_solvable
+    assert brute_force_removal(labels, flags, costs, start, (0, 2)).obstacles == (0,)
 
 
 def test_padding_is_never_opened():
-    assert not least_removal(
+    assert not brute_force_removal(
         np.array([[-1, -2, -1]]), np.array([True]), np.ones(1), (0, 0), (0, 2)
     ).is_solvable
 
@@ -88,7 +88,7 @@ def test_padding_is_never_opened():
 def test_too_many_obstacles_are_refused():
     many = MAX_DESTROYABLE + 1
     with pytest.raises(ValueError, match="at most 16"):
-        least_removal(np.full((2, 2), -1), np.ones(many, bool), np.ones(many), (0, 0), (1, 1))
+        brute_force_removal(np.full((2, 2), -1), np.ones(many, bool), np.ones(many), (0, 0), (1, 1))
 
 
 def cheapest_walk(labels, flags, costs, start, goal) -> float:
@@ -136,7 +136,7 @@ def test_equal_to_a_search_over_cells_and_sets():
             rng.integers(1, 4, num_obstacles).astype(np.float32),
         )
         start, goal = (tuple(rng.integers(0, (height, width)).tolist()) for _ in range(2))
-        found = least_removal(labels, flags, costs, start, goal)
+        found = brute_force_removal(labels, flags, costs, start, goal)
         assert found.cost == cheapest_walk(labels, flags, costs, start, goal)
         assert found.is_solvable == (found.cost < np.inf)
         assert all(costs[list(chosen)].sum() == found.cost for chosen in found.sets)

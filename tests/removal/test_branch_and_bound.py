@@ -12,7 +12,7 @@ import pytest
 from experiments.campaigns.integer_programming import exact_removal
 from srt_jax import Status, check, solve, stack
 from srt_jax.obstacles import Labels
-from srt_jax.reference.brute_force import least_removal
+from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.removal import sums
 from srt_jax.removal.prices import Terms, goal_prices, prices_of
 from tests.helpers.labelled import random_tasks, walled_tasks
@@ -32,7 +32,7 @@ MANY = walled_tasks(5, 8, side=20, num_obstacles=20, num_walls=4)
 def brute_force(index):
     task = TASKS[index]
     ends = (tuple(end.tolist()) for end in (task.start, task.goal))
-    return least_removal(task.labels, task.destroyable, task.removal_cost, *ends)
+    return brute_force_removal(task.labels, task.destroyable, task.removal_cost, *ends)
 
 
 def solved(**options):

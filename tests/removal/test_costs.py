@@ -11,8 +11,8 @@ import pytest
 
 from experiments.campaigns import checks
 from experiments.campaigns import costs as cost_campaign
-from experiments.campaigns.cost_oracle import judged
-from experiments.campaigns.costs import LIMITS, answered, batch_of, made, problems_of
+from experiments.campaigns.cost_oracle import judge
+from experiments.campaigns.costs import LIMITS, batch_of, made, problems_of, solve_and_judge
 from srt_jax import Status, check, explain, explanation, make_task, solve, solve_many
 from srt_jax.cli import run
 
@@ -77,12 +77,12 @@ def one(tree, place):
 
 @pytest.fixture(scope="module")
 def full(batch):
-    return answered(batch, FULL)[1]
+    return solve_and_judge(batch, FULL)[1]
 
 
 def test_every_status_bound_and_cost_is_right_in_every_way_of_solving(batch):
     for limits in (FULL, ONE, PAPER):
-        _, solutions, truth = answered(batch, limits)
+        _, solutions, truth = solve_and_judge(batch, limits)
         assert problems_of(batch, solutions, truth, limits) == []
         assert check(batch, solutions, mode=limits.mode) == []
     assert (truth.status[: len(HARD)] == Status.SOLVED).all()
@@ -103,7 +103,7 @@ def test_a_small_cost_beside_a_large_one_is_no_end(full):
 def test_the_cheaper_way_is_taken_and_bounds_the_cost(batch, full):
     place = len(CHAINS)
     assert full.destroyed[place, :3].tolist() == [0, 1, -1]
-    greedy = one(answered(batch, PAPER)[1], place)
+    greedy = one(solve_and_judge(batch, PAPER)[1], place)
     assert greedy.removal_bound <= 100000001
     too_high = greedy.replace(removal_bound=np.float32(5e8))
     assert any("removal_bound is 5" in problem for problem in check(one(batch, place), too_high))
@@ -116,7 +116,7 @@ def test_sets_that_differ_in_the_last_bit_are_told_apart(full):
 def test_a_limit_below_the_least_removal_says_how_many_are_needed(batch, full):
     place = len(HARD) - 2
     assert full.num_destroyed[place] == 2 and full.removal_cost[place] == 2
-    few = one(answered(batch, ONE)[1], place)
+    few = one(solve_and_judge(batch, ONE)[1], place)
     assert few.status == Status.BUDGET_SPENT and few.num_destroyed == 2 and few.removal_bound == 2
     assert few.destroyed.tolist() == [-1] and few.removal_cost == np.inf
     assert "needs 2 obstacles destroyed" in explain(HARD[place], few)
@@ -142,7 +142,7 @@ def test_what_is_needless_is_noticed_where_the_mode_is_known(batch, full):
 def test_costs_that_make_task_refuses_are_no_wrong_answer(batch):
     costs = batch.removal_cost.copy()
     costs[0, :2] = 0  # both obstacles of the chain
-    solutions = answered(batch.replace(removal_cost=costs), FULL)[1]
+    solutions = solve_and_judge(batch.replace(removal_cost=costs), FULL)[1]
     assert solutions.status[0] == Status.SOLVED and solutions.num_destroyed[0] == 2
     assert solutions.removal_cost[0] == solutions.removal_bound[0] == 0
     assert check(one(batch.replace(removal_cost=costs), 0), one(solutions, 0), mode="least") == []
@@ -178,8 +178,8 @@ def test_what_can_be_destroyed_is_named_first():
     solution = solve(task)
     assert solution.blocking.tolist() == [0, 1]
     assert [known["id"] for known in explanation(task, solution)["blockage"]["obstacles"]] == [1, 0]
-    told = explain(task, solution)
-    assert told.index("1 (destroyable") < told.index("0 (firm")
+    answer = explain(task, solution)
+    assert answer.index("1 (destroyable") < answer.index("0 (indestructible")
 
 
 def test_the_command_line_solves_them(capsys):
@@ -188,8 +188,8 @@ def test_the_command_line_solves_them(capsys):
         ("break_bound_too_high.npz", ("--mode", "paper")),
     ):
         assert run(["solve", str(ODD / name), *options, "--json"]) == 0
-        (told,) = json.loads(capsys.readouterr().out)["tasks"]
-        assert told["status"] == "SOLVED" and told["removal_bound"] <= 100000001
+        (answer,) = json.loads(capsys.readouterr().out)["tasks"]
+        assert answer["status"] == "SOLVED" and answer["removal_bound"] <= 100000001
     ends = ("--start", "0,0", "--goal", "0,4")
     assert run(["solve", str(ODD / "base.map"), *ends, "--max-destroyed", "1000000", "--json"]) == 0
 
@@ -205,7 +205,7 @@ def test_the_oracle_notices_a_set_that_is_not_the_least():
     ):
         chosen[:] = False
         chosen[0, ids] = True
-        truth = judged(batch, chosen)
+        truth = judge(batch, chosen)
         assert (
             truth.least == 2
             and (truth.opens[0], truth.is_least[0], truth.is_thin[0])[: len(facts)] == facts

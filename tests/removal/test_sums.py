@@ -26,7 +26,7 @@ def number(words, costs) -> int:
     )
 
 
-def drawn(rng, count, low, high):
+def draw_costs(rng, count, low, high):
     costs = (10.0 ** rng.uniform(low, high, count)).astype(np.float32)
     return np.clip(costs, LEAST, GREATEST)
 
@@ -56,7 +56,7 @@ def test_sums_are_exact_and_rounded_down(kind):
         )
 
     for _ in range(60):
-        cost, which = drawn(rng, 37, *KINDS[kind]), rng.random(37) < 0.5
+        cost, which = draw_costs(rng, 37, *KINDS[kind]), rng.random(37) < 0.5
         which[0] |= not which.any()
         costs, total, more, (down, never, nothing) = run(cost, which)
         true = sum(map(whole, cost[which]))
@@ -148,5 +148,15 @@ def test_totals_of_a_batch():
         jnp.asarray([[1e8, 1], [0.1, 0.2]], jnp.float32),
         jnp.asarray([[True, True], [True, True]]),
     )
-    told = jax.jit(sums.totals)(cost, which)
-    assert told.tolist() == [1e8, np.nextafter(np.float32(0.3), np.float32(0))]
+    rounded = jax.jit(sums.totals)(cost, which)
+    assert rounded.tolist() == [1e8, np.nextafter(np.float32(0.3), np.float32(0))]
+
+
+def test_without_the_marks_the_sums_have_the_same_bits(monkeypatch):
+    rng = np.random.default_rng(2)
+    cost = np.stack([draw_costs(rng, 24, *ends) for ends in KINDS.values()])
+    which = rng.random(cost.shape) < 0.5
+    expected = np.asarray(jax.jit(sums.totals)(cost, which))
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    plain = np.asarray(jax.jit(lambda *args: sums.totals(*args))(cost, which))
+    assert plain.tobytes() == expected.tobytes()
