@@ -12,10 +12,10 @@ import codecs
 import os
 import pathlib
 import re
-import stat
 from collections.abc import Iterator
 
 from sign_model.clock import NO_LIMIT, Clock
+from sign_model.ground.files import FileError, read_bytes
 
 MAX_BYTES = 1 << 28
 """The largest PDDL file that is read, in bytes."""
@@ -80,26 +80,9 @@ def read_source(source: str | pathlib.Path) -> tuple[str, str]:
         return _plain_ends(source), "<text>"
     path = pathlib.Path(source)
     try:
-        found = os.stat(path)  # before opening: opening a pipe waits for whoever writes to it
-        if not stat.S_ISREG(found.st_mode):
-            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
-            raise PddlError(
-                f"cannot be read (it is {kind}): give the path of a PDDL file", file=str(path)
-            )
-        if found.st_size > MAX_BYTES:
-            told = (
-                f"has {found.st_size:,} bytes, more than the {MAX_BYTES:,} that are read: give a"
-                " smaller task"
-            )
-            raise PddlError(told, file=str(path))
-        content = path.read_bytes()
-    except (OSError, ValueError) as error:
-        if isinstance(error, PddlError):
-            raise
-        told = getattr(error, "strerror", None) or error
-        raise PddlError(
-            f"cannot be read ({told}): give the path of a PDDL file, or its text", file=str(path)
-        ) from None
+        content = read_bytes(path, what="PDDL file", most=MAX_BYTES)
+    except FileError as error:
+        raise PddlError(str(error).removeprefix(f"{path}: "), file=str(path)) from None
     encoding = next((name for mark, name in _MARKS if content.startswith(mark)), "utf-8")
     # A byte that is no UTF-8 becomes a lone surrogate: nobody minds it in a comment, and in a word
     # `_tokens` tells its line.

@@ -29,7 +29,7 @@ def convert(
 ) -> int:
     """Writes a map, place or task in another format, and says what that format has no room for."""
     read, wrote = Notes(), Notes()
-    with options.told(source, read, quiet=True):
+    with options.print_notes(source, read, quiet=True):
         found = read_source(source, dataclasses.replace(reading, chooses=True), read)
         tasks = all_prepared(source, found.tasks, destroyable, reading.block, read)
     if destroyable is not None or reading.block is not None:
@@ -48,8 +48,8 @@ def convert(
         }
         say_json(told)
     else:
-        options.tell(source, read)
-        options.tell(target, wrote)
+        options.print_lines(source, read)
+        options.print_lines(target, wrote)
         say(
             f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from"
             f" {source}."

@@ -96,7 +96,7 @@ def draw(
         return read_tasks(path, destroyable=destroyable, reading=how, notes=notes)
 
     with waiting("reading", quiet=as_json):
-        tasks, _, failed = options.gathered(inputs, read, quiet=True)
+        tasks, _, failed = options.read_all(inputs, read, quiet=True)
     tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")

@@ -36,7 +36,7 @@ def scen(
     if not chosen:
         raise ValueError(f"{scenario}: the scenario has no row")
     notes = Notes()
-    with options.told(scenario, notes, quiet=as_json):
+    with options.print_notes(scenario, notes, quiet=as_json):
         maps = scenario_maps(scenario, chosen, map_path, notes)
     numbers, wanted = [number for number, _ in chosen], [row for _, row in chosen]
     errors = np.zeros(len(wanted))

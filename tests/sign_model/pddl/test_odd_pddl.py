@@ -479,11 +479,11 @@ def test_only_regular_files_of_bounded_size_are_read(tmp_path, monkeypatch):
         load(tmp_path, problem())
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
-        with pytest.raises(PddlError, match="it is a pipe or a device"):
+        with pytest.raises(PddlError, match="it is a pipe"):
             load(tmp_path / "pipe", problem())
     (tmp_path / "d.pddl").write_text(MOVE)
     monkeypatch.setattr(syntax, "MAX_BYTES", 20)
-    with pytest.raises(PddlError, match="more than the 20 that are read"):
+    with pytest.raises(PddlError, match="at most 20 are read"):
         load(tmp_path / "d.pddl", problem())
 
 
