@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, written
 from srt_jax.formats.notes import Notes
@@ -63,6 +64,7 @@ class _Given(NamedTuple):
     called: str
 
 
+@paused_collector()
 def read_geojson(
     path: PathLike,
     *,
