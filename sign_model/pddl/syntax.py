@@ -46,7 +46,7 @@ class PddlError(ValueError):
 
 
 class Word(str):
-    """A lower-case token and the line it stands on."""
+    """A lower-case token and its line."""
 
     __slots__ = ("line",)
     line: int
@@ -58,7 +58,7 @@ class Word(str):
 
 
 class Form(list):
-    """What stands between two parentheses, and the line of the opening one."""
+    """The content of two parentheses, and the line of the opening one."""
 
     __slots__ = ("line",)
 
@@ -106,16 +106,15 @@ def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
     for line, tokens in _lines(text, file, clock):
         for token in tokens:
             if whole is not None:
-                told = (
-                    f"'{token}' stands after the end of (define ...): remove it, or one ')' too"
-                    " many"
+                message = (
+                    f"'{token}' comes after the end of (define ...): remove it, or one ')' too many"
                 )
-                raise PddlError(told, file=file, line=line)
+                raise PddlError(message, file=file, line=line)
             if token == "(":
                 stack.append(Form(line))
             elif not stack:
                 raise PddlError(
-                    f"'{token}' stands before the first '(': a PDDL file is one (define ...)",
+                    f"'{token}' comes before the first '(': a PDDL file is one (define ...)",
                     file=file,
                     line=line,
                 )
@@ -169,6 +168,6 @@ def _unprintable(token: str) -> str:
         f"the byte 0x{code - 0xDC00:02X}" if 0xDC80 <= code <= 0xDCFF else f"the sign U+{code:04X}"
     )
     return (
-        f"not a text file in UTF-8: {what} stands outside of a comment; remove it, or save the file"
+        f"not a text file in UTF-8: {what} is outside of a comment; remove it, or save the file"
         " as UTF-8"
     )

@@ -40,7 +40,7 @@ def bench(
     for one in NAMES if name == "all" else [name]:
         if not as_json:
             say(f"== {one}")
-        result, told = _measured(one, quick)
+        result, table = _measured(one, quick)
         results[one] = result
         make_folder(out)
         command = f"srt-jax bench {one}{' --quick' if quick else ''}"
@@ -48,13 +48,13 @@ def bench(
             "command": command,
             "date": time.strftime("%Y-%m-%d"),
             "made_on": machine(),
-            "told": told,
+            "told": table,
             **result,
         }
         with written(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
         if not as_json:
-            say(*told.splitlines())
+            say(*table.splitlines())
     if as_json:
         say_json(results)
     else:
@@ -63,7 +63,7 @@ def bench(
 
 
 def _measured(name: str, quick: bool) -> tuple[dict[str, Any], str]:
-    """Returns the measurements and the same as a table; each is loaded when it is asked for."""
+    """Returns the measurements and the same as a table; each is loaded when it is requested."""
     if name == "kernels":
         from srt_jax.bench import kernels
 

@@ -1,4 +1,4 @@
-"""`srt-jax convert`: a file written anew in another format."""
+"""`srt-jax convert`: a file written in another format."""
 
 import dataclasses
 from typing import Annotated
@@ -41,12 +41,12 @@ def convert(
         found = with_flags_of_task(found)
     write_source(target, found, wrote)
     if as_json:
-        told = {
+        document = {
             "file": target,
             "tasks": len(found.tasks),
             "notes": read.records(source) + wrote.records(target),
         }
-        say_json(told)
+        say_json(document)
     else:
         options.print_lines(source, read)
         options.print_lines(target, wrote)

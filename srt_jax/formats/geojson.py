@@ -267,7 +267,7 @@ def _features(document: dict[str, Any], where: str) -> Iterator[tuple[str, Any]]
             and feature.get("type") in TYPES
             and feature["type"] != "Feature"
         ):
-            yield called, {"geometry": feature}  # a bare geometry where a feature should stand
+            yield called, {"geometry": feature}  # a bare geometry in the place of a feature
         else:
             yield called, feature
 

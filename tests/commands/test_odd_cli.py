@@ -339,7 +339,7 @@ def test_whatever_goes_wrong_is_one_line_with_its_own_code(
     def fails(*arguments, **options):
         raise error
 
-    monkeypatch.setattr(interrupts._State, "is_told", False)
+    monkeypatch.setattr(interrupts._State, "is_reported", False)
     monkeypatch.setattr("srt_jax.commands.solve.read_tasks", fails)
     assert run(["solve", "base.map", *ENDS]) == code
     out, err = capfd.readouterr()
@@ -493,7 +493,7 @@ def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how)
         "try:",
         *(f"    {line}" for line in body),
         "except interrupts.Stopped:",
-        "    sys.exit(interrupts.tell_stopped())",
+        "    sys.exit(interrupts.report_stop())",
     ]
     script.write_text("\n".join(lines) + "\n")
     process = subprocess.Popen(

@@ -191,7 +191,7 @@ BEYOND = {
         "<domain>:5: 'not' over 'not' goes beyond STRIPS",
     ),
     "not of nothing": (domain("(not)"), problem(), "<domain>:5: 'not' takes exactly one atom"),
-    "not of a word": (domain("(not r)"), problem(), "<domain>:5: 'r' stands where a form"),
+    "not of a word": (domain("(not r)"), problem(), "<domain>:5: 'r' is where a form"),
     "durative action": (
         domain(rest="(:durative-action b)"),
         problem(),

@@ -140,13 +140,13 @@ MALFORMED = {
         DOMAIN,
         PROBLEM.replace("s - switch", "s -"),
         "<problem>:3",
-        "'-' must stand between",
+        "'-' must come between",
     ),
     "a parameter twice": (
         DOMAIN.replace("?l - lamp ?r - room)\n", "?s - lamp ?r - room)\n"),
         PROBLEM,
         "<domain>:8",
-        "stands twice",
+        "given twice",
     ),
     "a parameter without '?'": (
         DOMAIN.replace("(?s - switch", "(s - switch"),
@@ -221,7 +221,7 @@ def test_an_error_is_one_line_with_file_line_and_rule(kind):
 
 
 def test_a_missing_file_is_an_error_that_names_it(tmp_path):
-    with pytest.raises(PddlError, match="nowhere.pddl: no such file"):
+    with pytest.raises(PddlError, match=r"nowhere\.pddl: no such file"):
         load(tmp_path / "nowhere.pddl", PROBLEM)
 
 
