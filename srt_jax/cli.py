@@ -136,7 +136,7 @@ def _function(name: str) -> Callable[..., int]:
 
 
 def _listed(name: str) -> Callable[..., int]:
-    """Stands for the command in the list of all: its name and its docstring, read from its source."""
+    """Takes the place of a command in the list of all: its name and docstring, from the source."""
     spec = importlib.util.find_spec(f"srt_jax.commands.{name}")
     source = getattr(spec.loader, "get_source", lambda _: None)(spec.name) if spec else None
     found = [
@@ -196,11 +196,11 @@ def run(arguments: list[str] | None = None, *, failed: BaseException | None = No
             raise failed
         code = _app_for(typed)(typed, prog_name="srt-jax", standalone_mode=False) or 0
         if code == 128 + signal.SIGINT:  # the parser makes this of an interrupt, without a word
-            return interrupts.tell_stopped()
+            return interrupts.report_stop()
         flush_output()
         return code
     except BaseException as error:
-        code = _told(error)
+        code = _report(error)
         if is_debug and code not in (0, typer.Exit().exit_code):
             traceback.print_exception(error)
         silence_output()
@@ -208,7 +208,7 @@ def run(arguments: list[str] | None = None, *, failed: BaseException | None = No
 
 
 def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
-    """Returns what was typed without --debug, which may stand anywhere before "--", and whether
+    """Returns what was typed without --debug, which may come anywhere before "--", and whether
     it was given.
     """
     end = typed.index("--") if "--" in typed else len(typed)
@@ -217,12 +217,12 @@ def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
     return rest + typed[end:], is_debug
 
 
-def _told(error: BaseException) -> int:
+def _report(error: BaseException) -> int:
     """Prints in one line what went wrong, and returns the exit code."""
     if interrupts.stopped_by() is not None or isinstance(
         error, KeyboardInterrupt | interrupts.Stopped | typer.Abort
     ):
-        return interrupts.tell_stopped()  # what an interrupt breaks may end in any error
+        return interrupts.report_stop()  # what an interrupt breaks may end in any error
     if isinstance(error, typer.Exit):
         return error.exit_code
     if isinstance(error, SystemExit):
@@ -230,13 +230,13 @@ def _told(error: BaseException) -> int:
         is_pipe = isinstance(error.__context__, BrokenPipeError)
         return PIPE_CLOSED if is_pipe else error.code if isinstance(error.code, int) else CRASHED
     # what all of the parser's errors have, and only they
-    told = getattr(error, "format_message", None)
-    if told is not None:
-        if not told():  # no command at all: the help has been printed
+    format_message = getattr(error, "format_message", None)
+    if format_message is not None:
+        if not format_message():  # no command at all: the help has been printed
             return BAD_INPUT
         context = getattr(error, "ctx", None)
         hint = f"; see '{context.command_path} --help'" if context else ""
-        return error_line(told().rstrip(".") + hint)
+        return error_line(format_message().rstrip(".") + hint)
     if isinstance(error, BrokenPipeError):
         return PIPE_CLOSED  # as a shell reports it: its reader, such as `head`, has all it wants
     if isinstance(error, ImportError | ValueError):
@@ -245,7 +245,7 @@ def _told(error: BaseException) -> int:
 
 
 def _crash(error: BaseException) -> str:
-    """Returns what to tell of an error that is no fault of the input."""
+    """Returns the message for an error that is no fault of the input."""
     if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
         return f"out of memory ({_brief(error)}): give fewer or smaller tasks at once"
     if isinstance(error, OSError):
@@ -253,10 +253,10 @@ def _crash(error: BaseException) -> str:
     if "Unable to initialize backend" in str(error):
         return f"{_brief(error)}: set JAX_PLATFORMS to a device that is there, such as cpu"
     if _lacks_device():
-        asked = os.environ.get("JAX_PLATFORMS")
+        requested = os.environ.get("JAX_PLATFORMS")
         return (
-            f"JAX finds no device{f' of JAX_PLATFORMS={asked}' if asked else ''}: set JAX_PLATFORMS"
-            " to one that is there"
+            f"JAX finds no device{f' of JAX_PLATFORMS={requested}' if requested else ''}: set"
+            " JAX_PLATFORMS to one that is there"
         )
     name = type(error).__name__
     return f"internal error: {name}: {_brief(error)}; please report it with what --debug prints"

@@ -153,19 +153,19 @@ def require_regular(path: PathLike, *, what: str = "file", most: int | None = No
     opens nothing.
     """
     try:
-        told = os.stat(path)
+        found = os.stat(path)
     except FileNotFoundError as error:
         raise MissingFileError(f"{path}: no such file; a {what} was to be read from it") from error
     except (OSError, ValueError) as error:
         raise FileError(
             f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}"
         ) from error
-    if not stat.S_ISREG(told.st_mode):
+    if not stat.S_ISREG(found.st_mode):
         raise FileError(
-            f"{path}: the {what} cannot be read: it is {_form(told.st_mode)}: name a regular file"
+            f"{path}: the {what} cannot be read: it is {_form(found.st_mode)}: name a regular file"
         )
-    if most is not None and told.st_size > most:
-        raise FileError(_too_large(path, what, told.st_size, most))
+    if most is not None and found.st_size > most:
+        raise FileError(_too_large(path, what, found.st_size, most))
 
 
 def _too_large(path: PathLike, what: str, size: int, most: int) -> str:
@@ -202,6 +202,6 @@ def _draft_beside(target: pathlib.Path) -> pathlib.Path:
 
 
 def _reason(error: OSError) -> str:
-    told = error.strerror or str(error)
+    reason = error.strerror or str(error)
     remedy = _REMEDIES.get(error.errno or 0)
-    return f"{told}; {remedy}" if remedy else told
+    return f"{reason}; {remedy}" if remedy else reason

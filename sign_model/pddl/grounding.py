@@ -169,12 +169,12 @@ def _bounded(rules: _Rules, features: set[Fact], goal: set[Fact], problem: Probl
                 waiting += fresh
     features &= needed
     if len(kept) * len(features) > MAX_CELLS:
-        told = (
+        message = (
             f"{len(kept):,} ground actions with {len(features):,} features, more than {MAX_CELLS:,}"
             " cells of a matrix"
         )
         raise PddlError(
-            f"{told}: name fewer objects, or give the actions more conditions that never change",
+            f"{message}: name fewer objects, or give the actions more conditions that never change",
             file=problem.file,
         )
     return sorted(kept)
@@ -190,10 +190,10 @@ def _as_matrices(
     goal: set[Fact],
     names: list[str],
 ) -> PlanningTask:
-    def told(fact: Fact) -> tuple[str, ...]:
+    def named_parts(fact: Fact) -> tuple[str, ...]:
         return tuple([part if isinstance(part, str) else names[part] for part in fact])
 
-    named = sorted((told(fact), fact) for fact in facts)
+    named = sorted((named_parts(fact), fact) for fact in facts)
     index = {fact: i for i, (_, fact) in enumerate(named)}
 
     def matrix(sets: list[set[Fact]]) -> np.ndarray:
@@ -237,17 +237,17 @@ def _cost(script: Script, binding: Binding, problem: Problem, names: list[str]) 
         value = problem.values.get(function)
         if value is None:
             action = " ".join((script.schema.name, *filled.values()))
-            told = (
+            message = (
                 f"({' '.join(function)}) has no number, and ({action}) needs it as its cost: give"
                 " it in (:init ...)"
             )
-            raise PddlError(told, file=problem.file, line=problem.start_line)
+            raise PddlError(message, file=problem.file, line=problem.start_line)
         total += value
     if total > MAX_COST:
         action = " ".join((script.schema.name, *filled.values()))
-        told = (
+        message = (
             f"({action}) costs {total:,}, more than {MAX_COST:,}: divide all costs by the same"
             " number"
         )
-        raise PddlError(told, file=problem.file, line=problem.start_line)
+        raise PddlError(message, file=problem.file, line=problem.start_line)
     return total

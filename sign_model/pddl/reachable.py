@@ -8,7 +8,7 @@ binding that breaks a condition is ever completed, and the work grows with the p
 hold, not with the combinations of objects.
 
 Objects are numbers here, facts are (predicate, object, ...) and a condition's variables are the
-numbers of the action's roles; a constant c stands as -1 - c.
+numbers of the action's roles; a constant c is written as -1 - c.
 """
 
 import operator

@@ -73,7 +73,7 @@ class _Reader:
             or form[1].head != kind
             or len(form[1]) != 2
         ):
-            self.fail(f"after (define must stand ({kind} NAME)", form)
+            self.fail(f"after (define must come ({kind} NAME)", form)
         self.name = self.word(form[1][1])
         self.sections = [self.form(part) for part in form[2:]]
         for section in self.sections:
@@ -100,12 +100,12 @@ class _Reader:
 
     def form(self, item: Form | Word) -> Form:
         if not isinstance(item, Form):
-            self.fail(f"'{item}' stands where a form in parentheses is needed", item)
+            self.fail(f"'{item}' is where a form in parentheses is needed", item)
         return item
 
     def word(self, item: Form | Word) -> Word:
         if not isinstance(item, Word):
-            self.fail("a form in parentheses stands where a name is needed", item)
+            self.fail("a form in parentheses is where a name is needed", item)
         return item
 
     def parts(self, name: str) -> Iterator[Form]:
@@ -123,7 +123,7 @@ class _Reader:
                 continue
             kind = next(rest, None)
             if kind is None or not waiting:
-                self.fail("'-' must stand between names and their type", item)
+                self.fail("'-' must come between names and their type", item)
             kinds = self.either(kind)
             yield from ((name, kinds) for name in waiting)
             waiting = []
@@ -155,7 +155,7 @@ class _Reader:
     ) -> Iterator[tuple[Word, tuple[Types, ...]]]:
         for entry in (self.form(item) for item in section[1:]):
             if not entry:
-                self.fail(f"() stands in ({section.head} ...) where a name is needed", entry)
+                self.fail(f"() is in ({section.head} ...) where a name is needed", entry)
             roles = tuple(
                 self.known_types(types, kinds, name) for name, kinds in self.typed(entry[1:])
             )
@@ -206,7 +206,7 @@ class _Reader:
         roles = getattr(domain, table).get(name)
         if roles is None:
             if not name:
-                self.fail(f"a form stands where a name of (:{table} ...) is needed", form)
+                self.fail(f"a form is where a name of (:{table} ...) is needed", form)
             self.fail(f"'{name}' is not declared in (:{table} ...)", form)
         if len(form) - 1 != len(roles):
             self.fail(f"'{name}' has {len(form) - 1} argument(s), declared with {len(roles)}", form)
@@ -329,7 +329,7 @@ class _DomainReader(_Reader):
             )
         for key, value in zip(form[2::2], form[3::2]):
             if key not in (":parameters", ":precondition", ":effect") or key in fields:
-                self.fail(f"action '{name}': '{key}' is not known or stands twice", key)
+                self.fail(f"action '{name}': '{key}' is not known or is given twice", key)
             fields[key] = self.form(value)
         if ":effect" not in fields:
             self.fail(f"action '{name}' has no :effect", form)
@@ -360,7 +360,7 @@ class _DomainReader(_Reader):
             if not variable.startswith("?"):
                 self.fail(f"action '{name}': parameter '{variable}' must begin with '?'", variable)
             if variable in dict(roles):
-                self.fail(f"action '{name}': parameter '{variable}' stands twice", variable)
+                self.fail(f"action '{name}': parameter '{variable}' is given twice", variable)
             roles.append((str(variable), self.known_types(domain.types, kinds, variable)))
         return tuple(roles)
 
@@ -430,7 +430,7 @@ class _ProblemReader(_Reader):
         self.domain: Domain
 
     def object_names(self) -> frozenset[str]:
-        """The names that stand in (:objects ...), read leniently: the domain's messages can
+        """The names in (:objects ...), read leniently: the domain's messages can
         speak of them.
         """
         return frozenset(
@@ -481,7 +481,7 @@ class _ProblemReader(_Reader):
             ):
                 continue
             head = wanted.head if isinstance(wanted, Form) else wanted
-            told = "only (:metric minimize (total-cost)) is understood"
+            message = "only (:metric minimize (total-cost)) is understood"
             if (
                 metric[1:2] == ["minimize"]
                 and head
@@ -492,8 +492,8 @@ class _ProblemReader(_Reader):
                     if head in self.domain.functions
                     else f"'{head}' is not declared in (:functions ...), and "
                 )
-                self.fail(f"{unknown}{told}: leave the metric out to count steps", metric)
-            self.fail(f"{told}: leave the metric out to count steps", metric)
+                self.fail(f"{unknown}{message}: leave the metric out to count steps", metric)
+            self.fail(f"{message}: leave the metric out to count steps", metric)
         return bool(metrics)
 
     def _only(self, name: str) -> Form:

@@ -12,10 +12,10 @@ import codecs
 import os
 import pathlib
 import re
-import stat
 from collections.abc import Iterator
 
 from sign_model.clock import NO_LIMIT, Clock
+from sign_model.ground.files import FileError, read_bytes
 
 MAX_BYTES = 1 << 28
 """The largest PDDL file that is read, in bytes."""
@@ -54,7 +54,7 @@ class PddlError(ValueError):
 
 
 class Word(str):
-    """A lower-case token and the line it stands on."""
+    """A lower-case token and its line."""
 
     __slots__ = ("line",)
     line: int
@@ -66,7 +66,7 @@ class Word(str):
 
 
 class Form(list):
-    """What stands between two parentheses, and the line of the opening one."""
+    """The content of two parentheses, and the line of the opening one."""
 
     __slots__ = ("line",)
 
@@ -88,26 +88,9 @@ def read_source(source: str | pathlib.Path) -> tuple[str, str]:
         return _plain_ends(source), "<text>"
     path = pathlib.Path(source)
     try:
-        found = os.stat(path)  # before opening: opening a pipe waits for whoever writes to it
-        if not stat.S_ISREG(found.st_mode):
-            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe or a device"
-            raise PddlError(
-                f"cannot be read (it is {kind}): give the path of a PDDL file", file=str(path)
-            )
-        if found.st_size > MAX_BYTES:
-            told = (
-                f"has {found.st_size:,} bytes, more than the {MAX_BYTES:,} that are read: give a"
-                " smaller task"
-            )
-            raise PddlError(told, file=str(path))
-        content = path.read_bytes()
-    except (OSError, ValueError) as error:
-        if isinstance(error, PddlError):
-            raise
-        told = getattr(error, "strerror", None) or error
-        raise PddlError(
-            f"cannot be read ({told}): give the path of a PDDL file, or its text", file=str(path)
-        ) from None
+        content = read_bytes(path, what="PDDL file", most=MAX_BYTES)
+    except FileError as error:
+        raise PddlError(str(error).removeprefix(f"{path}: "), file=str(path)) from None
     encoding = next((name for mark, name in _MARKS if content.startswith(mark)), "utf-8")
     # A byte that is no UTF-8 becomes a lone surrogate: nobody minds it in a comment, and in a word
     # `_tokens` tells its line.
@@ -131,16 +114,15 @@ def read_form(text: str, file: str, clock: Clock = NO_LIMIT) -> Form:
     for line, tokens in _lines(text, file, clock):
         for token in tokens:
             if whole is not None:
-                told = (
-                    f"'{token}' stands after the end of (define ...): remove it, or one ')' too"
-                    " many"
+                message = (
+                    f"'{token}' comes after the end of (define ...): remove it, or one ')' too many"
                 )
-                raise PddlError(told, file=file, line=line)
+                raise PddlError(message, file=file, line=line)
             if token == "(":
                 stack.append(Form(line))
             elif not stack:
                 raise PddlError(
-                    f"'{token}' stands before the first '(': a PDDL file is one (define ...)",
+                    f"'{token}' comes before the first '(': a PDDL file is one (define ...)",
                     file=file,
                     line=line,
                 )
@@ -194,6 +176,6 @@ def _unprintable(token: str) -> str:
         f"the byte 0x{code - 0xDC00:02X}" if 0xDC80 <= code <= 0xDCFF else f"the sign U+{code:04X}"
     )
     return (
-        f"not a text file in UTF-8: {what} stands outside of a comment; remove it, or save the file"
+        f"not a text file in UTF-8: {what} is outside of a comment; remove it, or save the file"
         " as UTF-8"
     )

@@ -51,18 +51,18 @@ def _replay(domain: Domain, problem: Problem, plan: list[Atom], clock: Clock) ->
     for number, step in enumerate(plan, 1):
         if not number % _CHECKED_EVERY:
             clock.check()
-        told = f"step {number} ({' '.join(step)})"
+        step_name = f"step {number} ({' '.join(step)})"
         if not step or step[0] not in schemas:
-            return [f"{told}: there is no such action"]
+            return [f"{step_name}: there is no such action"]
         schema = schemas[step[0]]
         problems = _wrong_arguments(domain, problem, schema, step[1:])
         if problems:
-            return [f"{told}: {problem_}" for problem_ in problems]
+            return [f"{step_name}: {problem_}" for problem_ in problems]
         env = dict(zip((role for role, _ in schema.roles), step[1:]))
         missing = sorted(_filled(schema.conditions, env) - state)
         present = sorted(_filled(schema.negative_conditions, env) & state)
-        wrong = [f"{told}: ({' '.join(atom)}) does not hold" for atom in missing]
-        wrong += [f"{told}: ({' '.join(atom)}) holds but must not" for atom in present]
+        wrong = [f"{step_name}: ({' '.join(atom)}) does not hold" for atom in missing]
+        wrong += [f"{step_name}: ({' '.join(atom)}) holds but must not" for atom in present]
         if wrong:
             return wrong
         state -= _filled(schema.deletes, env)

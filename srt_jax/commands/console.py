@@ -50,8 +50,8 @@ def say(*lines: str) -> None:
 
 
 def say_wrapped(console: "Console", line: str) -> None:
-    """Prints a sentence within the width of the console; square brackets and colons in it stand
-    for themselves.
+    """Prints a sentence within the width of the console; square brackets and colons in it are no
+    markup.
     """
     from rich.text import Text
 
@@ -71,7 +71,7 @@ def flush_output() -> None:
 
 
 def silence_output() -> None:
-    """Lets the interpreter's own last flush go nowhere: a broken output has been told already."""
+    """Lets the interpreter's own last flush go nowhere: a broken output is already reported."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError):
@@ -95,12 +95,14 @@ def note(message: str) -> None:
 
 
 def aside(message: str) -> None:
-    """Prints a line on standard error that stands beside the result, such as how long it took."""
+    """Prints a line on standard error beside the result, such as how long it took."""
     _to_stderr(message, prefix="")
 
 
 def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
-    """What cannot be told, for standard error is closed or full, ends nothing."""
+    """Prints one line on standard error; where that is closed or full it does nothing, for the
+    program must not end because of a message.
+    """
     with contextlib.suppress(OSError, ValueError, AttributeError):
         encoding = getattr(sys.stderr, "encoding", None)
         print(
@@ -149,7 +151,7 @@ def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], N
 @contextlib.contextmanager
 def waiting(what: str, *, quiet: bool) -> Iterator[None]:
     """Shows that something is being done, and for how long, once it takes long; for work whose end
-    cannot be foretold.
+    cannot be predicted.
     """
     if not _may_be_shown(quiet):
         yield

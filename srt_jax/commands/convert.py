@@ -1,4 +1,4 @@
-"""`srt-jax convert`: a file written anew in another format."""
+"""`srt-jax convert`: a file written in another format."""
 
 import dataclasses
 from typing import Annotated
@@ -29,7 +29,7 @@ def convert(
 ) -> int:
     """Writes a map, place or task in another format, and says what that format has no room for."""
     read, wrote = Notes(), Notes()
-    with options.told(source, read, quiet=True):
+    with options.print_notes(source, read, quiet=True):
         found = read_source(source, dataclasses.replace(reading, chooses=True), read)
         tasks = all_prepared(source, found.tasks, destroyable, reading.block, read)
     if destroyable is not None or reading.block is not None:
@@ -41,15 +41,15 @@ def convert(
         found = with_flags_of_task(found)
     write_source(target, found, wrote)
     if as_json:
-        told = {
+        document = {
             "file": target,
             "tasks": len(found.tasks),
             "notes": read.records(source) + wrote.records(target),
         }
-        say_json(told)
+        say_json(document)
     else:
-        options.tell(source, read)
-        options.tell(target, wrote)
+        options.print_lines(source, read)
+        options.print_lines(target, wrote)
         say(
             f"Wrote {target}: {len(found.tasks)} task{'s' if len(found.tasks) != 1 else ''} from"
             f" {source}."

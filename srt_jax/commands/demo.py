@@ -83,10 +83,10 @@ _RANKS = {
 
 
 def _print_summary(rows: list[dict[str, Any]], place: work.City) -> None:
-    told = [list(work.as_text(row).values()) for row in rows]
+    cells = [list(work.as_text(row).values()) for row in rows]
     console = printer()
     columns = [(name, _RANKS.get(name, 0)) for name in rows[0]]
     console.print()
     say_wrapped(console, work.heading(place))
-    console.print(fitted(columns, told, console.width))
+    console.print(fitted(columns, cells, console.width))
     say_wrapped(console, f"Map data: {place.attribution}")

@@ -96,7 +96,7 @@ def draw(
         return read_tasks(path, destroyable=destroyable, reading=how, notes=notes)
 
     with waiting("reading", quiet=as_json):
-        tasks, _, failed = options.gathered(inputs, read, quiet=True)
+        tasks, _, failed = options.read_all(inputs, read, quiet=True)
     tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
@@ -116,8 +116,8 @@ def draw(
     if as_json:
         say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
     else:
-        told = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
-        say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {told}")
+        where = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
+        say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {where}")
     return 2 if failed else 0
 
 

@@ -40,11 +40,11 @@ class _State:
 
     stopped_by: int | None = None
     is_working = False
-    is_told = False
+    is_reported = False
     echoes = 0
 
 
-_telling = threading.RLock()
+_reporting = threading.RLock()
 
 
 def install_for_program() -> None:
@@ -66,13 +66,13 @@ def stopped_by() -> int | None:
     return _State.stopped_by
 
 
-def tell_stopped() -> int:
+def report_stop() -> int:
     """Prints the one line about the interrupt, unless it was printed, and returns the exit code."""
     # the other thread may end the process as soon as the line is out, not before
-    is_mine = _telling.acquire(timeout=1.0)
+    is_mine = _reporting.acquire(timeout=1.0)
     try:
-        if not _State.is_told:
-            _State.is_told = True
+        if not _State.is_reported:
+            _State.is_reported = True
             word = "terminated" if _State.stopped_by == signal.SIGTERM else "interrupted"
             with contextlib.suppress(OSError, ValueError):
                 os.write(
@@ -82,7 +82,7 @@ def tell_stopped() -> int:
                 )
     finally:
         if is_mine:
-            _telling.release()
+            _reporting.release()
     return exit_code()
 
 
@@ -133,7 +133,7 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
         _State.stopped_by = number
     if not _State.is_working:
         _end()
-    if not _State.is_told:
+    if not _State.is_reported:
         raise Stopped
 
 
@@ -165,22 +165,22 @@ def _end() -> NoReturn:
     remove = getattr(files, "remove_open_drafts", None)
     if remove is not None:
         remove()
-    tell_stopped()
+    report_stop()
     os._exit(exit_code())
 
 
-def _on_unraisable(told: Any) -> None:
+def _on_unraisable(event: Any) -> None:
     """An exception in a callback is printed and forgotten by the interpreter: the one of a
     signal is raised again.
     """
-    if isinstance(told.exc_value, Stopped):
-        if not _State.is_told and hasattr(signal, "pthread_kill"):
+    if isinstance(event.exc_value, Stopped):
+        if not _State.is_reported and hasattr(signal, "pthread_kill"):
             # not from here: the hook's own exceptions are forgotten, too
             timer = threading.Timer(0.01, _raise_again)
             timer.daemon = True
             timer.start()
     else:
-        sys.__unraisablehook__(told)
+        sys.__unraisablehook__(event)
 
 
 def _raise_again() -> None:
@@ -196,15 +196,15 @@ def _on_crash(kind: type[BaseException], error: BaseException, trace: Any) -> No
         _end()
     if "--debug" in sys.argv or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0"):
         sys.__excepthook__(kind, error, trace)
-    told = " ".join(f"{kind.__name__}: {error}".split())
+    message = " ".join(f"{kind.__name__}: {error}".split())
     with contextlib.suppress(OSError, ValueError):
-        os.write(2, f"srt-jax: error: {told}\n".encode("utf-8", "backslashreplace"))
+        os.write(2, f"srt-jax: error: {message}\n".encode("utf-8", "backslashreplace"))
     os._exit(2 if isinstance(error, ImportError) else 70)
 
 
-def _in_thread(told: Any) -> None:
+def _in_thread(event: Any) -> None:
     if _State.stopped_by is None:
-        threading.__excepthook__(told)
+        threading.__excepthook__(event)
 
 
 install_for_program()

@@ -52,28 +52,30 @@ def row_range(text: str | None) -> tuple[int | None, int | None] | None:
 
 
 @contextlib.contextmanager
-def told(path: str, notes: Notes, *, quiet: bool) -> Iterator[None]:
+def print_notes(path: str, notes: Notes, *, quiet: bool) -> Iterator[None]:
     """Prints the notes on a file once it is read, and in any case where reading ends in an
     error.
     """
     try:
         yield
     except Exception:
-        tell(path, notes)
+        print_lines(path, notes)
         raise
     if not quiet:
-        tell(path, notes)
+        print_lines(path, notes)
 
 
-def tell(path: str, notes: Notes) -> None:
-    """Prints what was noted while a file was read, on standard error."""
+def print_lines(path: str, notes: Notes) -> None:
+    """Prints the notes on a file, one line each, on standard error."""
     for note in notes:
         console.note(f"{pathlib.PurePath(path).name}: {note}")
 
 
-class Gathered(NamedTuple):
-    """What came of reading many files. notes: records of them. failed: the files that could not
-    be read.
+class ReadTasks(NamedTuple):
+    """The tasks of many files.
+
+    notes: records of what was noted while the files were read. failed: the files that could not be
+      read.
     """
 
     tasks: list[NamedTask]
@@ -81,32 +83,49 @@ class Gathered(NamedTuple):
     failed: list[str]
 
 
-def gathered(
+_FAULTS_OF_A_FILE = (ValueError, ImportError, OSError, MemoryError, RecursionError, OverflowError)
+"""What a reader raises because of one file; the other files can still be read."""
+
+
+def read_all(
     inputs: Sequence[str], read: Callable[[str, Notes], list[NamedTask]], *, quiet: bool
-) -> Gathered:
-    """Reads every file; one that cannot be read costs the others nothing: its error is printed, and
-    its name kept.
+) -> ReadTasks:
+    """Reads every file. A file that cannot be read does not stop the others: its error is printed
+    in one line, and its name is kept.
 
     Args:
       read: takes the name of a file and receives the notes on it. quiet: no notes are printed,
         except those on files that could not be read.
 
     Raises:
-      ValueError, ImportError: no file could be read; the error of the last one.
+      ValueError, ImportError, OSError, MemoryError, RecursionError, OverflowError: no file could be
+        read; this is the error of the last one.
     """
     tasks, records, failed = [], [], []
     for path in inputs:
         notes = Notes()
         try:
-            with told(path, notes, quiet=quiet):
+            with print_notes(path, notes, quiet=quiet):
                 tasks += read(path, notes)
-        except (ValueError, ImportError) as error:
+        except BrokenPipeError:  # the reader of the output went away: no fault of the file
+            raise
+        except _FAULTS_OF_A_FILE as error:
             failed.append(path)
             if len(failed) == len(inputs):
                 raise
-            error_line(str(error))
+            error_line(_message(path, error))
         records += notes.records(path)
-    return Gathered(tasks, records, failed)
+    return ReadTasks(tasks, records, failed)
+
+
+def _message(path: str, error: Exception) -> str:
+    """Returns what is wrong with a file; the messages of Python's own errors do not name it."""
+    if isinstance(error, ValueError | ImportError):
+        return str(error)
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    if isinstance(error, MemoryError):
+        return f"{path}: out of memory ({reason}): give a smaller file"
+    return f"{path}: cannot be read: {reason}"
 
 
 def sides(text: str) -> int | tuple[int, int]:

@@ -1,4 +1,4 @@
-"""`srt-jax scen`: the optimal lengths of a MovingAI scenario, computed anew."""
+"""`srt-jax scen`: the optimal lengths of a MovingAI scenario, computed again."""
 
 import time
 from typing import Annotated
@@ -27,7 +27,7 @@ def scen(
     rows: options.RowsOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Computes every optimal length of a scenario anew: [bold]0[/bold] all match, [bold]1[/bold]
+    """Computes every optimal length of a scenario again: [bold]0[/bold] all match, [bold]1[/bold]
     some do not.
     """
     chosen = Reading(limit=limit, rows=options.row_range(rows)).chosen(
@@ -36,7 +36,7 @@ def scen(
     if not chosen:
         raise ValueError(f"{scenario}: the scenario has no row")
     notes = Notes()
-    with options.told(scenario, notes, quiet=as_json):
+    with options.print_notes(scenario, notes, quiet=as_json):
         maps = scenario_maps(scenario, chosen, map_path, notes)
     numbers, wanted = [number for number, _ in chosen], [row for _, row in chosen]
     errors = np.zeros(len(wanted))
@@ -48,8 +48,8 @@ def scen(
             errors[places] = relative_errors(optimal_lengths(free, on_it, progress=progress), on_it)
     worst, num_matches = float(errors.max()), int((errors <= MATCH).sum())
     if as_json:
-        told = worst if np.isfinite(worst) else None
-        say_json({"rows": len(wanted), "matches": num_matches, "max_relative_error": told})
+        finite = worst if np.isfinite(worst) else None
+        say_json({"rows": len(wanted), "matches": num_matches, "max_relative_error": finite})
     else:
         seconds = time.perf_counter() - begin
         say(

@@ -1,4 +1,4 @@
-"""The lengths of a MovingAI scenario, computed anew: every row of it is an outside check of the
+"""The lengths of a MovingAI scenario, computed again: every row of it is an outside check of the
 distances.
 """
 
@@ -47,10 +47,10 @@ def optimal_lengths(
 
 
 def relative_errors(lengths: np.ndarray, rows: Sequence[ScenRow]) -> np.ndarray:
-    """Returns |length - told| / told for every row; inf where one of the two is infinite, 0 where
-    both are 0.
+    """Returns |length - stated| / stated for every row; inf where one of the two is infinite, 0
+    where both are 0.
     """
-    told = np.array([row.length for row in rows])
+    stated = np.array([row.length for row in rows])
     with np.errstate(invalid="ignore"):
-        errors = np.abs(lengths - told) / np.maximum(told, 1.0 * (told == 0))
-    return np.where(np.isfinite(errors), errors, np.where(lengths == told, 0.0, np.inf))
+        errors = np.abs(lengths - stated) / np.maximum(stated, 1.0 * (stated == 0))
+    return np.where(np.isfinite(errors), errors, np.where(lengths == stated, 0.0, np.inf))

@@ -5,15 +5,14 @@ Both take longer to load than a small task takes to plan. Whatever is not spelt 
 the parser, which knows every form and tells every mistake.
 """
 
-import contextlib
 import functools
-import gc
 import pathlib
 import re
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from sign_model.ground.collector import paused_collector
 from srt_jax.commands.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:
@@ -31,17 +30,17 @@ def plan_files(
     """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the
     exit code.
     """
-    with waiting("planning", quiet=as_json), _uncollected():
-        result = _planned(
+    with waiting("planning", quiet=as_json), paused_collector():
+        result = _read_and_plan(
             pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds
         )
     if as_json:
-        told = {
+        document = {
             "status": result.status.name,
             "actions": list(result.actions),
             "expansions": result.expansions,
         }
-        say_json(told | {"seconds": result.seconds})
+        say_json(document | {"seconds": result.seconds})
     else:
         say(*result.actions)
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
@@ -52,21 +51,7 @@ def plan_files(
     return int(result.status)
 
 
-@contextlib.contextmanager
-def _uncollected() -> Iterator[None]:
-    """Keeps the collector of cycles away: it would look through millions of small parts of a
-    task, and none is in a cycle.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
-
-
-def _planned(
+def _read_and_plan(
     domain: pathlib.Path,
     problem: pathlib.Path,
     planner: str,

@@ -74,7 +74,7 @@ def solve(
     def read(path: str, notes: Notes) -> list[NamedTask]:
         return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
 
-    tasks, told, failed = options.gathered(inputs, read, quiet=as_json)
+    tasks, notes, failed = options.read_all(inputs, read, quiet=as_json)
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     begin = time.perf_counter()
@@ -94,7 +94,7 @@ def solve(
         as_json=as_json,
         html=page,
         results=results,
-        notes=told,
+        notes=notes,
         mode=mode,
     )
     return BAD_INPUT if failed else exit_code(records)

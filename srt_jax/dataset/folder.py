@@ -118,19 +118,19 @@ def _settle(folder: pathlib.Path, plan: Plan) -> None:
     """Writes the plan, or refuses the folder where it holds another one: another count is another
     plan too.
     """
-    told = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
+    description = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
     if (folder / MANIFEST).exists():
         there = _read_manifest(folder)
-        differing = [name for name in told if there.get(name) != told[name]]
+        differing = [name for name in description if there.get(name) != description[name]]
         if differing:
             name = differing[0]
             raise ValueError(
-                f"{folder}: holds a data set of {name} {there.get(name)!r}, not {told[name]!r}: "
-                "name another folder, or ask for the same"
+                f"{folder}: holds a data set of {name} {there.get(name)!r}, not"
+                f" {description[name]!r}: name another folder, or request the same"
             )
         return
     with written(folder / MANIFEST) as file:
-        json.dump(told, file, indent=1)
+        json.dump(description, file, indent=1)
 
 
 def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
@@ -147,7 +147,7 @@ def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
 
 
 _MAPS = {"first_blocker": False, "cost_to_go": np.inf, "correction": 0, "focal": 0}
-"""The labels that are maps, and what stands on padding."""
+"""The labels that are maps, and what is on padding."""
 
 
 def _padded(name: str, array: np.ndarray, side: int) -> np.ndarray:
@@ -181,7 +181,7 @@ def load(
     Args:
       folder: written by `write_dataset`, whole.
       batch_size: 1 or more.
-      seed: shuffles shards, and tasks within four shards at a time, anew each epoch; None: in
+      seed: shuffles shards, and tasks within four shards at a time, again each epoch; None: in
         order.
       epochs: how often to go over the data; None: without end.
       worker: (i, n): every n-th shard from the i-th on, of the same shuffling for all; n at most
@@ -246,26 +246,28 @@ def read_plan(folder: PathLike) -> Plan:
       >>> dataset.read_plan(folder) == plan
       True
     """
-    told = _read_manifest(pathlib.Path(folder))
-    if told.pop("version", None) != VERSION or set(told) != set(Plan._fields):
-        raise ValueError(f"{folder}: {MANIFEST} is of another version: write the data set anew")
-    return Plan(**told)._replace(size=(told["size"][0], told["size"][1]))
+    description = _read_manifest(pathlib.Path(folder))
+    if description.pop("version", None) != VERSION or set(description) != set(Plan._fields):
+        raise ValueError(f"{folder}: {MANIFEST} is of another version: write the data set again")
+    return Plan(**description)._replace(size=(description["size"][0], description["size"][1]))
 
 
 def _read_manifest(folder: pathlib.Path) -> dict[str, Any]:
     try:
-        told = json.loads(read_bytes(folder / MANIFEST, "data set's description", most=1 << 20))
+        description = json.loads(
+            read_bytes(folder / MANIFEST, "data set's description", most=1 << 20)
+        )
     except json.JSONDecodeError as error:
         raise ValueError(
             f"{folder / MANIFEST}: is damaged, line {error.lineno}: write the data set again"
         ) from error
     except (UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{folder / MANIFEST}: is damaged: write the data set again") from error
-    if not isinstance(told, dict):
+    if not isinstance(description, dict):
         raise ValueError(
-            f"{folder / MANIFEST}: is no description of a data set: write the data set anew"
+            f"{folder / MANIFEST}: is no description of a data set: write the data set again"
         )
-    return told
+    return description
 
 
 _AT_ONCE = 4

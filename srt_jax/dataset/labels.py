@@ -2,7 +2,7 @@
 what must go.
 
 Costs are on the map once the least removal is gone, the map on which the route lies; where nothing
-blocks that is the map as it stands. Where a task has no solution they are inf, and the ratios 0.
+blocks that is the map as it is. Where a task has no solution they are inf, and the ratios 0.
 
 Correction factors and focal maps follow TransPath (Kirilenko, Andreychuk, Panov, Yakovlev, AAAI
 2023): there a network learns, for A*, by what share the octile distance falls short of the exact
@@ -64,20 +64,20 @@ def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLab
     solutions = solve_many(singles, max_destroyed=max_destroyed)
     M = batch.destroyable.shape[-1]
     removed, blocking = (_as_sets(solutions, name, M) for name in ("destroyed", "blocking"))
-    told = {
+    facts = {
         name: np.array([getattr(one, name) for one in solutions])
         for name in ("status", "removal_bound")
     }
-    told |= {
+    facts |= {
         "least_cost": np.array([one.removal_cost for one in solutions]),
         "length": np.array([one.cost for one in solutions]),
     }
-    is_solved = np.isfinite(told["length"])
-    # shards differ by an obstacle or two: that need not compile anew
+    is_solved = np.isfinite(facts["length"])
+    # shards differ by an obstacle or two: that need not compile again
     room = [(0, 0), (0, batch_bucket(M) - M)]
     sets = np.pad(removed, room), np.pad(blocking, room)
     maps = jax.tree.map(np.asarray, _maps(batch.labels, *sets, batch.start, batch.goal, is_solved))
-    return TaskLabels(**told, least_removal=removed, **maps)
+    return TaskLabels(**facts, least_removal=removed, **maps)
 
 
 def _as_sets(solutions: list[Solution], name: str, num_obstacles: int) -> np.ndarray:

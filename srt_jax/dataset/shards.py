@@ -61,7 +61,7 @@ def _packed(arrays: dict[str, np.ndarray]) -> bytes:
 
 
 def read_npz(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Returns the arrays asked for; ValueError where the file is damaged."""
+    """Returns the requested arrays; ValueError where the file is damaged."""
     return _unpacked(str(path), read_bytes(path, "shard of a data set", most=_MOST_BYTES), names)
 
 
@@ -116,7 +116,7 @@ def remove_drafts(folder: pathlib.Path) -> None:
 
 
 def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Returns the arrays asked for of a shard of records."""
+    """Returns the requested arrays of a shard of records."""
     reader = _array_record().ArrayRecordReader(str(path))
     records = [_unpacked(str(path), record, names) for record in reader.read_all()]
     reader.close()

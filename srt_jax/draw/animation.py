@@ -77,33 +77,33 @@ def _loop(
     for number, stage in enumerate(stages[:_MOST_STAGES]):
         yield from _explore(canvas, stage, _WAVE_FRAMES if number == 0 else _LATER_WAVE_FRAMES)
         if stage.seed:
-            told = (
+            caption = (
                 f"Blocked: the goal is not reached. Seed {stage.seed}, the reached cell nearest the"
                 " goal"
             )
-            yield canvas.frame(stage.kinds, stage.place, told, seed=stage.seed), _HOLD
-            told = (
+            yield canvas.frame(stage.kinds, stage.place, caption, seed=stage.seed), _HOLD
+            caption = (
                 f"Contour: {_count(int(stage.contour.sum()), 'cell')} touch what separates the goal"
             )
-            yield canvas.frame(_with_contour(stage), stage.place, told, seed=stage.seed), _HOLD
+            yield canvas.frame(_with_contour(stage), stage.place, caption, seed=stage.seed), _HOLD
         if not status.is_solved:
             break
         yield from _walk(canvas, stage)
         yield from _destroy(canvas, stage)
         canvas.keep(stage.leg)
     last = stages[min(len(stages), _MOST_STAGES) - 1]
-    told = f"{status.name}: {status.meaning}"
+    caption = f"{status.name}: {status.meaning}"
     if status.is_solved and len(stages) <= _MOST_STAGES:
-        told = (
+        caption = (
             f"At the goal: {float(solution.cost):.1f} cell sides,"
             f" {_count(int(solution.num_destroyed), 'obstacle')} destroyed"
         )
     elif status.is_solved:
-        told = f"And so on: {_count(int(solution.num_destroyed), 'obstacle')} destroyed in all"
+        caption = f"And so on: {_count(int(solution.num_destroyed), 'obstacle')} destroyed in all"
     if status.is_solved:
-        yield canvas.frame(last.kinds, _end_of(last), told), _LAST
+        yield canvas.frame(last.kinds, _end_of(last), caption), _LAST
     else:
-        yield _end(canvas, last, told)
+        yield _end(canvas, last, caption)
 
 
 def _explore(canvas: Canvas, stage: Stage, num_frames: int) -> Iterator[tuple[Any, int]]:
@@ -117,8 +117,8 @@ def _explore(canvas: Canvas, stage: Stage, num_frames: int) -> Iterator[tuple[An
         kinds = bare.copy()
         kinds[stage.length <= before] = Kind.REACHED
         kinds[(stage.length > before) & (stage.length <= now)] = Kind.FRONT
-        told = f"Explore: {_count(int((stage.length <= now).sum()), 'cell')} reached"
-        yield canvas.frame(kinds, stage.place, told), _QUICK
+        caption = f"Explore: {_count(int((stage.length <= now).sum()), 'cell')} reached"
+        yield canvas.frame(kinds, stage.place, caption), _QUICK
     yield (
         canvas.frame(
             stage.kinds, stage.place, f"Explored: {_count(lengths.size, 'cell')} can be reached"
@@ -145,10 +145,10 @@ def _destroy(canvas: Canvas, stage: Stage) -> Iterator[tuple[Any, int]]:
     kinds = stage.kinds.copy()
     for removal in stage.removals:
         kinds[tuple(removal.cells.T)] = Kind.DESTROYED
-        told = (
+        caption = (
             f"Destroy obstacle {removal.obstacle} (number {removal.number}) from {removal.standing}"
         )
-        yield canvas.frame(kinds, _end_of(stage), told, leg=stage.leg), _HOLD
+        yield canvas.frame(kinds, _end_of(stage), caption, leg=stage.leg), _HOLD
 
 
 def _after_wave(stage: Stage, status: Status) -> str:
@@ -161,8 +161,8 @@ def _after_wave(stage: Stage, status: Status) -> str:
     )
 
 
-def _end(canvas: Canvas, stage: Stage, told: str) -> tuple[Any, int]:
-    return canvas.frame(_with_contour(stage), stage.place, told, seed=stage.seed), _LAST
+def _end(canvas: Canvas, stage: Stage, caption: str) -> tuple[Any, int]:
+    return canvas.frame(_with_contour(stage), stage.place, caption, seed=stage.seed), _LAST
 
 
 def _with_contour(stage: Stage) -> np.ndarray:

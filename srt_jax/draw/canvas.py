@@ -57,17 +57,17 @@ class Canvas:
             self._kept.append(leg)
 
     def frame(
-        self, kinds: np.ndarray, place: tuple[int, int], told: str, *, leg=None, seed=None
+        self, kinds: np.ndarray, place: tuple[int, int], caption: str, *, leg=None, seed=None
     ) -> Any:
-        """Returns one frame: cells, kept legs and this one, start, goal, seed, and the agent where
-        it stands.
+        """Returns one frame: cells, kept legs and this one, start, goal, seed, and the agent at
+        its place.
         """
         rows = -(-(len(self._kinds) + 4) // _COLUMNS)
         image = self._image.new(
             "RGB", (self._across, self._top + self._height + 14 + _LINE * rows), "white"
         )
         pen = self._draw.Draw(image)
-        for line, text in enumerate([*self._title, *textwrap.wrap(told, 74)[:2]]):
+        for line, text in enumerate([*self._title, *textwrap.wrap(caption, 74)[:2]]):
             pen.text((10, 6 + _LINE * line), text, fill="black", font=self._font)
         small = shrunk(kinds, -(-max(kinds.shape) // self._n))
         cells = PALETTE[small.repeat(self._scale, axis=0).repeat(self._scale, axis=1)]

@@ -1,8 +1,8 @@
 """The kinds of cells, their colours, and the colours of a route's legs.
 
-From Okabe and Ito's palette, whose colours differ in lightness too, so that they can be told apart
-by colour-blind people and, most of them, in grey; `tests/test_draw.py` simulates the common kinds
-of colour blindness and measures it.
+From Okabe and Ito's palette, whose colours differ in lightness too, so that they can be
+distinguished by colour-blind people and, most of them, in grey; `tests/draw/test_draw.py` simulates
+the common kinds of colour blindness and measures it.
 """
 
 import enum
@@ -18,7 +18,7 @@ class Kind(enum.IntEnum):
     UNREACHED = 0, "free, not reached", "#ffffff"
     REACHED = 1, "reached at first", "#c2dff2"
     FRONT = 2, "reached just now", "#56b4e9"
-    FIRM = 3, "firm obstacle", "#5f5f66"
+    INDESTRUCTIBLE = 3, "indestructible obstacle", "#5f5f66"
     DESTROYABLE = 4, "destroyable obstacle", "#e69f00"
     DESTROYED = 5, "destroyed", "#cc79a7"
     CONTOUR = 6, "contour", "#c03a00"
@@ -58,9 +58,9 @@ def shrunk(kinds: np.ndarray, most: int) -> np.ndarray:
     """Returns the picture in patches of cells, so that no side has more than `most`; as it is where
     it has no more.
 
-    A patch shows the commonest of unreached, reached, front and firm; but what is destroyable,
-    destroyed or on the contour, if only one cell of it, is never lost, nor is a wall that is
-    thinner than a patch.
+    A patch shows the commonest of unreached, reached, front and indestructible; but what is
+    destroyable, destroyed or on the contour, if only one cell of it, is never lost, nor is a
+    wall that is thinner than a patch.
 
     Args:
       kinds: uint8 [H, W], of `Kind`.
@@ -76,7 +76,7 @@ def shrunk(kinds: np.ndarray, most: int) -> np.ndarray:
     padded = np.pad(kinds, ((0, rows * n - height), (0, cols * n - width)), mode="edge")
     patches = padded.reshape(rows, n, cols, n).transpose(0, 2, 1, 3).reshape(rows, cols, n * n)
     counts = np.stack([(patches == kind).sum(axis=2) for kind in Kind], axis=2)
-    counts[..., Kind.FIRM] *= n  # a line through a patch of n x n has n cells
-    common = counts[..., : Kind.FIRM + 1].argmax(axis=2)
+    counts[..., Kind.INDESTRUCTIBLE] *= n  # a line through a patch of n x n has n cells
+    common = counts[..., : Kind.INDESTRUCTIBLE + 1].argmax(axis=2)
     top = patches.max(axis=2)
-    return np.where(top > Kind.FIRM, top, common).astype(np.uint8)
+    return np.where(top > Kind.INDESTRUCTIBLE, top, common).astype(np.uint8)

@@ -95,12 +95,14 @@ def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = 
     kinds = np.full(free.shape, Kind.UNREACHED, np.uint8)
     row, col = _cell(task.start if start is None else start)
     if free[row, col]:
-        pieces = regions(free)  # on the host: a kernel would be compiled anew for every size of map
+        pieces = regions(
+            free
+        )  # on the host: a kernel would be compiled again for every size of map
         kinds[pieces == pieces[row, col]] = Kind.REACHED
     can_go = np.asarray(
         np.where(labels >= 0, destroyable[labels.clip(0)], labels == FREE).all(axis=0)
     )
-    kinds[~free] = np.where(can_go[~free], Kind.DESTROYABLE, Kind.FIRM)
+    kinds[~free] = np.where(can_go[~free], Kind.DESTROYABLE, Kind.INDESTRUCTIBLE)
     return kinds
 
 

@@ -14,7 +14,7 @@ from srt_jax.draw.badges import draw_badges
 from srt_jax.draw.colours import BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
-from srt_jax.draw.polar_frame import PolarFrame, draw_frame, told
+from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
 from srt_jax.formats.files import written
 from srt_jax.types import Solution, Task
 
@@ -67,7 +67,7 @@ def draw(
     heading = [
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
         *textwrap.wrap(scene.headline, 80),
-        *([told(scene, polar)] if polar else []),
+        *([caption(scene, polar)] if polar else []),
     ]
     margins = 1.4 + 0.18 * len(heading)
     with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.4, height / width)) + margins)) as figure:

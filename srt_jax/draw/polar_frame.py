@@ -60,7 +60,7 @@ class PolarFrame:
         return region_names(self.table)[int(region_of(polar, self.table))]
 
 
-def told(scene: Scene, frame: PolarFrame) -> str:
+def caption(scene: Scene, frame: PolarFrame) -> str:
     """Returns where the goal lies, in words."""
     looking = (
         "at the goal" if frame.heading is None else f"{frame.heading:g} degrees leftwards of east"

@@ -59,7 +59,8 @@ def contact_sheet(
             draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))
             axes.set_xticks([])
             axes.set_yticks([])
-            heading = f"{_shortened(legible(name), int(cell * 15))}\n{_outcome(scene.status, len(scene.removals))}"
+            outcome = _outcome(scene.status, len(scene.removals))
+            heading = f"{_shortened(legible(name), int(cell * 15))}\n{outcome}"
             axes.set_title(heading, fontsize=6.5, parse_math=False)
         if title:
             figure.suptitle(legible(title), fontsize=10, parse_math=False)

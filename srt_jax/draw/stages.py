@@ -1,8 +1,8 @@
 """What happens on the way, stage after stage: explore, blocked or not, walk up, destroy, go on
 (PY16 §3.2).
 
-The route of a solution is told as the loop would live it: at each stop the agent explores anew,
-from where it stands and with what is destroyed gone. Which obstacle it destroys then is the
+The route of a solution is shown as the loop would run: at each stop the agent explores again,
+from its place and with what is destroyed gone. Which obstacle it destroys then is the
 solution's choice.
 """
 
@@ -27,7 +27,7 @@ from srt_jax.types import Solution, Task
 
 class Stage(NamedTuple):
     """kinds: uint8 [H, W] of `Kind`, all reached cells marked, nothing destroyed now. place: where
-    the agent stands.
+    the agent is.
 
     length: float32 [H, W], how far each cell lies from there, inf where not reached. sees_goal:
       whether the goal is reached.

@@ -62,6 +62,8 @@ def write_page(
         zip(tasks, solutions, records, strict=True)
     ):
         row = {key: record[key] for key in _SHOWN} | {
+            # destroyable obstacles first, as in the table of the command line
+            "blocking": sorted(record["blocking"], key=lambda i: not task.destroyable[i]),
             "contour": len(record["contour"]),
             "size": task.size.tolist(),
         }
@@ -86,10 +88,10 @@ def write_page(
     template = (
         importlib.resources.files("srt_jax.data").joinpath("page.html").read_text(encoding="utf-8")
     )
-    # so that no name can end the script it stands in
-    told = json.dumps(data).replace("<", "\\u003c")
+    # so that no name can end the script that holds it
+    document = json.dumps(data).replace("<", "\\u003c")
     with written(path) as file:
-        file.write(template.replace("__DATA__", told, 1))
+        file.write(template.replace("__DATA__", document, 1))
 
 
 def _legend() -> list[list[str]]:

@@ -75,9 +75,9 @@ def _checked(path: str, arrays: dict[str, np.ndarray]) -> Batch:
     )
     if wrong:
         name = min(wrong)
-        told = "is missing" if name in _FIELDS else "is unknown"
+        fault = "is missing" if name in _FIELDS else "is unknown"
         raise ValueError(
-            f"{path}: the array {name!r} {told}: a batch holds {', '.join(_FIELDS)}, and may hold"
+            f"{path}: the array {name!r} {fault}: a batch holds {', '.join(_FIELDS)}, and may hold"
             " names, optimum"
         )
     sizes = {

@@ -25,7 +25,7 @@ def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:
 
 def read_lines(path: PathLike, kind: str) -> list[str]:
     """Returns the lines of a text file without their ends (LF or CRLF); bytes that are no UTF-8
-    stand as U+FFFD.
+    are read as U+FFFD.
     """
     text = read_bytes(path, kind).decode("utf-8-sig", errors="replace")
     return [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
@@ -45,8 +45,8 @@ def plain_reason(error: BaseException) -> str:
     """Returns what a library says of a file, on one line and without addresses of objects in
     memory.
     """
-    told = re.sub(r"<[^<>]* object at 0x[0-9a-fA-F]+>", "it", " ".join(str(error).split()))
-    return told[:300] or type(error).__name__
+    reason = re.sub(r"<[^<>]* object at 0x[0-9a-fA-F]+>", "it", " ".join(str(error).split()))
+    return reason[:300] or type(error).__name__
 
 
 def needed(module: str, *, extra: str, what: str) -> Any:

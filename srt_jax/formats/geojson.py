@@ -5,6 +5,7 @@ metres and says so in a member of its own, "srt-jax"; a "crs" of the older stand
 (`coordinate_systems`). Where a file says nothing, coordinates that cannot be degrees are metres.
 """
 
+import itertools
 import json
 import math
 import re
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, written
 from srt_jax.formats.notes import Notes
@@ -27,7 +29,7 @@ from srt_jax.formats.outlines.geometry import (
     wall_parts,
 )
 from srt_jax.formats.outlines.projection import joined_box, projection_over
-from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
+from srt_jax.formats.outlines.tag_rules import CachedRules, TagRule, default_rules
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle
 
@@ -52,16 +54,17 @@ _HSTORE = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*(?:"((?:[^"\\]|\\.)*)"|NULL)')
 
 
 class _Given(NamedTuple):
-    """parts: polygons, or one line, as arrays in the file's units. properties: of its feature.
-    called: its name in messages.
+    """parts: polygons, or one line: rings as the file has them, or as arrays [K, 2]. properties: of
+    its feature. called: its name in messages.
     """
 
-    parts: list[list[np.ndarray]]
+    parts: list[list[Any]]
     is_line: bool
     properties: dict[str, Any]
     called: str
 
 
+@paused_collector()
 def read_geojson(
     path: PathLike,
     *,
@@ -128,36 +131,34 @@ def _feature(obstacle: Obstacle) -> dict[str, Any]:
 
 
 def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes: Notes) -> Place:
+    # All points in one array: a call of numpy for each ring would take most of the time.
     given = list(_all_given(document, notes))
+    points, ends = _all_points(given, notes)
     own = _own(document)
     box = _box(own.get("bounds", document.get("bbox")))
-    points = [ring for one in given for part in one.parts for ring in part] + (
-        [np.reshape(box, (2, 2))] if box else []
-    )
-    all_points = np.concatenate(points) if points else np.zeros((0, 2))
-    unit = _units(document, own, units, all_points, notes)
+    corners = np.reshape(box, (2, 2)) if box else np.zeros((0, 2))
+    unit = _units(document, own, units, np.concatenate([points, corners]), notes)
+    # Whatever the coordinates are, metres from here on.
     if unit == "web":
-        given = [
-            one._replace(parts=[[from_web_map(r) for r in part] for part in one.parts])
-            for one in given
-        ]
-        box = from_web_map(np.reshape(box, (2, 2))).ravel().tolist() if box else None
-    if unit != "metres" and len(all_points):
-        places = [ring for one in given for part in one.parts for ring in part]
-        boxes = [np.tile(ring, 2) for ring in places] + ([np.reshape(box, (1, 4))] if box else [])
+        points, corners = from_web_map(points), from_web_map(corners)
+    if unit != "metres" and len(points) + len(corners):
+        boxes = [np.tile(points, 2), np.reshape(corners, (-1, 4))]
         projection = projection_over(*joined_box(np.concatenate(boxes)))
         notes.tell(
             f"metres east and north of longitude {projection.longitude:.7f}, latitude"
             f" {projection.latitude:.7f}"
         )
-        given = [
-            one._replace(parts=[[projection.to_metres(r) for r in part] for part in one.parts])
-            for one in given
-        ]
-        box = projection.to_metres(np.reshape(box, (2, 2))).ravel().tolist() if box else None
-    shapes = [shape for one in given if (shape := _shape(one, rules, notes)) is not None]
+        points, corners = projection.to_metres(points), projection.to_metres(corners)
+    # One shape of each polygon or line; then the obstacles, checked all at once.
+    rings = iter([points[first:end] for first, end in itertools.pairwise([0, *ends])])
+    cached = CachedRules(rules)
+    shapes = []
+    for one in given:
+        whole = one._replace(parts=[[next(rings) for _ in part] for part in one.parts])
+        shape = _shape(whole, cached, notes)
+        shapes += [shape] if shape is not None else []
     made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
-    bounds = box_around(made) if box is None else tuple(box)
+    bounds = tuple(corners.ravel().tolist()) if box else box_around(made)
     place = Place(bounds, tuple(made), str(own.get("attribution", "")))  # type: ignore[arg-type]
     count_outside(place, notes)
     return place
@@ -187,11 +188,11 @@ def _units(
     return "degrees" if fits else "metres"
 
 
-def _shape(given: _Given, rules: Sequence[TagRule], notes: Notes) -> Shape | None:
+def _shape(given: _Given, rules: CachedRules, notes: Notes) -> Shape | None:
     """Returns what is to be an obstacle; None where a tag rule says that it is none."""
-    properties, tags = given.properties, _tags(given.properties)
-    rule = matching(rules, tags)
-    if "destroyable" not in properties and is_passed_over(rules, tags):
+    properties = given.properties
+    rule, is_passed_over = rules.decide(_tags(properties))
+    if "destroyable" not in properties and is_passed_over:
         notes.add(NOT_IN_THE_WAY, example=given.called)
         return None
     destroyable = properties.get("destroyable", rule.destroyable if rule else True)
@@ -243,7 +244,7 @@ def _all_given(document: dict[str, Any], notes: Notes) -> Iterator[_Given]:
         if geometry is None or geometry == {}:
             notes.add(NO_GEOMETRY, example=called)
             continue
-        polygons, lines = _taken_apart(geometry, called, notes)
+        polygons, lines = _parts_of(geometry, called, notes)
         if polygons:
             yield _Given(polygons, False, properties, called)
         yield from (_Given([[line]], True, properties, called) for line in lines)
@@ -266,7 +267,7 @@ def _features(document: dict[str, Any], where: str) -> Iterator[tuple[str, Any]]
             and feature.get("type") in TYPES
             and feature["type"] != "Feature"
         ):
-            yield called, {"geometry": feature}  # a bare geometry where a feature should stand
+            yield called, {"geometry": feature}  # a bare geometry in the place of a feature
         else:
             yield called, feature
 
@@ -288,10 +289,8 @@ def _properties(properties: Any, called: str, notes: Notes) -> dict[str, Any]:
     }
 
 
-def _taken_apart(
-    geometry: Any, called: str, notes: Notes
-) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
-    """Returns the polygons and the lines of a geometry."""
+def _parts_of(geometry: Any, called: str, notes: Notes) -> tuple[list[list[Any]], list[Any]]:
+    """Returns the polygons and the lines of a geometry, their points as the file has them."""
     if not isinstance(geometry, dict) or not isinstance(geometry.get("type"), str):
         raise ValueError(f"{called}: a geometry must be an object with a type")
     kind, coordinates = geometry["type"], geometry.get("coordinates")
@@ -305,7 +304,7 @@ def _taken_apart(
         there = [one for one in geometries or [] if one is not None and one != {}]
         num_empty = len(geometries) - len(there) if geometries else 1
         notes.add(NO_PART, num_empty, example=called)
-        apart = [_taken_apart(one, called, notes) for one in there]
+        apart = [_parts_of(one, called, notes) for one in there]
         return [polygon for polygons, _ in apart for polygon in polygons], [
             line for _, lines in apart for line in lines
         ]
@@ -326,21 +325,59 @@ def _taken_apart(
     ]
     notes.add(NO_PART, len(parts) - len(there), example=called)
     if kind.endswith("LineString"):
-        return [], [_points(line, called) for line in there]
+        return [], there
     polygons = []
     for part in there:
         if not isinstance(part, list):
             raise ValueError(f"{called}: a polygon must be a list of rings")
         rings = [ring for ring in part if ring not in (None, [])]
         notes.add(NO_PART, len(part) - len(rings), example=called)
-        polygons.append([_ring(ring, called, notes) for ring in rings])
+        polygons.append(rings)
     return polygons, []
 
 
-def _ring(ring: Any, called: str, notes: Notes) -> np.ndarray:
-    points = _points(ring, called)
-    notes.add(UNCLOSED, int((points[0] != points[-1]).any()), example=called)
-    return points
+def _all_points(given: Sequence[_Given], notes: Notes) -> tuple[np.ndarray, list[int]]:
+    """Returns the points of all rings and lines one after the other, float64 [K, 2], and where
+    each of them ends; rings that are not closed are counted.
+    """
+    rings = [ring for one in given for part in one.parts for ring in part]
+    points, sizes = _plain_points(rings)
+    if points is None:  # something is odd: ring by ring, so that the message names the feature
+        called = [one.called for one in given for part in one.parts for _ in part]
+        arrays = [_points(ring, name) for ring, name in zip(rings, called)]
+        sizes = [len(array) for array in arrays]
+        points = np.concatenate(arrays) if arrays else np.zeros((0, 2))
+    ends = np.cumsum(sizes, dtype=np.int64)
+    is_open = (points[ends - sizes] != points[ends - 1]).any(axis=1)
+    if is_open.any():
+        owners = [one for one in given for part in one.parts for _ in part]
+        for index in np.flatnonzero(is_open).tolist():
+            notes.add(UNCLOSED, int(not owners[index].is_line), example=owners[index].called)
+    return points, ends.tolist()
+
+
+def _plain_points(rings: list[Any]) -> tuple[np.ndarray | None, list[int]]:
+    """Returns the points of all rings, float64 [K, 2], and the size of each ring; None where a
+    ring is not simply a list of points with finite numbers.
+    """
+    if set(map(type, rings)) != {list} or not all(rings):
+        return None, []
+    pairs = list(itertools.chain.from_iterable(rings))
+    if set(map(type, pairs)) != {list}:
+        return None, []
+    lengths = set(map(len, pairs))
+    if lengths != {2}:  # what follows, such as the height, is left out
+        if min(lengths) < 2:
+            return None, []
+        pairs = [pair[:2] for pair in pairs]
+    numbers = list(itertools.chain.from_iterable(pairs))
+    if not set(map(type, numbers)) <= {int, float}:
+        return None, []
+    try:
+        points = np.array(numbers, np.float64).reshape(-1, 2)
+    except OverflowError:
+        return None, []
+    return (points if np.isfinite(points).all() else None), list(map(len, rings))
 
 
 def _points(line: Any, called: str) -> np.ndarray:
@@ -352,12 +389,9 @@ def _points(line: Any, called: str) -> np.ndarray:
     except TypeError as error:
         raise ValueError(f"{called}: a point must be a list of numbers [x, y]") from error
     except ValueError as error:
-        told = (
-            str(error)
-            if str(error).startswith(called)
-            else f"{called}: a point must be a list of numbers [x, y]"
-        )
-        raise ValueError(told) from error
+        if str(error).startswith(called):
+            raise
+        raise ValueError(f"{called}: a point must be a list of numbers [x, y]") from error
     if points.ndim != 2 or points.shape[1:] != (2,):
         raise ValueError(
             f"{called}: a ring or line must be a list of points [x, y], with one point at least"

@@ -1,5 +1,5 @@
-"""NAMO scenes of namosim as SVG: walls stand firm, movable boxes can be destroyed; robot and goal
-are outlines.
+"""NAMO scenes of namosim as SVG: walls are indestructible, movable boxes can be destroyed; robot
+and goal are outlines.
 
 One unit of the drawing is a centimetre, y points down in the file and to the north here. The
 robot's disc is the smallest round its middle that holds its outline; the goal square lies round the

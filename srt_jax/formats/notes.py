@@ -1,4 +1,4 @@
-"""What a reader did with odd input, and how often: counted while reading, told afterwards."""
+"""What a reader did with odd input, and how often: counted while reading, reported afterwards."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple

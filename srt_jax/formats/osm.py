@@ -57,7 +57,7 @@ def read_osm(
 ) -> Place:
     """Returns the obstacles in an extract: ways by id, then relations by id; `.pbf` needs osmium.
 
-    The objects may stand in any order and be numbered below 0. What is cut off at the border of the
+    The objects may come in any order and be numbered below 0. What is cut off at the border of the
     extract is kept as far as it is there, and noted.
 
     Args:
@@ -201,8 +201,13 @@ def _summarise(
     relations = Counter(things[name].rule.key for name in kept if name[0] == "relation")
     for key, count in counts.items():
         several = f" ({relations[key]} of them multipolygons)" if relations[key] else ""
-        firm = sum(not kept[name].destroyable for name in kept if things[name].rule.key == key)
-        notes.tell(f"{count} obstacles by the tag {key}{several}, {firm} of them firm")
+        num_indestructible = sum(
+            not kept[name].destroyable for name in kept if things[name].rule.key == key
+        )
+        notes.tell(
+            f"{count} obstacles by the tag {key}{several}, {num_indestructible} of them"
+            " indestructible"
+        )
     crooked = max(projection.error_at(latitude) for latitude in box[:, 1])
     notes.tell(
         f"metres east and north of longitude {projection.longitude:.7f}, latitude"

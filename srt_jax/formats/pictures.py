@@ -70,8 +70,8 @@ def read_shades(
         raise
     # Pillow's own limit, which its user may have lowered
     except image_module.DecompressionBombError as error:
-        told = f"no whole picture is read of more than {MOST_CELLS} pixels: scale it down"
-        raise TooLargeError(f"{path}: {told} ({plain_reason(error)})") from error
+        message = f"no whole picture is read of more than {MOST_CELLS} pixels: scale it down"
+        raise TooLargeError(f"{path}: {message} ({plain_reason(error)})") from error
     except Exception as error:  # Pillow's readers raise whatever their form's code runs into
         raise ValueError(
             f"{path}: no whole picture: it is cut off, damaged, or of another kind"

@@ -39,7 +39,7 @@ _FOREIGN = {
         " by ogr2ogr"
     ),
 }
-"""JSON of other programs, by what stands in its beginning, with the remedy."""
+"""JSON of other programs, by a text near its beginning, with the remedy."""
 SIZE = 500
 """Cells a side of a place where nobody asks for others, as in the paper."""
 
@@ -249,7 +249,7 @@ def _read_world(path: str, how: Reading, notes: Notes) -> Source:
     try:
         world = read_world(path, repair=how.repair)
     except ValueError as error:
-        foreign = next((told for sign, told in _FOREIGN.items() if sign in _head(path)), None)
+        foreign = next((program for sign, program in _FOREIGN.items() if sign in _head(path)), None)
         if foreign:
             raise ValueError(f"{path}: this is {foreign}") from error
         raise ValueError(str(error).replace("ask for repair=True", "ask for --repair")) from error

@@ -84,7 +84,8 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
     )
     with written(picture, "wb") as file:
         file.write(
-            f"P5\n# CREATOR: srt-jax {grid_map.cell_side:.3f} m/pix\n{width} {height}\n255\n".encode()
+            f"P5\n# CREATOR: srt-jax {grid_map.cell_side:.3f} m/pix\n"
+            f"{width} {height}\n255\n".encode()
         )
         file.write(shades.tobytes())
     x, y = grid_map.corner
@@ -132,7 +133,7 @@ def _value(yaml: Any, node: Any, depth: int) -> Any:
     names = [str(_value(yaml, name, depth + 1)) for name, _ in node.value]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"the member {name!r} stands twice")
+            raise ValueError(f"the member {name!r} is given twice")
     return dict(zip(names, (_value(yaml, item, depth + 1) for _, item in node.value)))
 
 
@@ -145,10 +146,10 @@ def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
     given = {name: value for name, value in document.items() if value is not None}
     for name in _REQUIRED:
         if name not in given:
-            told = f"; {', '.join(unknown)} is not known" if unknown else ""
+            others = f"; {', '.join(unknown)} is not known" if unknown else ""
             raise ValueError(
                 f"{path}: the map lacks {name!r}: it has"
-                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{told}"
+                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{others}"
             )
     notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
     for name, value in _DEFAULTS.items():

@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import fields_of, read_json
 from srt_jax.formats.files import PathLike, written
 from srt_jax.geometry.rings import Parts, as_rings, conflicts
@@ -11,6 +12,7 @@ from srt_jax.geometry.world import Obstacle, World
 FORMAT, VERSION = "srt-jax world", 1
 
 
+@paused_collector()
 def read_world(path: PathLike, *, repair: bool = False) -> World:
     """Returns the world in a JSON file.
 

@@ -54,11 +54,11 @@ def test_help_and_version_load_no_jax(arguments, tmp_path):
     assert not modules & {"jax", "jaxlib", "chex", "numpy"}
 
 
-def test_errors_of_the_short_way_are_told_like_all_others(tmp_path):
+def test_errors_of_the_short_way_read_like_all_others(tmp_path):
     ran, _ = loaded_by(["plan", "nowhere.pddl", "p.pddl"], tmp_path)
     assert ran.returncode == 2 and ran.stdout == ""
     assert (
-        ran.stderr.startswith("srt-jax: error: nowhere.pddl: cannot be read")
+        ran.stderr.startswith("srt-jax: error: nowhere.pddl: no such file")
         and ran.stderr.count("\n") == 1
     )
 
@@ -74,7 +74,7 @@ def test_the_list_of_commands_is_that_of_the_commands_themselves(arguments, caps
     assert list(get_command(cli.app).commands) == list(cli._EXAMPLES)
 
 
-def test_an_interrupt_on_the_short_way_is_told_like_all_others(monkeypatch, capsys):
+def test_an_interrupt_on_the_short_way_reads_like_all_others(monkeypatch, capsys):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 

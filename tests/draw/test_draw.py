@@ -34,7 +34,7 @@ def case(name):
     start, goal, destroyable = (0, 1), (15, 14), [True, True, False, True]
     if name == "open":
         labels[:] = np.where(labels == 3, 3, -1)
-    elif name == "firm":
+    elif name == "indestructible":
         destroyable = False
     elif name == "start blocked":
         start = (5, 5)
@@ -44,7 +44,7 @@ def case(name):
     return task, solve(task)
 
 
-CASES = ("two walls", "open", "firm", "start blocked", "goal blocked")
+CASES = ("two walls", "open", "indestructible", "start blocked", "goal blocked")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_the_scene_says_what_each_cell_is(solved):
     assert (scene.kinds[5] == Kind.DESTROYED).all() and (
         scene.kinds[10, :8] == Kind.DESTROYED
     ).all()
-    assert (scene.kinds[10, 8:] == Kind.FIRM).all() and (
+    assert (scene.kinds[10, 8:] == Kind.INDESTRUCTIBLE).all() and (
         scene.kinds[13, 2:5] == Kind.DESTROYABLE
     ).all()
     assert (scene.kinds[15] == Kind.UNREACHED).all()
@@ -74,7 +74,7 @@ def test_a_route_is_cut_where_something_is_destroyed(solved):
     assert len(legs) == 3
     assert all((before[-1] == after[0]).all() for before, after in itertools.pairwise(legs))
     assert sum(len(leg) - 1 for leg in legs) == int(solution.num_cells) - 1
-    assert len(legs_of(solved["open"][1])) == 1 and legs_of(solved["firm"][1]) == []
+    assert len(legs_of(solved["open"][1])) == 1 and legs_of(solved["indestructible"][1]) == []
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -193,7 +193,7 @@ def test_an_animation_shows_wave_blockage_walk_and_destroying(what, name, solved
         kinds = {kind for kind in Kind if (pixels == PALETTE[kind]).all(axis=2).sum() > 200}
         seen |= kinds
         reached.append(int((pixels == PALETTE[Kind.REACHED]).all(axis=2).sum()))
-    blocked = name in ("two walls", "firm", "goal blocked")
+    blocked = name in ("two walls", "indestructible", "goal blocked")
     assert (Kind.CONTOUR in seen) == blocked
     assert (Kind.DESTROYED in seen) == (name == "two walls" and what == "loop")
     assert (Kind.FRONT in seen) == (name != "start blocked")
@@ -259,11 +259,11 @@ def lab(colour):
 def test_a_shrunk_map_loses_no_thin_thing():
     kinds = np.full((1000, 600), Kind.UNREACHED, np.uint8)
     kinds[123, 7] = Kind.CONTOUR
-    kinds[:, 301] = Kind.FIRM
+    kinds[:, 301] = Kind.INDESTRUCTIBLE
     kinds[501, 400:500] = Kind.DESTROYED
     small = shrunk(kinds, 250)
     assert small.shape == (250, 150)
-    assert (small == Kind.CONTOUR).sum() == 1 and (small[:, 75] == Kind.FIRM).sum() == 250
+    assert (small == Kind.CONTOUR).sum() == 1 and (small[:, 75] == Kind.INDESTRUCTIBLE).sum() == 250
     assert (small == Kind.DESTROYED).sum() == 25 and (small == Kind.UNREACHED).sum() > 37000
     assert shrunk(kinds, 1000) is kinds
 

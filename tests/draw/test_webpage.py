@@ -83,12 +83,12 @@ def test_five_hundred_tasks_of_a_real_size_stay_light(answered, tmp_path):
 
 
 def in_browser(page, script):
-    """Runs a script in the page once it has loaded, and returns what it leaves in `window.told`."""
+    """Runs a script in the page once it has loaded, and returns what it leaves in `window.page`."""
     browser = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if browser is None:
         pytest.skip("no Chromium on this machine")
     ask = (
-        f"<script>{{ {script} }} document.body.dataset.told = JSON.stringify(window.told)</script>"
+        f"<script>{{ {script} }} document.body.dataset.page = JSON.stringify(window.page)</script>"
     )
     tried = page.with_name("tried.html")
     tried.write_text(page.read_text().replace("</body>", ask + "</body>"))
@@ -111,45 +111,49 @@ def in_browser(page, script):
         text=True,
         timeout=120,
     )
-    return json.loads(html.unescape(re.search(r'data-told="([^"]*)"', done.stdout)[1]))
+    return json.loads(html.unescape(re.search(r'data-page="([^"]*)"', done.stdout)[1]))
 
 
 SCRIPT = """
 const all = selector => [...document.querySelectorAll(selector)];
 const names = () => all("tr.task td.name").map(cell => cell.textContent);
 const press = text => all("button").find(button => button.textContent.startsWith(text)).click();
-const told = {title: document.title, first: names(), images: all("td img").length};
-press("SOLVED"); told.solved = names(); told.pressed = all("button[aria-pressed=true]").map(one => one.textContent);
-press("START_BLOCKED"); told.blocked = names(); told.count = document.getElementById("count").textContent;
-press("all"); press("removal cost"); told.rising = names(); press("removal cost"); told.falling = names();
-told.sorted = all("th[aria-sort=descending]").map(one => one.textContent);
+const page = {title: document.title, first: names(), images: all("td img").length};
+press("SOLVED"); page.solved = names();
+page.pressed = all("button[aria-pressed=true]").map(one => one.textContent);
+press("START_BLOCKED"); page.blocked = names();
+page.count = document.getElementById("count").textContent;
+press("all"); press("removal cost"); page.rising = names();
+press("removal cost"); page.falling = names();
+page.sorted = all("th[aria-sort=descending]").map(one => one.textContent);
 const find = document.getElementById("find");
-find.value = "cost 2.5"; find.dispatchEvent(new Event("input")); told.found = names();
-find.value = "nothing like this"; find.dispatchEvent(new Event("input")); told.none = names();
+find.value = "cost 2.5"; find.dispatchEvent(new Event("input")); page.found = names();
+find.value = "nothing like this"; find.dispatchEvent(new Event("input")); page.none = names();
 find.value = ""; find.dispatchEvent(new Event("input")); press("task");
-all("tr.task")[1].click(); told.opened = all("tr.more").map(row => row.textContent.slice(0, 40));
-told.natural = all("tr.more img").length;
-all("tr.task")[1].dispatchEvent(new KeyboardEvent("keydown", {key: "Enter"})); told.closed = all("tr.more").length;
-window.told = told;
+all("tr.task")[1].click(); page.opened = all("tr.more").map(row => row.textContent.slice(0, 40));
+page.natural = all("tr.more img").length;
+all("tr.task")[1].dispatchEvent(new KeyboardEvent("keydown", {key: "Enter"}));
+page.closed = all("tr.more").length;
+window.page = page;
 """
 
 
 def test_filters_sorting_search_and_details_work_in_a_real_browser(answered, tmp_path):
     write_page(tmp_path / "run.html", *answered, seconds=1.5)
-    told = in_browser(tmp_path / "run.html", SCRIPT)
-    assert told["title"] == "srt-jax: a run" and told["images"] == 5
-    assert told["first"] == ["wall", "firm", NASTY, "another wall", "inside"]
-    assert told["solved"] == ["wall", "another wall"] and told["pressed"] == ["SOLVED (2)"]
-    assert told["blocked"] == ["inside"] and told["count"] == "1 of 5 tasks"
-    assert told["rising"] == [NASTY, "wall", "another wall", "firm", "inside"]
-    assert told["falling"][:2] == ["another wall", "wall"] and told["sorted"] == ["removal cost ▼"]
-    assert told["found"] == ["another wall"] and told["none"] == []
+    page = in_browser(tmp_path / "run.html", SCRIPT)
+    assert page["title"] == "srt-jax: a run" and page["images"] == 5
+    assert page["first"] == ["wall", "firm", NASTY, "another wall", "inside"]
+    assert page["solved"] == ["wall", "another wall"] and page["pressed"] == ["SOLVED (2)"]
+    assert page["blocked"] == ["inside"] and page["count"] == "1 of 5 tasks"
+    assert page["rising"] == [NASTY, "wall", "another wall", "firm", "inside"]
+    assert page["falling"][:2] == ["another wall", "wall"] and page["sorted"] == ["removal cost ▼"]
+    assert page["found"] == ["another wall"] and page["none"] == []
     assert (
-        len(told["opened"]) == 1
-        and told["opened"][0].startswith("The goal")
-        and told["natural"] == 1
+        len(page["opened"]) == 1
+        and page["opened"][0].startswith("The goal")
+        and page["natural"] == 1
     )
-    assert told["closed"] == 0
+    assert page["closed"] == 0
 
 
 def test_solve_writes_the_page_and_refuses_other_names_before_solving(

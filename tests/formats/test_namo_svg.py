@@ -12,11 +12,13 @@ from srt_jax.formats.outlines.svg_path import filled, outlines, transform_of
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
 
-SCENE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 300" width="400cm" height="300cm">
+SCENE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 300"
+  width="400cm" height="300cm">
   <namo_config cell_size_cm="10"><agent agent_id="robot"><goal goal_id="end"/></agent></namo_config>
   <defs><path id="unused" type="wall" d="M 0 0 H 9 V 9 z"/></defs>
   <path id="wall" type="wall" d="M 200,0 h 40 v 200 h -40 z"/>
-  <g transform="translate(200, 200)"><path id="box" type="movable" d="m 0 0 l 40 0 0 100 -40 0 z"/></g>
+  <g transform="translate(200, 200)">
+    <path id="box" type="movable" d="m 0 0 l 40 0 0 100 -40 0 z"/></g>
   <path id="robot" type="shape" d="M 30 50 a 20 20 0 1 0 40 0 a 20 20 0 1 0 -40 0 z"/>
   <path id="end" type="shape" d="M 330 230 h 40 v 40 h -40 z"/>
   <path id="grass" type="lawn" d="M 0 0 H 9 V 9 z"/>

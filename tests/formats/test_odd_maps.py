@@ -124,7 +124,7 @@ def test_however_a_ros_map_is_written_it_is_the_same_map(here, case):
     assert (read.cell_side, read.corner) == (plain.cell_side, plain.corner)
 
 
-def test_what_a_ros_map_lacks_is_told(here):
+def test_the_error_names_what_a_ros_map_lacks(here):
     (here / "m.yaml").write_text(yaml_text(occupied_thresh=None, negate=None))
     notes = Notes()
     read_ros_map("m.yaml", notes=notes)
@@ -172,7 +172,7 @@ REFUSED_ROS = {
     "an origin in words": (yaml_text(origin="0 0 0"), "origin must be"),
     "no image": (yaml_text(image=None), "lacks 'image'"),
     "an empty image": (yaml_text(image="''"), "image must be the name"),
-    "a member twice": (yaml_text() + "resolution: 0.1\n", "'resolution' stands twice"),
+    "a member twice": (yaml_text() + "resolution: 0.1\n", "'resolution' is given twice"),
     "negate 2": (yaml_text(negate="2"), "negate must be 0 or 1"),
     "an object": (yaml_text(image="!!python/object/apply:os.system [x]"), "no YAML"),
     "a tag of its own": (yaml_text(resolution="!metres 0.05"), "is not read"),
@@ -272,7 +272,7 @@ def test_pbm_and_pgm_are_read_as_text_and_with_any_white(here):
         np.testing.assert_array_equal(read_image("m.pgm").free, FREE)
 
 
-def test_what_was_done_to_a_picture_is_told(here):
+def test_notes_say_how_a_picture_was_converted(here):
     told = {}
     for name in ("turned by a half", "a mask of 0 and 1", "floats from 0 to 1"):
         notes = Notes()

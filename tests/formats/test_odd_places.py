@@ -35,7 +35,7 @@ SOLVED_CASES = [
         "held_river.osm",
         "--size 50 --start 25,0 --goal 25,49",
         "UNSOLVABLE",
-        "1 obstacles by the tag natural, 1 of them firm",
+        "1 obstacles by the tag natural, 1 of them indestructible",
     ),
     ("null_attributes.geojson", ON_METRES, "SOLVED", None),
     ("null_in_collection.geojson", ON_METRES, "SOLVED", geojson.NO_PART),

@@ -131,9 +131,10 @@ def test_ways_and_multipolygons_become_obstacles_with_courtyards_north_up(read):
     blocked = (cover(place.obstacles, square_grid(place.bounds, 20)) != FREE).any(axis=0)
     # the opera lies in the north-west
     assert blocked[:10].any(axis=0)[:10].any() and not blocked[:10, 10:].any()
-    assert "2 obstacles by the tag building (1 of them multipolygons), 2 of them firm" in [
-        str(note) for note in notes
-    ]
+    assert (
+        "2 obstacles by the tag building (1 of them multipolygons), 2 of them indestructible"
+        in [str(note) for note in notes]
+    )
 
 
 def test_fences_are_lines_with_a_width_and_can_be_destroyed(read):

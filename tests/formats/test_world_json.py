@@ -96,7 +96,7 @@ def changed(*places, to):
         (":10: no whole JSON file", json.dumps(DOCUMENT, indent=1)[:90]),
         (": the file must be an object", "[]"),
         (": nested too deeply", "[" * 100_000),
-        (": the member 'a' stands twice", '{"a": 1, "a": 2}'),
+        (": the member 'a' is given twice", '{"a": 1, "a": 2}'),
         (": NaN is no coordinate", changed("bounds", 0, to=float("nan"))),
         (": the file lacks 'goal'", changed("goal", to=None)),
         (": the file has the unknown member 'color'", changed("color", to=1)),

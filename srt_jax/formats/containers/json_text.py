@@ -49,7 +49,7 @@ def read_json(path: PathLike, kind: str, *, takes_nan: bool = False) -> Any:
 
 
 def fields_of(where: str, value: object, *required: str, **defaults: object) -> dict[str, Any]:
-    """Returns the members of a JSON object in the order asked for; ValueError for one that is
+    """Returns the members of a JSON object in the requested order; ValueError for one that is
     missing or not known.
     """
     if not isinstance(value, dict):
@@ -69,8 +69,8 @@ def fields_of(where: str, value: object, *required: str, **defaults: object) -> 
 
 
 def _whole(text: str) -> int | float:
-    """Returns a whole number; inf where no float can hold it, which whoever asks for a finite
-    number refuses by name.
+    """Returns a whole number; inf where no float can hold it, which the readers of finite
+    numbers refuse by name.
     """
     return (
         int(text)
@@ -87,5 +87,5 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     members = dict(pairs)
     if len(members) != len(pairs):
         names = [name for name, _ in pairs]
-        raise ValueError(f"the member {max(names, key=names.count)!r} stands twice in one object")
+        raise ValueError(f"the member {max(names, key=names.count)!r} is given twice in one object")
     return members

@@ -1,5 +1,5 @@
-"""Rings, lines and shapely geometries of the outside world made obstacles; what is odd is mended,
-counted and told.
+"""Obstacles from rings, lines and shapely geometries of other programs; odd input is repaired,
+counted and reported.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The objects of an OpenStreetMap file, in whatever order and numbering they stand there.
+"""The objects of an OpenStreetMap file, in whatever order and numbering they come.
 
 XML is read here, as programs write it that osmium does not read: JOSM (ids below 0, deleted objects
 that are still in the file), Overpass (ways before nodes, corners written inside the ways). PBF

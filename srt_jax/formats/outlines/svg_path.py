@@ -3,7 +3,7 @@ lines.
 
 Points are (x, y) as in the file, y downwards. Paths are read by svg.path, which knows all commands
 of SVG 1.1; it passes over letters that are none, so these are refused here. Transforms are read
-here: a library that takes an unknown one for the identity would move what stands in the way.
+here: a library that takes an unknown one for the identity would move the obstacles.
 """
 
 import math

@@ -4,7 +4,7 @@ not code.
 
 import importlib.resources
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from srt_jax.formats.containers.json_text import fields_of, read_json
@@ -82,6 +82,29 @@ def is_passed_over(rules: Sequence[TagRule], tags: Tags) -> bool:
     if matching(rules, tags) is not None:
         return False
     return matching([rule for rule in rules if rule.obstacle], tags) is not None
+
+
+class CachedRules:
+    """The rules with the answers given so far: most things of a map have one of a few sets of
+    values.
+
+    Example:
+      rule, is_passed = CachedRules(default_rules()).decide({"building": "yes"})
+    """
+
+    def __init__(self, rules: Sequence[TagRule]) -> None:
+        self._rules = tuple(rules)
+        self._keys = {rule.key for rule in rules}
+        self._keys |= {condition.key for rule in rules for condition in rule.also}
+        self._known: dict[frozenset[tuple[str, ...]], tuple[TagRule | None, bool]] = {}
+
+    def decide(self, tags: Mapping[str, Any]) -> tuple[TagRule | None, bool]:
+        """Returns (`matching`, `is_passed_over`) of a thing with these tags."""
+        # A rule looks at nothing but the values of the keys it names.
+        seen = frozenset((key, *_values(tags[key])) for key in self._keys & tags.keys())
+        if seen not in self._known:
+            self._known[seen] = matching(self._rules, tags), is_passed_over(self._rules, tags)
+        return self._known[seen]
 
 
 def default_rules() -> tuple[TagRule, ...]:

@@ -11,8 +11,10 @@ from sign_model.plan_task import plan
 from sign_model.result import PlanStatus
 
 SWITCHES = """(define (domain switches) (:predicates (on ?l) (wired ?s ?l) (same ?l ?m))
-  (:action press :parameters (?s ?l) :precondition (and (wired ?s ?l) (not (on ?l))) :effect (on ?l))
-  (:action release :parameters (?s ?l) :precondition (and (wired ?s ?l) (on ?l)) :effect (not (on ?l))))"""
+  (:action press :parameters (?s ?l)
+    :precondition (and (wired ?s ?l) (not (on ?l))) :effect (on ?l))
+  (:action release :parameters (?s ?l)
+    :precondition (and (wired ?s ?l) (on ?l)) :effect (not (on ?l))))"""
 
 
 def switches(goal: str) -> str:
@@ -64,7 +66,8 @@ def test_parameters_named_differently_than_in_the_declaration_give_the_same_acti
 
 ARITIES = """(define (domain arities) (:predicates (go) (between ?a ?b ?c) (done ?a))
   (:action start :precondition () :effect (go))
-  (:action finish :parameters (?a ?b) :precondition (and (go) (between ?a ?b ?a)) :effect (done ?b)))"""
+  (:action finish :parameters (?a ?b)
+    :precondition (and (go) (between ?a ?b ?a)) :effect (done ?b)))"""
 
 
 def test_predicates_of_arity_0_1_and_3_and_repeated_objects_are_grounded():

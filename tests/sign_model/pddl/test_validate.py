@@ -32,7 +32,8 @@ def test_a_wrong_plan_is_told_in_a_sentence(actions, told):
 
 def test_types_equalities_and_negative_conditions_are_checked():
     domain = """(define (domain d) (:types s t) (:predicates (p ?x - s) (q ?x - s ?y - s))
-      (:action a :parameters (?x ?y - s) :precondition (and (not (= ?x ?y)) (not (p ?x))) :effect (q ?x ?y)))"""
+      (:action a :parameters (?x ?y - s)
+        :precondition (and (not (= ?x ?y)) (not (p ?x))) :effect (q ?x ?y)))"""
     problem = (
         "(define (problem r) (:domain d) (:objects u v w - s z - t) (:init (p v)) (:goal (and (q u"
         " v) (not (q u w)))))"
