@@ -36,8 +36,8 @@ class PlanResult:
 
     Attributes:
       status: how planning ended.
-      actions: the plan in the order of execution, `(pick-up a)` each; empty without a plan, or if the
-        goal holds at the start.
+      actions: the plan in the order of execution, `(pick-up a)` each; empty without a plan, or if
+        the goal holds at the start.
       expansions: situations (or states) expanded; 1 if the plan is that of a precedent.
       seconds: wall-clock time by stage: parse, build, search, validate.
 

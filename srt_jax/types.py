@@ -156,11 +156,11 @@ class Solution(Record):
         removal needs so many.
       destroyed_at: int32 [..., K], index into `cells` of the cell from which each is destroyed, an
         8-neighbour of it; -1 padded.
-      removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down; inf
-        without a route.
-      removal_bound: float32 [...], proven lower bound on the total removal cost of any solution, the
-        exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is cheaper by a
-        step of float32.
+      removal_cost: float32 [...], total removal cost of `destroyed`, the exact sum rounded down;
+        inf without a route.
+      removal_bound: float32 [...], proven lower bound on the total removal cost of any solution,
+        the exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is
+        cheaper by a step of float32.
       seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
       contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
         where nothing blocks.
@@ -169,10 +169,9 @@ class Solution(Record):
         obstacle or -1); P is 3 K + 1, and (-1, -1) stands after the last. No step where start and
         goal are one cell, or without a route.
       plan_at: int32 [..., P], index into `cells` at which each step ends, -1 after the last.
-      separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending ids
-        of indestructible obstacles that keep start and goal apart whatever else is gone, -1 after
-        the last.
-        Empty elsewhere, and where the goal lies outside the map.
+      separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending
+        ids of indestructible obstacles that keep start and goal apart whatever else is gone, -1
+        after the last. Empty elsewhere, and where the goal lies outside the map.
 
     Examples:
       >>> import numpy as np

@@ -16,13 +16,14 @@ class PlanningTask:
     then deletes, then adds.
 
     Attributes:
-      features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must be
-        false.
+      features: the atom of each feature; ("not", p, ...) is the complement of p, made where p must
+        be false.
       actions: (schema, argument, ...) of each ground action.
       conditions, adds, deletes: bool [A, F]; no action both adds and deletes a feature.
       costs: int64 [A], 0 to 10^12.
       start, goal: bool [F]; the goal is partial, the start complete.
-      domain, problem: the lifted task this one was grounded from; None where it was made from arrays.
+      domain, problem: the lifted task this one was grounded from; None where it was made from
+        arrays.
 
     Examples:
       >>> import sign_model

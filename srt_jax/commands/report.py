@@ -105,8 +105,8 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> lis
             files = gallery(drawn, out, progress=progress)
     write_results(out / "results.json", records)
     few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
-    pictures = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
-    return [f"Wrote {out / 'results.json'}{pictures}."]
+    and_pictures = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
+    return [f"Wrote {out / 'results.json'}{and_pictures}."]
 
 
 def _write_page(

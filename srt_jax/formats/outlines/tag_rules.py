@@ -103,7 +103,8 @@ class CachedRules:
         # A rule looks at nothing but the values of the keys it names.
         seen = frozenset((key, *_values(tags[key])) for key in self._keys & tags.keys())
         if seen not in self._known:
-            self._known[seen] = matching(self._rules, tags), is_passed_over(self._rules, tags)
+            own = dict(tags)
+            self._known[seen] = matching(self._rules, own), is_passed_over(self._rules, own)
         return self._known[seen]
 
 
