@@ -211,7 +211,7 @@ def test_a_region_too_narrow_is_reported(free):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_city_is_a_third_blocked_and_its_streets_hang_together(seed):
+def test_a_city_is_a_third_blocked_and_its_streets_are_connected(seed):
     labels = maps.city_buildings(300, 420, seed=seed)
     free = maps.city(300, 420, seed=seed)
     assert ((labels < 0) == free).all()
