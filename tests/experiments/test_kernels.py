@@ -61,7 +61,7 @@ def test_an_unknown_part_is_refused(capsys):
 
 
 @pytest.mark.parametrize("side", [20, 23, 64])
-def test_corridors_hang_together_and_are_dense(side):
+def test_corridors_are_connected_and_are_dense(side):
     for known in (maps.snake(side, side), maps.stairs(side)):
         assert np.array_equal(
             reached_by_scipy(known.free[None], np.array([known.start]))[0], known.free
