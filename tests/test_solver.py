@@ -101,13 +101,13 @@ def test_a_goal_inside_a_destroyable_obstacle_is_reached_by_destroying_it():
     )
 
 
-def test_a_start_inside_an_obstacle_is_told():
+def test_a_start_inside_an_obstacle_is_reported():
     task = make_task(np.array([[False, True]]), (0, 0), (0, 1))
     solution = solve(task)
     assert Status(int(solution.status)) is Status.START_BLOCKED and not check(task, solution)
 
 
-def test_a_firm_ring_is_unsolvable_and_its_contour_is_reported():
+def test_an_indestructible_ring_is_unsolvable_and_its_contour_is_reported():
     free = np.ones((20, 20), bool)
     free[5:15, 5:15] = False
     free[6:14, 6:14] = True
@@ -118,7 +118,7 @@ def test_a_firm_ring_is_unsolvable_and_its_contour_is_reported():
     assert np.isinf(solution.cost) and np.isinf(solution.removal_bound)
 
 
-def test_a_budget_too_small_is_told_with_the_bound_kept():
+def test_a_budget_too_small_is_reported_with_the_bound_kept():
     task, _ = task_from("S.a.b.c.G")
     solution = solve(task, max_destroyed=2)
     assert Status(int(solution.status)) is Status.BUDGET_SPENT and not check(task, solution)

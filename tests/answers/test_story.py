@@ -41,7 +41,7 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
     ]
 
 
-def test_the_papers_loop_plans_anew_at_each_blockage_and_passes_last():
+def test_the_papers_loop_plans_again_at_each_blockage_and_passes_last():
     task, names = task_from(TWO_WALLS)
     names_of_steps = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
     assert names_of_steps == [

@@ -40,7 +40,7 @@ def two_gates(mode="least"):
     return task, solve(task, mode=mode)
 
 
-def test_an_open_way_is_told_with_its_length():
+def test_an_open_way_is_explained_with_its_length():
     assert (
         explained([[-1, -1, -1]], (0, 0), (0, 2))
         == "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
@@ -83,7 +83,7 @@ def test_each_way_to_fail_has_its_sentence(start, goal, destroyable, expected):
     assert expected in explained([[-1, -1, 0, -1]], start, goal, destroyable=destroyable)
 
 
-def test_a_batch_is_told_line_by_line():
+def test_a_batch_is_explained_line_by_line():
     tasks = stack([make_task(np.ones((1, n), bool), (0, 0), (0, n - 1)) for n in (2, 3)])
     solutions = solve(tasks)
     assert [line.split(":")[0] for line in explain(tasks, solutions).splitlines()] == [
@@ -130,7 +130,7 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
     assert abs(x - 7 * 40) <= (side - 40) / 2 + 1e-6 and abs(y + 40) <= (side - 40) / 2 + 1e-6
 
 
-def test_what_follows_if_it_were_otherwise_is_told():
+def test_what_follows_if_it_were_otherwise_is_explained():
     task, solution = two_gates()
     text = explain(task, solution, what_if=True)
     assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 were indestructible: unsolvable.")
@@ -177,7 +177,7 @@ def test_another_set_may_cost_less_than_what_a_greedy_walk_chose():
     assert "less than the 4 of what was chosen" in why_not(task, solution, 1)
 
 
-def test_what_separates_is_asked_about_too():
+def test_what_separates_is_explained_too():
     task, _ = task_from("S.@.G")
     solution = solve(task)
     assert why(task, solution, 0).endswith(

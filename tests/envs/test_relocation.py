@@ -120,7 +120,7 @@ def test_more_than_one_word_of_obstacles_is_kept_apart():
     assert state.gone.tolist() == [2**32 - 1, 2**8 - 1]
 
 
-def test_the_end_of_an_episode_is_told_and_the_next_begins():
+def test_the_end_of_an_episode_is_reported_and_the_next_begins():
     env, params, state = on("S.G")
     params = params.replace(
         levels=params.levels.replace(removal=jnp.zeros(1), length=jnp.full(1, 2.0))

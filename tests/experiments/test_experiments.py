@@ -76,7 +76,7 @@ def test_figure_3_tells_what_has_to_hold_and_that_it_does(third_figure):
     } == {"yes"}
 
 
-def test_on_the_papers_size_a_wrong_count_on_the_empty_map_is_told():
+def test_on_the_papers_size_a_wrong_count_on_the_empty_map_is_reported():
     theirs = {
         "half": (125_000, 1),
         "quarter": (187_500, 1),
@@ -318,7 +318,7 @@ def test_without_results_the_page_is_refused(tmp_path):
         report.main(["--no-run", "--results", str(tmp_path), "--page", str(tmp_path / "page.md")])
 
 
-def test_a_table_is_told_to_terminals_and_in_markdown_with_numbers_to_the_right():
+def test_a_table_is_written_for_terminals_and_in_markdown_with_numbers_to_the_right():
     table = Table(
         "A table",
         ("name", "ms", "what"),

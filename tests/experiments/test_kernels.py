@@ -37,7 +37,7 @@ def test_random_maps_snakes_and_slow_twins_agree(capsys):
         assert check in printed
 
 
-def test_a_wrong_kernel_is_told_with_what_brings_the_map_back(monkeypatch, capsys):
+def test_a_wrong_kernel_is_reported_with_what_brings_the_map_back(monkeypatch, capsys):
     def blind(free, start):
         reached = np.array(srt_jax.cost_to_come(free, start))
         return np.where(reached > 40, np.inf, reached).astype(np.float32)  # a false "unreached"
@@ -61,7 +61,7 @@ def test_an_unknown_part_is_refused(capsys):
 
 
 @pytest.mark.parametrize("side", [20, 23, 64])
-def test_corridors_hang_together_and_are_dense(side):
+def test_corridors_are_connected_and_are_dense(side):
     for known in (maps.snake(side, side), maps.stairs(side)):
         assert np.array_equal(
             reached_by_scipy(known.free[None], np.array([known.start]))[0], known.free
@@ -78,7 +78,7 @@ def test_scipy_on_a_batch_keeps_the_maps_apart():
     assert reached.sum((1, 2)).tolist() == [20, 8, 0]
 
 
-def test_a_route_that_cuts_a_corner_is_told():
+def test_a_route_that_cuts_a_corner_is_reported():
     free = np.ones((2, 2), bool)
     route = np.array([[0, 0], [1, 1]])
     assert route_problem(free, (0, 0), (1, 1), route, 2**0.5) == ""

@@ -56,7 +56,7 @@ def parts(task):
 @pytest.mark.parametrize(
     "kind", ["half", "quarter", "bagel-5", "rooms", "fences", "rings", "mixed"]
 )
-def test_the_optimum_told_is_that_of_brute_force(kind):
+def test_the_stated_optimum_is_that_of_brute_force(kind):
     compared = collections.Counter()
     for name, task, optimum in generate(kind, count=84, size=(MIN_SIZE, 22), seed=1):
         if np.isnan(optimum) or task.destroyable.sum() > 9:
@@ -148,7 +148,7 @@ def test_tasks_are_well_formed():
         ("mixed", {"seed": -1}, "seed at least 0"),
     ],
 )
-def test_what_cannot_be_made_is_told(kind, options, message):
+def test_what_cannot_be_made_is_reported(kind, options, message):
     with pytest.raises(ValueError, match=message):
         generate(kind, **({"count": 1, "size": 64, "seed": 0} | options))
 

@@ -173,12 +173,12 @@ def test_the_blocker_hangs_together():
         ("half", (-1, 3), (4, 4), r"start \(-1, 3\) lies outside"),
     ],
 )
-def test_what_cannot_be_done_is_told(kind, start, goal, message):
+def test_what_cannot_be_done_is_reported(kind, start, goal, message):
     with pytest.raises(ValueError, match=message):
         block(EMPTY, start, goal, kind)
 
 
-def test_a_map_too_small_for_a_quarter_is_told():
+def test_a_map_too_small_for_a_quarter_is_reported():
     with pytest.raises(ValueError, match="3 x 8 cells is too small: 4 x 4 is the least"):
         block(EMPTY[:3], (0, 0), (2, 7), "quarter")
 
@@ -203,7 +203,7 @@ def test_start_and_goal_of_a_small_pocket_are_not_taken():
 
 
 @pytest.mark.parametrize("free", [np.ones((5, 9), bool), np.zeros((5, 9), bool)])
-def test_a_region_too_narrow_is_told(free):
+def test_a_region_too_narrow_is_reported(free):
     with pytest.raises(
         ValueError, match="no two cells lie 9 rows or columns apart: the largest free region spans"
     ):
@@ -211,7 +211,7 @@ def test_a_region_too_narrow_is_told(free):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_city_is_a_third_blocked_and_its_streets_hang_together(seed):
+def test_a_city_is_a_third_blocked_and_its_streets_are_connected(seed):
     labels = maps.city_buildings(300, 420, seed=seed)
     free = maps.city(300, 420, seed=seed)
     assert ((labels < 0) == free).all()

@@ -109,7 +109,7 @@ def test_the_cheaper_way_is_taken_and_bounds_the_cost(batch, full):
     assert any("removal_bound is 5" in problem for problem in check(one(batch, place), too_high))
 
 
-def test_sets_that_differ_in_the_last_bit_are_told_apart(full):
+def test_sets_that_differ_in_the_last_bit_are_distinguished(full):
     assert sorted(full.destroyed[len(HARD) - 1, :2].tolist()) == [2, 3]
 
 
