@@ -93,12 +93,14 @@ def exit_code() -> int:
 
 def _is_program() -> bool:
     given, orig = sys.argv[0] if sys.argv else "", sys.orig_argv
-    if given == "-m":  # what runpy leaves there while it imports the package of the module
+    path = pathlib.PurePath(given)
+    # "-m" is what runpy leaves there while it imports the package; later it is the file itself
+    if given == "-m" or path.parts[-2:] == ("srt_jax", "__main__.py"):
         return (
             any(pair == ("-m", "srt_jax") for pair in itertools.pairwise(orig))
             or "-msrt_jax" in orig
         )
-    return pathlib.PurePath(given).name in _NAMES
+    return path.name in _NAMES
 
 
 def _open_missing_streams() -> None:

@@ -3,14 +3,16 @@
 import contextlib
 import pathlib
 from collections.abc import Callable, Iterator, Sequence
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from srt_jax.commands import console
 from srt_jax.commands.console import error_line
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.task_files import NamedTask
+
+if TYPE_CHECKING:  # it loads JAX, which `plan --help` does not need
+    from srt_jax.task import NamedTask
 
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document and nothing else.")
@@ -78,7 +80,7 @@ class ReadTasks(NamedTuple):
       read.
     """
 
-    tasks: list[NamedTask]
+    tasks: "list[NamedTask]"
     notes: list[dict[str, Any]]
     failed: list[str]
 
@@ -88,7 +90,7 @@ _FAULTS_OF_A_FILE = (ValueError, ImportError, OSError, MemoryError, RecursionErr
 
 
 def read_all(
-    inputs: Sequence[str], read: Callable[[str, Notes], list[NamedTask]], *, quiet: bool
+    inputs: Sequence[str], read: "Callable[[str, Notes], list[NamedTask]]", *, quiet: bool
 ) -> ReadTasks:
     """Reads every file. A file that cannot be read does not stop the others: its error is printed
     in one line, and its name is kept.

@@ -70,7 +70,7 @@ def draw(
         *([caption(scene, polar)] if polar else []),
     ]
     margins = 1.4 + 0.18 * len(heading)
-    with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.4, height / width)) + margins)) as figure:
+    with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + margins)) as figure:
         axes = figure.add_subplot()
         draw_map(axes, scene)
         axes.set_title("\n".join(heading), fontsize=10, parse_math=False)

@@ -53,7 +53,7 @@ def contact_sheet(
     width = _WIDTH if columns > 2 else 3.4 * columns
     cell = width / columns
     tallest = min(1.2, max(scene.kinds.shape[0] / scene.kinds.shape[1] for scene in scenes))
-    with page(path, size=(width, rows * (cell * max(0.4, tallest) + 0.42) + 1.0)) as figure:
+    with page(path, size=(width, rows * (cell * max(0.15, tallest) + 0.42) + 1.0)) as figure:
         for place, ((name, _, _), scene) in enumerate(zip(named, scenes)):
             axes = figure.add_subplot(rows, columns, place + 1)
             draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))

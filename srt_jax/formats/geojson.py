@@ -348,7 +348,7 @@ def _all_points(given: Sequence[_Given], notes: Notes) -> tuple[np.ndarray, list
         sizes = [len(array) for array in arrays]
         points = np.concatenate(arrays) if arrays else np.zeros((0, 2))
     ends = np.cumsum(sizes, dtype=np.int64)
-    is_open = (points[ends - sizes] != points[ends - 1]).any(axis=1)
+    is_open = (points[ends - np.array(sizes, np.int64)] != points[ends - 1]).any(axis=1)
     if is_open.any():
         owners = [one for one in given for part in one.parts for _ in part]
         for index in np.flatnonzero(is_open).tolist():

@@ -60,7 +60,7 @@ def test_solving_a_map_prints_one_json_document(here, capsys):
     assert task["seed"] == [3, 1] and len(task["contour"]) == 4
 
 
-def test_what_stands_firm_makes_the_exit_code_one(here, capsys):
+def test_indestructible_obstacles_make_the_exit_code_one(here, capsys):
     code, out, _ = printed(
         capsys, "solve", "walled.map", "--start=0,0", "--goal=3,5", "--destroyable", "1", "--json"
     )

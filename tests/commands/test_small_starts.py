@@ -10,8 +10,8 @@ import pytest
 from typer.main import get_command
 
 from srt_jax import __main__, cli
+from srt_jax.commands import interrupts, short_plan
 from srt_jax.commands import plan as command
-from srt_jax.commands import short_plan
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOMAIN = """(define (domain d) (:predicates (p ?x) (q ?x))
@@ -74,14 +74,15 @@ def test_the_list_of_commands_is_that_of_the_commands_themselves(arguments, caps
     assert list(get_command(cli.app).commands) == list(cli._EXAMPLES)
 
 
-def test_an_interrupt_on_the_short_way_reads_like_all_others(monkeypatch, capsys):
+def test_an_interrupt_on_the_short_way_reads_like_all_others(monkeypatch, capfd):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
+    monkeypatch.setattr(interrupts._State, "is_reported", False)
     monkeypatch.setattr(short_plan, "plan_files", interrupted)
     with pytest.raises(SystemExit) as stop:
         __main__.main(["plan", "d", "p"])
-    out, err = capsys.readouterr()
+    out, err = capfd.readouterr()  # the line goes past Python, to the file of standard error
     assert (stop.value.code, out) == (130, "") and err.count("\n") == 1
 
 

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+from srt_jax.formats import geojson
 from srt_jax.formats.geojson import read_geojson, write_geojson
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines import geometry
@@ -250,3 +251,23 @@ def test_without_shapely_lines_name_the_command(read, monkeypatch):
     assert len(read(feature("Polygon", [SQUARE]))[0].obstacles) == 1
     with pytest.raises(ImportError, match=r"pip install 'srt-jax\[world\]'"):
         read(feature("LineString", [[500, 0], [600, 0]]))
+
+
+def test_points_read_all_at_once_are_those_read_ring_by_ring():
+    rings = [[[0, 0], [1.5, 0, 7], [1, 1]], [[-2, 3.25], [4, 5]], [[0.1, 0.2, 0.3, 0.4]]]
+    points, sizes = geojson._plain_points(rings)
+    assert sizes == [3, 2, 1]
+    np.testing.assert_array_equal(
+        points, np.concatenate([geojson._points(ring, "a ring") for ring in rings])
+    )
+    for odd in (
+        [[0, True]],
+        [[0, "1"]],
+        [[0]],
+        [],
+        None,
+        "ab",
+        [[0, float("nan")]],
+        [[0, 10**400]],
+    ):
+        assert geojson._plain_points([rings[0], odd])[0] is None

@@ -256,7 +256,7 @@ BEYOND = {
     "empty declaration": (
         domain().replace("(r)", "()"),
         problem(),
-        "<domain>:2: () stands in (:predicates ...)",
+        "<domain>:2: () is in (:predicates ...)",
     ),
     "empty either": (
         domain(parameters="?x - (either)"),
