@@ -9,7 +9,13 @@ class OutOfTime(Exception):
     """The time limit was reached before there was an answer; a larger `max_seconds` gives more
     time.
 
-    seconds: the time spent by stage, where the one who raised it knows.
+    Attributes:
+      seconds: the time spent by stage, where the one who raised it knows.
+
+    Examples:
+      >>> import sign_model
+      >>> sign_model.OutOfTime("the time limit was reached").seconds
+      {}
     """
 
     def __init__(self, message: str) -> None:

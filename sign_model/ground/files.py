@@ -8,12 +8,15 @@ import pathlib
 import stat
 import threading
 from collections.abc import Iterator
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 PathLike = str | os.PathLike[str]
 
 MOST_BYTES = 1 << 30
 """Of a file that is read into memory; more is refused before any memory is taken."""
+
+_PART = 1 << 26
+"""Bytes read at once."""
 
 _REMEDIES = {
     errno.ENOENT: "name a file in a folder that exists",
@@ -129,7 +132,7 @@ def read_bytes(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) ->
     require_regular(path, what=what, most=most)
     try:
         with open(path, "rb") as file:
-            content = file.read(most + 1)
+            content = _read_at_most(file, most + 1)
     except (OSError, ValueError) as error:
         raise FileError(
             f"{path}: the {what} cannot be read: {getattr(error, 'strerror', None) or error}"
@@ -137,6 +140,18 @@ def read_bytes(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) ->
     if len(content) > most:
         raise FileError(_too_large(path, what, len(content), most))
     return content
+
+
+def _read_at_most(file: BinaryIO, most: int) -> bytes:
+    """Returns what is left in a file, `most` bytes of it at most.
+
+    In parts: to read with a limit takes memory for the whole limit at once.
+    """
+    parts, left = [], most
+    while left > 0 and (part := file.read(min(left, _PART))):
+        parts.append(part)
+        left -= len(part)
+    return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
 def read_text(path: PathLike, *, what: str = "file", most: int = MOST_BYTES) -> str:

@@ -146,8 +146,9 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_what_cannot_be_read_so_is_refused(here, case):
-    name, options, told = BAD[case]
-    with pytest.raises(ValueError, match=told):
+    name, options, message = BAD[case]
+    (here / "m.txt").write_text("a file of another kind")
+    with pytest.raises(ValueError, match=message):
         read_tasks(name, reading=Reading(**options))
 
 
