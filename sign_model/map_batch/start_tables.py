@@ -17,7 +17,6 @@ from sign_model.ground.words import WORD, pack_columns
 from sign_model.map_batch.tables import Tables
 
 _ALL = np.uint32(0xFFFFFFFF)
-_BITS = np.arange(WORD, dtype=np.uint32)
 # A bound for the compiler only: each fixpoint here ends by itself, because its values only grow or
 # only shrink.
 _MAX_SWEEPS = 4096

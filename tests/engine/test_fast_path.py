@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from sign_model.ground import marks
+from sign_model.ground import loops, marks
 from srt_jax.engine.packing import unpack
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
@@ -180,7 +180,7 @@ def test_the_compiler_takes_every_axis_of_solve_in_every_mode(mode, axis):
 @pytest.mark.parametrize("is_marked", [True, False])
 def test_a_total_is_the_same_bits_whatever_zeros_follow(is_marked):
     values = np.random.default_rng(0).lognormal(0, 5, 3000).astype(np.float32)
-    total = lambda x: jax.jit(marks.compiled_whole(marks.total) if is_marked else marks.total)(x)  # noqa: E731
+    total = lambda x: jax.jit(marks.compiled_whole(loops.total) if is_marked else loops.total)(x)  # noqa: E731
     for length in (1, 5, 1024, 1025, 3000):
         some = values[:length]
         lanes = np.zeros(1024, np.float32)
@@ -194,10 +194,10 @@ def test_a_total_is_the_same_bits_whatever_zeros_follow(is_marked):
 
 def test_the_least_of_floats_that_are_not_negative():
     values = np.array([np.inf, 3.5, 1e-40, 2e38, 1e-45], np.float32)
-    assert [marks.least(values[: i + 1]).item() for i in range(5)] == [
+    assert [loops.least(values[: i + 1]).item() for i in range(5)] == [
         values[: i + 1].min().item() for i in range(5)
     ]
-    assert marks.least(np.append(values, np.float32(0))) == 0
+    assert loops.least(np.append(values, np.float32(0))) == 0
 
 
 def test_obstacles_that_cover_no_cell_change_no_bit_of_the_least_removal():
