@@ -276,7 +276,7 @@ def _answer_at(
     # The first obstacle on the route that is not settled; none if the route needs only what is
     # gone.
     order = jnp.where(gone, NEVER, own.needed)
-    first = jnp.argmin(order).astype(jnp.int32)
+    first = lax.argmin(order, 0, jnp.int32)
     is_settled = jnp.min(order) == NEVER
     branch = jnp.where(is_settled | is_too_long, -1, first)
     better = _Best(jnp.where(is_better, own.cost, best.cost), route, needed)
@@ -323,7 +323,7 @@ def _dearest(among: Array, cost: Array) -> Array:
     dearness = lax.bitcast_convert_type(cost, jnp.uint32) // 2 + 1
     return (
         jnp.arange(len(cost), dtype=jnp.int32)
-        == jnp.argmax(jnp.where(among, dearness, jnp.uint32(0)))
+        == lax.argmax(jnp.where(among, dearness, jnp.uint32(0)), 0, jnp.int32)
     ) & among
 
 

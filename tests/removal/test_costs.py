@@ -96,7 +96,7 @@ def test_a_small_cost_beside_a_large_one_is_no_end(full):
             -1,
         ]
         assert full.removal_cost[place] == full.removal_bound[place]
-        assert full.removal_bound[place] <= sum(map(float, np.array(costs, np.float32)))
+        assert float(full.removal_bound[place]) <= sum(map(float, np.array(costs, np.float32)))
     assert full.removal_cost[CHAINS.index([3e38, 3e38])] == np.finfo(np.float32).max
 
 
