@@ -111,10 +111,6 @@ def _is_in(point: np.ndarray, ring: np.ndarray) -> bool:
     return bool((rises & (x0 + slope * (point[1] - y0) > point[0])).sum() % 2)
 
 
-_CURVES = {"S": ("C", "S"), "T": ("Q", "T")}
-"""After which commands a smooth curve goes on from their last control point."""
-
-
 def _points(svg: Any, segment: Any) -> list[complex]:
     """Returns points on a line, curve or arc, without its first."""
     if isinstance(segment, svg.Line):
