@@ -7,7 +7,7 @@ import jax
 import numpy as np
 import pytest
 
-FILE = pathlib.Path(__file__).resolve().parents[2] / "examples" / "train_policy.py"
+FILE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "examples" / "train_policy.py"
 
 
 @pytest.fixture(autouse=True)
