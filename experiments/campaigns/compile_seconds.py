@@ -17,8 +17,6 @@ import numpy as np
 
 import srt_jax
 
-jax.config.update("jax_enable_compilation_cache", False)
-
 ROOM = 2048
 """Cells of a path: a static number, compiled again where it is another."""
 
@@ -43,6 +41,7 @@ def call_kernel(kernel: str, free: np.ndarray) -> Any:
 
 def main() -> None:
     kernel, side, batch = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    jax.config.update("jax_enable_compilation_cache", False)
     compiled: list[float] = []
     jax.monitoring.register_event_duration_secs_listener(
         lambda event, duration_secs, **_: (

@@ -53,6 +53,7 @@ def printed(capsys, *arguments):
 def program(*arguments, **options):
     """Starts the command line as a process of its own."""
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | options.pop("env", {})
+    environment = {name: value for name, value in environment.items() if value is not None}
     command = [sys.executable, "-m", "srt_jax", *arguments]
     return subprocess.Popen(command, env=environment, text=True, stderr=subprocess.PIPE, **options)
 
@@ -397,7 +398,7 @@ def test_files_are_whole_whatever_becomes_of_standard_output(here, kind):
         with open("/dev/full", "w") as out:
             process = program(*arguments, stdout=out, env=environment)
     elif kind == "closed":  # and without a home folder, in the same start
-        environment |= {"HOME": "", "XDG_CACHE_HOME": ""}
+        environment |= {"HOME": "", "XDG_CACHE_HOME": "", "JAX_COMPILATION_CACHE_DIR": None}
         process = program(*arguments, preexec_fn=lambda: os.close(1), env=environment)
     else:
         process = program(*arguments, stdout=subprocess.PIPE, env=environment)

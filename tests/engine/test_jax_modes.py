@@ -103,7 +103,6 @@ def test_an_input_on_the_second_device_is_answered_there():
         "XLA_FLAGS": flags,
         "JAX_PLATFORMS": "cpu",
         "PYTHONPATH": str(ROOT),
-        "JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir),
     }
     done = subprocess.run(
         [sys.executable, "-c", _ON_THE_SECOND], env=env, cwd=ROOT, capture_output=True, text=True
