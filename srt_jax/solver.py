@@ -54,7 +54,8 @@ def solve(
     paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before
     it knows the rest of the way, hence perhaps what turns out not to be needed; read literally it
     may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans what is
-    carried out (PY16 §3.1), within the same jitted call; `plan` is that plan.
+    carried out (PY16 §3.1), and `plan` is that plan: made within the same jitted call, or, for
+    chains of obstacles of every length up to 16, when that call is traced.
 
     Removal costs are added and compared exactly, whatever their ratios; only `removal_cost` and
     `removal_bound` are rounded, down to float32, a sum beyond the greatest float32 to that. So the
@@ -232,6 +233,7 @@ def _solver(
     return jitted(
         lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
         is_part=is_part,
+        is_large=True,
     )
 
 
