@@ -115,10 +115,10 @@ def all_nearest_of(labels: Array, cells: Array, goal: Array, num_obstacles: int)
     return of_all(functools.partial(nearest_of, num_obstacles=num_obstacles), labels, cells, goal)
 
 
-def of_all(fun: Callable[..., Any], labels: Array, *args: Array) -> Any:
+def of_all(fun: Callable[..., Any], labels: Array, *args: Any) -> Any:
     """Returns fun(labels of one map, ...) of each map of a batch, in a marked call."""
 
-    def all_maps(labels: Array, *args: Array) -> Any:
+    def all_maps(labels: Array, *args: Any) -> Any:
         return each(
             lambda which, *args: fun(Labels(labels, which), *args),
             jnp.arange(len(labels), dtype=jnp.int32),

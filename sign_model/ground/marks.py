@@ -48,10 +48,14 @@ if jax.__version_info__ < (0, 8):
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
+# Both look at the whole program again and again, a third of the time to compile it; what they would
+# change inside a marked call, LLVM does as well.
+_QUICK = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops"}
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
 _without_marks = contextvars.ContextVar("without_marks", default=False)
+_is_for_cpu = contextvars.ContextVar("is_for_cpu", default=False)
 
 
 def is_marking() -> bool:
@@ -62,7 +66,7 @@ def is_marking() -> bool:
     return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
-def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
+def jitted(fun: Callable, *, is_part: bool = False, is_large: bool = False) -> Callable:
     """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled
     without, with a warning.
 
@@ -77,10 +81,17 @@ def jitted(fun: Callable, *, is_part: bool = False) -> Callable:
       is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any
         other jit. XLA would else split the steps that are not marked among all cores, and the calls
         would wait for each other there.
+      is_large: whether the program is so large that two passes of the compiler are left out, on a
+        CPU.
     """
-    options = {"xla_cpu_multi_thread_eigen": False} if is_part else None
-    forms = [jax.jit(lambda *args: fun(*args), compiler_options=options) for _ in range(2)]
-    return _with_fallback(lambda is_marked: forms[is_marked], _name_of(fun))
+    options: dict[str, Any] = {"xla_cpu_multi_thread_eigen": False} if is_part else {}
+
+    @functools.cache
+    def form(is_marked: bool, is_for_cpu: bool) -> Callable:
+        quick = _QUICK if is_for_cpu and is_large else {}
+        return jax.jit(lambda *args: fun(*args), compiler_options=options | quick or None)
+
+    return _with_fallback(form, _name_of(fun))
 
 
 def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
@@ -94,7 +105,7 @@ def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
 
     @functools.cache
     # made at the first call, since asking for the backend starts it
-    def form(is_marked: bool) -> Callable:
+    def form(is_marked: bool, is_for_cpu: bool) -> Callable:
         is_wide = knows_options and is_marked and jax.default_backend() == "cpu"
         options: dict[str, Any] = {"compiler_options": _WIDE} if is_wide else {}
         return jax.jit(
@@ -104,9 +115,9 @@ def jitted_wide(fun: Callable, static_argnames: Sequence[str] = ()) -> Callable:
     return functools.wraps(fun)(_with_fallback(form, _name_of(fun)))
 
 
-def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
-    """Returns a caller of form(is_marked), jitted functions of the same results, that remembers
-    which programs were refused.
+def _with_fallback(form: Callable[[bool, bool], Callable], name: str) -> Callable:
+    """Returns a caller of form(is_marked, is_for_cpu), jitted functions of the same results, that
+    remembers which programs were refused.
     """
     refused: set[Any] = set()
 
@@ -115,12 +126,14 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
             with jax.disable_jit(False):  # a loop over cells, step by step in Python, would not end
                 return run(*args, **static)
         if not is_marking() or (refused and _program(args, static) in refused):
-            return _unmarked(form(False), *args, **static)
+            return _unmarked(form(False, False), *args, **static)
+        is_for_cpu = _runs_on_cpu(args)
         try:
-            return form(True)(*args, **static)
+            with _set(_is_for_cpu, is_for_cpu):
+                return form(True, is_for_cpu)(*args, **static)
         except jax.errors.JaxRuntimeError as error:
             # an error that has nothing to do with the marks is raised here again
-            out = _unmarked(form(False), *args, **static)
+            out = _unmarked(form(False, False), *args, **static)
             refused.add(_program(args, static))
             message = (
                 f"the compiler refuses the fast form of {name} for arrays of this size, it runs"
@@ -131,6 +144,21 @@ def _with_fallback(form: Callable[[bool], Callable], name: str) -> Callable:
 
     run.form = form  # pyright: ignore[reportFunctionMemberAccess]
     return run
+
+
+def _runs_on_cpu(args: tuple) -> bool:
+    """Returns whether a call with these arguments runs on a CPU whatever is compiled with it: a
+    program for every platform takes twice as long to trace.
+    """
+    default = jax.config.jax_default_device  # pyright: ignore[reportAttributeAccessIssue]
+    if jax.default_backend() != "cpu" or default is not None:
+        return False
+    for leaf in jax.tree.leaves(args):
+        if isinstance(leaf, jax.core.Tracer):
+            return False
+        if hasattr(leaf, "devices") and any(d.platform != "cpu" for d in leaf.devices()):
+            return False
+    return True
 
 
 def _program(args: tuple, static: dict[str, Any]) -> Any:
@@ -179,10 +207,11 @@ def compiled_whole(fun: Callable) -> Callable:
         return set_xla_metadata(kept(*args), **_WHOLE)
 
     def run(*args: Any) -> Any:
-        may_mark = is_marking() and not may_be_split()
-        return (
-            lax.platform_dependent(*args, cpu=marked, default=plain) if may_mark else plain(*args)
-        )
+        if not is_marking() or may_be_split():
+            return plain(*args)
+        if _is_for_cpu.get():
+            return marked(*args)
+        return lax.platform_dependent(*args, cpu=marked, default=plain)
 
     return run
 

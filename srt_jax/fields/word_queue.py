@@ -35,7 +35,12 @@ class _Flood(NamedTuple):
 
 
 def flood_rest(
-    free: Array, reached: Array, *, group: int, through_corners: bool, fill_runs: Callable
+    free: Array,
+    reached: Array,
+    *,
+    group: int,
+    through_corners: bool | Array,
+    fill_runs: Callable,
 ) -> Array:
     """Returns the flood of a group in lanes, [H, lanes], from what sweeps have reached.
 
@@ -81,22 +86,29 @@ def flood_rest(
 
 
 def _beside(
-    lanes: int, group: int, through_corners: bool
+    lanes: int, group: int, through_corners: bool | Array
 ) -> list[tuple[int, Callable[[Array], Array]]]:
     """The neighbouring words, as offsets, and which of their cells touch given cells of a word."""
     one, top = jnp.uint32(_ONE), jnp.uint32(_TOP)
     to_left, to_right = (-group, lambda cells: cells << top), (group, lambda cells: cells >> top)
-    if not through_corners:
+    if through_corners is False:
         return [(-lanes, lambda cells: cells), (lanes, lambda cells: cells), to_left, to_right]
 
     def wide(cells: Array) -> Array:
-        return cells | (cells << one) | (cells >> one)
+        return cells | chosen((cells << one) | (cells >> one), through_corners)
 
     rows = [(-lanes, wide), (lanes, wide)]
     corners = [
-        (row + side, moved) for row in (-lanes, lanes) for side, moved in (to_left, to_right)
+        (row + side, lambda cells, moved=moved: chosen(moved(cells), through_corners))
+        for row in (-lanes, lanes)
+        for side, moved in (to_left, to_right)
     ]
     return [*rows, to_left, to_right, *corners]
+
+
+def chosen(words: Array, is_chosen: bool | Array) -> Array:
+    """Returns `words` where `is_chosen` (True, or bool []), else 0."""
+    return words if is_chosen is True else jnp.where(is_chosen, words, jnp.uint32(0))
 
 
 def _due(reached: Array, beside: list, group: int) -> Array:

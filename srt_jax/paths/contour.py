@@ -69,7 +69,7 @@ def _contour_quads(free: Array, seed: Array, goal: Array, size: Array) -> Array:
     group = packing.group_size(batch, height, 4 * count)
 
     def value(row: Array, col: Array) -> Array:
-        quad = free[jnp.arange(batch, dtype=jnp.int32), row, col // 4]
+        quad = free[jnp.arange(batch, dtype=jnp.int32)[None], row, col // 4]
         return ((quad >> (8 * (col % 4)).astype(jnp.uint32)) & jnp.uint32(1)).astype(jnp.int32)
 
     ahead = _ahead(value, (height, 4 * count), seed, goal, size)
@@ -122,30 +122,42 @@ def obstacle_ahead(free: Array, seed: Array, goal: Array, *, size: Array | None 
     batch, height, width = free.shape
     if size is None:
         size = jnp.broadcast_to(jnp.array((height, width), jnp.int32)[None], seed.shape)
-    which = jnp.arange(batch, dtype=jnp.int32)
+    which = jnp.arange(batch, dtype=jnp.int32)[None]
     return _ahead(
         lambda row, col: free[which, row, col].astype(jnp.int32), (height, width), seed, goal, size
     )
 
 
-def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, size: Array) -> Array:
-    """`obstacle_ahead`, with value(row, col) -> int32 [B], 1 where that cell of each map is free,
-    else 0.
+def ahead_in_words(free: Array, seed: Array, goal: Array, size: Array, width: int) -> Array:
+    """Returns `obstacle_ahead` of one map from packed rows, uint32 [H, words]; the cells and the
+    size int32 [2].
     """
 
-    def content(cell: Array) -> Array:
-        """int32 [B]: 1 where the cell is free, 0 where it is blocked, -1 outside the map."""
-        inside = is_on_map(cell[:, 0], cell[:, 1], size[:, 0], size[:, 1])
-        row, col = (jnp.clip(cell[:, axis], 0, sides[axis] - 1) for axis in (0, 1))
-        return jnp.where(inside, value(row, col), -1)
+    def value(row: Array, col: Array) -> Array:
+        word = free[row, col >> 5]
+        return (word >> (col & 31).astype(jnp.uint32)).astype(jnp.int32) & 1
 
-    # the candidates on the greedy step: diagonal, in the goal's row direction, in its column's
+    ends = (seed[None], goal[None], size[None])
+    return _ahead(value, (free.shape[0], width), *ends)[0]
+
+
+def _ahead(value: Callable, sides: tuple[int, int], seed: Array, goal: Array, size: Array) -> Array:
+    """`obstacle_ahead`, with value(row, col) -> int32 [4, B], 1 where these cells of each map are
+    free, else 0.
+    """
+
+    # the cells of the greedy step: the seed; diagonal, in the goal's row direction, in its column's
     towards = jnp.sign(goal - seed)
-    beside = [
-        jnp.stack([seed[:, 0] + towards[:, 0], seed[:, 1]], 1),
-        jnp.stack([seed[:, 0], seed[:, 1] + towards[:, 1]], 1),
-    ]
+    moves = np.array([[0, 0], [1, 1], [1, 0], [0, 1]], np.int32)
+    cells = seed[None] + moves[:, None] * towards[None]  # [4, B, 2]
+
+    # of each of them: 1 where it is free, 0 where it is blocked, -1 outside the map
+    row, col = cells[..., 0], cells[..., 1]
+    inside = is_on_map(row, col, size[None, :, 0], size[None, :, 1])
+    free = value(jnp.clip(row, 0, sides[0] - 1), jnp.clip(col, 0, sides[1] - 1))
+    content = jnp.where(inside, free, -1)
+
     answer = jnp.full_like(seed, -1)
-    for cell in (beside[1], beside[0], seed + towards):  # the first choice is written last
-        answer = jnp.where((content(cell) == 0)[:, None], cell, answer)
-    return jnp.where((content(seed) == 1)[:, None], answer, -1)
+    for i in (3, 2, 1):  # the first choice is written last
+        answer = jnp.where((content[i] == 0)[:, None], cells[i], answer)
+    return jnp.where((content[0] == 1)[:, None], answer, -1)

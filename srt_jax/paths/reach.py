@@ -13,10 +13,10 @@ import jax.numpy as jnp
 from jax import lax
 
 from sign_model.ground.loops import repeat
-from sign_model.ground.marks import compiled_whole, runs_in_place
+from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
-from srt_jax.fields.word_queue import flood_rest
+from srt_jax.fields.word_queue import chosen, flood_rest
 from srt_jax.moves import is_on_map
 from srt_jax.types import Array
 
@@ -165,16 +165,29 @@ class _Rounds(NamedTuple):
 class _Row(NamedTuple):
     """line, bare: uint32 [lanes + 2 * group] and [lanes], the row before with guards and without
     (to cut it out again costs 30 %); changed: uint32 [lanes], the bits that changed, ORed over
-    rows.
+    rows; reached: uint32 [H, lanes + 2 * group].
     """
 
     line: Array
     bare: Array
     changed: Array
+    reached: Array
 
 
-def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool) -> Array:
+class _Swept(NamedTuple):
+    """reached: uint32 [H, lanes + 2 * group]; changed: uint32 [lanes], the bits that changed in
+    this round.
+    """
+
+    reached: Array
+    changed: Array
+
+
+def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool | Array) -> Array:
     """Returns the flood of one group in lanes, uint32 [H, lanes], from `reached`, part of `free`.
+
+    Whether it passes through corners may be decided while it runs (bool []), so that one compiled
+    body serves both.
 
     Sweeps down and up while that changes anything, some rounds at most; a queue of words does the
     rest. Inside, the lanes lie between two groups of empty ones, so that every word has two
@@ -188,13 +201,15 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
     )
 
     def one_round(state: _Rounds) -> _Rounds:
-        reached, down = _sweep(
-            free, state.reached, group=group, through_corners=through_corners, upwards=False
-        )
-        reached, up = _sweep(
-            free, reached, group=group, through_corners=through_corners, upwards=True
-        )
-        return _Rounds(reached, jnp.any((down | up) != jnp.uint32(0)), state.num_rounds + 1)
+        # One body for both directions: it takes long to compile.
+        def one_way(upwards: Array, swept: _Swept) -> _Swept:
+            return _sweep(
+                free, swept, group=group, through_corners=through_corners, upwards=upwards == 1
+            )
+
+        begin = _Swept(state.reached, jnp.zeros(lanes, jnp.uint32))
+        reached, changed = repeat(2, one_way, begin)
+        return _Rounds(reached, jnp.any(changed != jnp.uint32(0)), state.num_rounds + 1)
 
     def rest(free: Array, reached: Array) -> Array:
         return flood_rest(
@@ -216,39 +231,46 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
 
 
 def _sweep(
-    free: Array, reached: Array, *, group: int, through_corners: bool, upwards: bool
-) -> tuple[Array, Array]:
-    """One pass over the rows of a group, [H, lanes]. Returns the new `reached` and the bits that
-    changed, ORed over rows.
+    free: Array, swept: _Swept, *, group: int, through_corners: bool | Array, upwards: Array
+) -> _Swept:
+    """One pass over the rows of a group, `free` [H, lanes + 2 * group], from the last to the first
+    where `upwards` (bool []).
 
     The carry between words comes from the row before and from the last sweep, not from the row in
     work, which would be a serial chain. That is sound (only reached cells are passed on) and
     complete (when nothing changes, old and new agree).
     """
     inner = slice(group, -group)
-    num_lanes = free.shape[1] - 2 * group
+    height, num_lanes = free.shape[0], free.shape[1] - 2 * group
     one, top = jnp.uint32(1), jnp.uint32(31)
 
-    def row_step(before: _Row, rows: tuple[Array, Array]) -> tuple[_Row, Array]:
-        line, bare, changed = before
-        free_line, old_line = rows
+    def row_of(rows: Array, at: tuple[Array, Array]) -> Array:
+        return lax.dynamic_slice(rows, at, (1, rows.shape[1]))[0]
+
+    def row_step(i: Array, state: _Row) -> _Row:
+        # The rows in work; the last sweep's row is where the new one is written.
+        line, bare, changed, reached = state
+        at = (jnp.where(upwards, height - 1 - i, i), jnp.int32(0))
+        free_line, old_line = row_of(free, at), apart(row_of)(reached, at)
         # what comes in: from above (or below), and from the neighbouring words
         here, old = free_line[inner], old_line[inner]
         before_left, before_right = line[:num_lanes], line[2 * group :]
         left = (before_left & free_line[:num_lanes]) | old_line[:num_lanes]
         right = (before_right & free_line[2 * group :]) | old_line[2 * group :]
         new = (bare & here) | old | (left >> top) | (right << top)
-        if through_corners:
-            new = new | (bare << one) | (bare >> one) | (before_left >> top) | (before_right << top)
+        if through_corners is not False:
+            corner = (bare << one) | (bare >> one) | (before_left >> top) | (before_right << top)
+            new = new | chosen(corner, through_corners)
         # and from there along the row, inside each word
         new = _fill_runs(here, new & here)
         line = jnp.pad(new, (group, group))
-        return _Row(line, new, changed | (new ^ old)), line
+        reached = lax.dynamic_update_slice(reached, line[None], at)
+        return _Row(line, new, changed | (new ^ old), reached)
 
     nothing = jnp.zeros_like(free[0])
-    bare = nothing[inner]
-    last, reached = lax.scan(row_step, _Row(nothing, bare, bare), (free, reached), reverse=upwards)
-    return reached, last.changed
+    begin = _Row(nothing, nothing[inner], swept.changed, swept.reached)
+    end = repeat(height, row_step, begin)
+    return _Swept(end.reached, end.changed)
 
 
 def _fill_runs(free: Array, reached: Array) -> Array:

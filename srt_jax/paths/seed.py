@@ -3,6 +3,7 @@ in CLOSED).
 """
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -10,7 +11,7 @@ import numpy as np
 from jax import lax
 
 from sign_model.ground.marks import compiled_whole
-from srt_jax.engine import arguments, eager
+from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.moves import octile_order
 from srt_jax.types import Array
@@ -52,7 +53,7 @@ def seed_cell(reached: Array, goal: Array) -> Array:
 @batch_kernel
 def seed_cells(reached: Array, goal: Array) -> Array:
     """Returns `seed_cell` of a batch: reached bool [B, H, W], goal int32 [B, 2] -> int32 [B, 2]."""
-    return compiled_whole(functools.partial(each, _nearest))(reached, goal)
+    return compiled_whole(functools.partial(each, nearest))(reached, goal)
 
 
 class _Best(NamedTuple):
@@ -64,20 +65,36 @@ class _Best(NamedTuple):
     below: Array
 
 
-def _nearest(reached: Array, goal: Array) -> Array:
-    """The nearest of the cells that are nearest within their column: of those above the goal's row
+def nearest_in_words(reached: Array, goal: Array, width: int) -> Array:
+    """Returns `nearest` of one map from packed rows, uint32 [H, words]: each is unpacked when its
+    turn comes.
+    """
+    return nearest(
+        reached, goal, lambda words: packing.unpack(words[None, None], width)[0, 0], width
+    )
+
+
+def nearest(
+    reached: Array,
+    goal: Array,
+    row_of: Callable[[Array], Array] = lambda row: row,
+    width: int | None = None,
+) -> Array:
+    """Returns `seed_cell` of one map: reached bool [H, W], goal int32 [2] -> int32 [2].
+
+    The nearest of the cells that are nearest within their column: of those above the goal's row
     the last, else the first.
 
     jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair;
     here a scan over rows keeps two rows a column.
     """
-    height, width = reached.shape
+    height, width = reached.shape[0], width or reached.shape[1]
     # the narrower, the more columns in one step
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
 
     def row_step(best: _Best, row_and_mask: tuple[Array, Array]) -> tuple[_Best, None]:
-        row, mask = row_and_mask
+        row, mask = row_and_mask[0], row_of(row_and_mask[1])
         is_above = row <= goal[0]
         last = jnp.where(is_above, row, -1).astype(dtype)
         first = jnp.where(is_above, height, row).astype(dtype)

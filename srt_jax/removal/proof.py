@@ -13,15 +13,15 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.obstacles import all_open_cells, owners_at
-from srt_jax.paths.blockage import Blockage, find_blockage
-from srt_jax.paths.reach import reach_words
+from srt_jax import obstacles
+from srt_jax.obstacles import Labels, owners_at
+from srt_jax.paths.blockage import Blockage, Ends, blockage_of
 from srt_jax.types import Array, Task
 
 
 class _Rounds(NamedTuple):
     """number: int32 [], rounds done. first: the blockage of the first round. separating: bool
-    [B, M], found in the last.
+    [M], found in the last.
     """
 
     number: Array
@@ -35,51 +35,47 @@ def blockages(
     """Returns the first blockage, and of each task in `is_apart` the indestructible obstacles that
     separate, bool [B, M].
 
-    Two rounds of one and the same code, for it takes long to compile; the second only where some
-    task needs it.
-
     Args:
       task: with one batch axis.
       reached: uint32 [B, H, words], packed, from the start with nothing gone; not known where the
         goal is inside.
       is_cut_off: bool [B], tasks whose goal is not reached: those that have a first blockage.
       is_inside: bool [B], those of them whose goal lies in something indestructible.
-      is_apart: bool [B], those whose goal is not reached even with all that is destroyable gone,
-        though it is open then.
+      is_apart: bool [B], those of them whose goal is not reached even with all that is destroyable
+        gone, though it is open then.
     """
-    B, _, _, W = task.labels.shape
-    M = task.destroyable.shape[1]
 
-    def look(state: _Rounds) -> _Rounds:
-        # Where the agent gets to: known for most tasks in the first round, flooded for the others.
-        is_last = state.number == 1
-        opened = all_open_cells(task.labels, task.destroyable & is_last)
-        needs_flood = jnp.where(is_last, is_apart, is_inside)
-        start = jnp.where(needs_flood[:, None], task.start, -1)
-        flooded = lax.cond(
-            needs_flood.any(),
-            lambda: reach_words(opened, start, width=W),
-            lambda: jnp.zeros_like(reached),
-        )
-        closed = jnp.where(needs_flood[:, None, None], flooded, reached)
+    def one_map(
+        labels: Labels,
+        may_go: Array,
+        ends: Ends,
+        reached: Array,
+        is_cut_off: Array,
+        is_inside: Array,
+        is_apart: Array,
+    ) -> tuple[Blockage, Array]:
+        M = len(may_go)
 
-        # What blocks there; in the last round it is the proof.
-        among = jnp.where(is_last, is_apart, is_cut_off)
-        found = find_blockage(
-            task.labels, opened, closed, task.goal, task.size, num_obstacles=M, among=among
-        )
-        first = jax.tree.map(lambda old, new: jnp.where(is_last, old, new), state.first, found)
-        separating = found.on_contour & ~task.destroyable & is_last
-        return _Rounds(state.number + 1, first, separating)
+        def look(state: _Rounds) -> _Rounds:
+            # What blocks with nothing gone; in the last round, with all gone that may go: that is
+            # the proof. One body for both: it takes long to compile.
+            is_last = state.number == 1
+            free = obstacles.open_cells(labels, may_go & is_last)
+            is_known = ~is_last & ~is_inside
+            found = blockage_of(labels, free, ends, reached, M, is_known, jnp.bool_(True))
+            first = jax.tree.map(lambda old, new: jnp.where(is_last, old, new), state.first, found)
+            return _Rounds(state.number + 1, first, found.on_contour & ~may_go & is_last)
 
-    nothing = Blockage(
-        jnp.full((B, 2), -1, jnp.int32), jnp.zeros_like(reached), jnp.zeros((B, M), bool)
-    )
-    num_rounds = jnp.where(is_apart.any(), jnp.int32(2), jnp.int32(1))
-    # Ends: after one round or two.
-    begin = _Rounds(jnp.int32(0), nothing, nothing.on_contour)
-    end = lax.while_loop(lambda state: state.number < num_rounds, look, begin)
-    return end.first, end.separating
+        nothing = Blockage(jnp.full(2, -1, jnp.int32), jnp.zeros_like(reached), jnp.zeros(M, bool))
+        num_rounds = is_cut_off.astype(jnp.int32) + is_apart.astype(jnp.int32)
+        # Ends: after two rounds at most.
+        begin = _Rounds(jnp.int32(0), nothing, nothing.on_contour)
+        end = lax.while_loop(lambda state: state.number < num_rounds, look, begin)
+        return end.first, end.separating
+
+    ends = Ends(task.start, task.goal, task.size)
+    known = (reached, is_cut_off, is_inside, is_apart)
+    return obstacles.of_all(one_map, task.labels, task.destroyable, ends, *known)
 
 
 def covering(task: Task, is_inside: Array) -> Array:

@@ -138,14 +138,12 @@ def test_one_map_for_many_starts_may_stay_unbatched_under_vmap():
 def test_sizes_of_one_bucket_share_one_compilation():
     for height, width in ((100, 120), (128, 97), (99, 128)):
         srt_jax.reach(np.ones((3, height, width), bool), np.zeros((3, 2), np.int32))
-    count = [
-        eager._jitted(reach_maps, ()).form(is_marked)._cache_size() for is_marked in (False, True)
-    ]
+    form = eager._jitted(reach_maps, ()).form
+    forms = [form(*kind) for kind in ((False, False), (True, False), (True, True))]
+    count = [one._cache_size() for one in forms]
     assert sum(count) > 0
     srt_jax.reach(np.zeros((4, 111, 111), bool), np.ones((4, 2), np.int32))
-    assert [
-        eager._jitted(reach_maps, ()).form(is_marked)._cache_size() for is_marked in (False, True)
-    ] == count
+    assert [one._cache_size() for one in forms] == count
 
 
 def test_without_the_marks_the_bits_are_the_same(monkeypatch):
