@@ -36,7 +36,7 @@ _STEPS_PER_OBSTACLE = 3
 """Approach, destroy, pass."""
 
 _MOST_TABLED = 16
-"""Slots of a chain for which all plans are made beforehand: 0.4 s of planning for 16, 6 s for 32."""
+"""Slots of a chain for which plans are made beforehand: 0.4 s of planning for 16, 6 s for 32."""
 
 _MOST_EXPANSIONS = 100_000  # far more than a chain takes
 
