@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from sign_model.ground.marks import jitted
-from srt_jax.engine import cores
+from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket
@@ -103,23 +103,24 @@ def solve(
         raise ValueError(f"max_cells must be at least 1, got {max_cells}")
     if max_branches < 1:
         raise ValueError(f"max_branches must be at least 1, got {max_branches}")
-    flat = jax.tree.map(
-        fold, task, Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
-    )
-    height, width = flat.labels.shape[-2:]
+    ranks = Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
+    height, width = task.labels.shape[-2:]
     room = max_cells or _default_room(height, width, mode)
     if is_traced(task):
+        flat = jax.tree.map(fold, task, ranks)
         slots = min(max_destroyed, flat.destroyable.shape[1])
         solution = _solver(mode, slots, room, max_branches)(
             flat, jnp.full(len(flat.start), room, jnp.int32)
         )
         solution = with_slots(solution, max_destroyed, jnp)
-    else:
-        solution = cores.at_device_of(
-            lambda: _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches),
-            *jax.tree.leaves(task),
-        )
-    return jax.tree.map(lambda array: unfold(array, batch), solution)
+        return jax.tree.map(lambda array: unfold(array, batch), solution)
+    flat = jax.tree.map(eager.fold, task, ranks)
+
+    def run() -> Solution:
+        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
+        return jax.tree.map(lambda array: eager.unfold(array, batch), solution)
+
+    return cores.at_device_of(run, *jax.tree.leaves(task))
 
 
 def _default_room(height: int, width: int, mode: str) -> int:
@@ -163,7 +164,7 @@ def _in_buckets(
         return solution if whole is part and capacity == room else _cut(solution, part, room)
 
     solution = run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room))
-    return jax.tree.map(jnp.asarray, with_slots(solution, max_destroyed, np))
+    return with_slots(solution, max_destroyed, np)
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
@@ -234,6 +235,7 @@ def _solver(
         lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
         is_part=is_part,
         is_large=True,
+        name=("solve", mode, max_destroyed, capacity, max_branches, is_part),
     )
 
 

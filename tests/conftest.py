@@ -16,6 +16,7 @@ SHORTEST_KEPT = 0.5  # seconds of compiling
 jax.config.update("jax_compilation_cache_dir", str(KEPT))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", SHORTEST_KEPT)
 os.environ["JAX_COMPILATION_CACHE_DIR"] = str(KEPT)
+os.environ["SRT_JAX_PROGRAMS"] = str(KEPT.with_name("programs"))
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = str(SHORTEST_KEPT)
 
 QUICK = (

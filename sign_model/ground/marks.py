@@ -37,6 +37,8 @@ from typing import Any
 import jax
 from jax import lax
 
+from sign_model.ground import kept_programs
+
 try:
     from jax.experimental.xla_metadata import set_xla_metadata
 except ImportError:
@@ -66,7 +68,9 @@ def is_marking() -> bool:
     return is_possible and os.environ.get("SRT_JAX_PLAIN") != "1"
 
 
-def jitted(fun: Callable, *, is_part: bool = False, is_large: bool = False) -> Callable:
+def jitted(
+    fun: Callable, *, is_part: bool = False, is_large: bool = False, name: tuple | None = None
+) -> Callable:
     """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled
     without, with a warning.
 
@@ -83,13 +87,17 @@ def jitted(fun: Callable, *, is_part: bool = False, is_large: bool = False) -> C
         would wait for each other there.
       is_large: whether the program is so large that two passes of the compiler are left out, on a
         CPU.
+      name: what decides the program besides the shapes of the arguments (`kept_programs`): then
+        what is compiled for calls on a CPU outside any jit is kept on disk.
     """
     options: dict[str, Any] = {"xla_cpu_multi_thread_eigen": False} if is_part else {}
 
     @functools.cache
     def form(is_marked: bool, is_for_cpu: bool) -> Callable:
-        quick = _QUICK if is_for_cpu and is_large else {}
-        return jax.jit(lambda *args: fun(*args), compiler_options=options | quick or None)
+        own = options | (_QUICK if is_for_cpu and is_large else {})
+        if is_for_cpu and name is not None and kept_programs.is_on():
+            return kept_programs.KeptProgram(fun, name, own)
+        return jax.jit(lambda *args: fun(*args), compiler_options=own or None)
 
     return _with_fallback(form, _name_of(fun))
 

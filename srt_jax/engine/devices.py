@@ -12,6 +12,7 @@ spreads arrays in three ways, each of which would otherwise reach into a kernel'
   stays plain.
 """
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -34,6 +35,7 @@ def device_by_device(fun: Callable) -> Callable:
     that axis over devices.
     """
 
+    @functools.wraps(fun)  # its name says which compiled program is its own
     def run(*args: Array) -> Any:
         leaves = jax.tree.leaves(args)
         varying = tuple(

@@ -50,7 +50,7 @@ def call(
         # jitted even there, since a vmap outside jit would otherwise compile at every call
         out = _jitted(kernel, options)(*folded)
     else:
-        folded = [_fold(array, batch) for array in arrays]
+        folded = [fold(array, array.ndim - len(batch)) for array in arrays]
         return cores.at_device_of(
             lambda: _unfold_all(_call_eagerly(kernel, on_quads, is_light, folded, options), batch),
             *arrays,
@@ -112,7 +112,24 @@ def _call_in_parts(
 def _jitted(
     kernel: Callable, static: tuple[tuple[str, Any], ...], is_part: bool = False
 ) -> Callable:
-    return jitted(functools.partial(kernel, **dict(static)), is_part=is_part)
+    return jitted(
+        functools.partial(kernel, **dict(static)),
+        is_part=is_part,
+        name=(*name_of(kernel), static, is_part),
+    )
+
+
+def name_of(kernel: Callable) -> tuple[str, str]:
+    """Returns where a kernel is defined: no other has that name, so its compiled programs can be
+    kept under it.
+
+    Raises:
+      ValueError: it is defined inside a function, which may define many of one name.
+    """
+    module, name = kernel.__module__, kernel.__qualname__
+    if "<" in name:
+        raise ValueError(f"a kernel must be a function of a module, got {module}.{name}")
+    return module, name
 
 
 def _pad(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.ndarray:
@@ -135,21 +152,24 @@ def _crop(array: Array, size: tuple[int, ...], bucket: tuple[int, ...]) -> np.nd
     return np.asarray(array)[tuple(slice(0, side) for side in sides)]
 
 
-def _fold(array: Array, batch: tuple[int, ...]) -> Array:
-    """`arguments.fold`, on the host if the array is there: JAX would compile a reshape for every
-    new shape.
+def fold(array: Array, core_rank: int) -> Array:
+    """Returns `arguments.fold`, on the host if the array is there: JAX would compile a reshape for
+    every new shape.
     """
-    core_rank = array.ndim - len(batch)
-    return arguments.fold(
-        np.asarray(array) if len(batch) != 1 and cores.is_on_host(array) else array, core_rank
-    )
+    is_folded = array.ndim == core_rank + 1
+    return array if is_folded else arguments.fold(_on_host(array), core_rank)
+
+
+def unfold(array: Array, batch: tuple[int, ...]) -> jax.Array:
+    """Returns `arguments.unfold` as an array of JAX, on the host if the array is there."""
+    array = arguments.unfold(array if len(batch) == 1 else _on_host(array), batch)
+    return array if isinstance(array, jax.Array) else jax.device_put(array)
+
+
+def _on_host(array: Array) -> Array:
+    is_traced = isinstance(array, jax.core.Tracer)
+    return np.asarray(array) if not is_traced and cores.is_on_host(array) else array
 
 
 def _unfold_all(arrays: Any, batch: tuple[int, ...]) -> Any:
-    return jax.tree.map(lambda array: _unfold(array, batch), arrays)
-
-
-def _unfold(array: Array, batch: tuple[int, ...]) -> jax.Array:
-    """`arguments.unfold`, on the host if the array has been cropped there."""
-    array = arguments.unfold(array, batch)
-    return array if isinstance(array, jax.Array) else jax.device_put(array)
+    return jax.tree.map(lambda array: unfold(array, batch), arrays)

@@ -123,3 +123,15 @@ def test_an_error_with_and_without_marks_is_raised_and_the_marks_stay_on():
     with pytest.raises(jax.errors.JaxRuntimeError):
         jax.block_until_ready(marks.jitted(fails)(jnp.zeros(3)))
     assert marks.is_marking()
+
+
+def test_no_two_kernels_have_one_name_and_none_is_made_inside_a_function():
+    from srt_jax.engine.eager import name_of
+    from srt_jax.fields.lengths import length_maps
+    from srt_jax.paths.reach import reach_maps
+    from srt_jax.paths.seed import seed_cells
+
+    kernels = (length_maps, reach_maps, seed_cells)
+    assert len({name_of(kernel) for kernel in kernels}) == len(kernels)
+    with pytest.raises(ValueError, match="function of a module"):
+        name_of(lambda maps: maps)

@@ -138,12 +138,11 @@ def test_one_map_for_many_starts_may_stay_unbatched_under_vmap():
 def test_sizes_of_one_bucket_share_one_compilation():
     for height, width in ((100, 120), (128, 97), (99, 128)):
         srt_jax.reach(np.ones((3, height, width), bool), np.zeros((3, 2), np.int32))
-    form = eager._jitted(reach_maps, ()).form
-    forms = [form(*kind) for kind in ((False, False), (True, False), (True, True))]
-    count = [one._cache_size() for one in forms]
-    assert sum(count) > 0
+    program = eager._jitted(reach_maps, ()).form(True, True)
+    count = program.num_programs()
+    assert count > 0
     srt_jax.reach(np.zeros((4, 111, 111), bool), np.ones((4, 2), np.int32))
-    assert [one._cache_size() for one in forms] == count
+    assert program.num_programs() == count
 
 
 def test_without_the_marks_the_bits_are_the_same(monkeypatch):
