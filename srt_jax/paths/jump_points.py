@@ -3,37 +3,41 @@ Grastien 2012 and 2014; a diagonal move needs both cells beside it).
 
 THE PATH. Of all shortest paths one is defined by the costs alone, whatever the search: going back
 from the goal, the cell before is always the first neighbour from which a shortest path comes, the
-four straight neighbours before the four diagonal ones, in row order each. So the field of costs
-(`by_field`) and this search give the same cells.
+four straight neighbours before the four diagonal ones, in row order each. So a walk over the field
+of costs (`path.first_path`) gives the same cells.
 
 THE SEARCH. A leg is any number of diagonal moves in one direction, then a run: straight moves in
 one direction up to the first stop. A stop is the goal or a corner, a free cell beside which, to one
 side, a wall has just ended. From a corner legs begin straight on, and towards such sides, straight
-and diagonally; from the start in all directions. Corners wait in buckets of their least length f of
-a path through them. All with f no more than the goal's cost are expanded, in whatever order; one
-that is reached at its cost by another run is expanded once more.
+and diagonally; from the start in all directions. A leg may also reach the goal by diagonal moves
+alone. Corners wait in buckets of f, the least length of a path through them. All with f no more
+than the goal's cost are expanded, in whatever order, those of equal f too; one that is reached at
+its cost by another run is expanded for that run as well.
 
-WHY THE LENGTHS ARE EXACT. Let a, b be two moves in a row of the path defined above, x the cell
-between them. Then b = a; or a is diagonal and b one of its components; or a is straight, b leads to
-a side of it, and x is a corner with the wall on that side. For in all other cases a shorter way
-leads past x, except where a is straight, b diagonal with the component a, and the cell beside the
-one before x is free: then b and a can change places, the last of the two is straight, and the path
-would have taken that. So the path consists of legs that the search tries, and by induction every
-corner where it turns gets its exact cost. No cost is too low, for legs are walks.
+WHY THE LENGTHS ARE EXACT. Let a, b be two moves in a row of the path defined, x the cell between
+them. Then (1) b = a; or (2) a is diagonal and b one of its components; or (3) a is straight, b
+leads to a side of it, straight or diagonally, and on that side of x a wall has just ended: x is a
+corner. For in all other cases a shorter way leads past x, with one exception: a is straight, b is
+diagonal with the component a, and no wall ends on that side. Then b and a can change places, and
+the path defined would have come to the cell after x by the straight move. So the path consists of
+legs that the search tries, and by induction each corner where it turns gets its exact cost. No cost
+is too low, for legs are walks.
 
-WHY THE PATH IS THE ONE DEFINED. Each corner keeps the first of the legs that reach it at its exact
-cost (`_Leg`), in this order: by the run, in row order of the cells it comes from; the longest run;
-no diagonal moves, then the two diagonals in row order. Going back along the path defined, the last
-cell's straight neighbours from which shortest paths come end runs of legs that are tried (for the
-move after it, if any, leads to a side or is the same), so the first leg ends in the right run, and
-the right run lasts while a shortest path comes that way: as long as the longest one, unless a cell
-on it is reached at the same cost by a run that comes first in the order. That cell is then a corner
-and known to be one, as is a cell on the diagonal part that is reached by any run. `_walk_back` looks
-at the cost of every cell for that.
+WHY THE CELLS ARE THE ONES DEFINED. Each corner, and the goal, keeps the first of the legs that
+reach it at its cost, in this order: by the direction of the run, row order of the cells it comes
+from; the longest run; no diagonal part, then the two in row order. Let `walk_back` be at a cell y
+of the path defined, b the move after y on it, and a straight, the last move of a shortest path to
+y. Then that path followed by b fulfils (1) to (3) in y: where a = b the run goes on, else y is a
+corner, and the search knows of a leg that ends there by a. So at a corner where the path turns the
+first leg kept has the right direction. Along its run the path comes straight as long as some
+shortest path does, which is as long as the longest run of a leg with that end, unless at a cell on
+the way a direction earlier in the order leads in; that cell is then such a corner. On the diagonal
+part the first corner reached at the right cost ends it in the same way. So `walk_back` compares the
+cost of every cell on the way with the cost kept there, and takes up the leg of a corner it finds.
 
 THE QUEUE never overflows: where all its entries are in use, a corner is flagged instead, and when
-the queue is done with, flagged corners are looked for and expanded. That ends, because each corner
-is flagged or queued at most four times for each of its costs, which only fall.
+the queue is done with, flagged corners are looked for and expanded. It all ends, since each corner
+is queued or flagged at most four times, once a run, for each of its costs, which only fall.
 """
 
 from collections.abc import Callable
@@ -56,9 +60,10 @@ LONGEST_SIDE = 2**22 - 1
 
 _BUCKETS = 4096
 
-# A leg in a word; the least comes first. Bits 29 to 31: how it comes to its end, in the order of
-# `_BACK`; 7 to 28: LONGEST_SIDE less the length of its run; 5 and 6: its diagonal part, 0 none, else
-# 1 or 2; 4: the corner waits outside the queue; 0 to 3: by which runs it was reached at this cost.
+# A leg in a word; the least comes first. Bits 29 to 31: whence it comes to its end, in the order
+# of `_BACK`; 7 to 28: LONGEST_SIDE less the length of its run; 5 and 6: its diagonal part, 0 none,
+# else 1 or 2; 4: the corner waits outside the queue; 0 to 3: by which runs it was reached at its
+# cost.
 _COMES, _RUN, _SIDE, _WAITS, _LEG = (np.uint32(n) for n in (29, 7, 5, 16, 2**32 - 32))
 
 _BACK = np.array([(-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)], np.int32)
@@ -152,9 +157,9 @@ class _Search(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Where legs are on their way. runs: uint32 [], to be tried from (row, col), which costs `cost`,
-    each uint32 []; part: the diagonal that led there, or _NO_DIAGONAL; diagonals: to be tried yet
-    from the corner.
+    """Where legs are on their way, all uint32 []. runs: to be tried from (row, col), which costs
+    `cost`; part: the diagonal that led there, or _NO_DIAGONAL; diagonals: to be tried yet from the
+    corner.
     """
 
     runs: Array

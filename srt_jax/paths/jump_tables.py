@@ -67,7 +67,8 @@ def jump_tables(free: Array, goal: Array, width: int) -> JumpTables:
 
     # squares have lines of one length in both layouts: one loop for all
     parts = [(tall, wide), (wide, tall)] if tall != wide else [(2 * tall, wide)]
-    tables = JumpTables(*[jnp.zeros(n * size, jnp.uint32) for n in (4, 4, 4, 4, 2)])
+    new = jnp.zeros(4 * size, jnp.uint32)
+    tables = JumpTables(new, new, new, new, jnp.zeros(2 * size, jnp.uint32))
     first = 0
     for groups, words in parts:
         tables = _corners(tables, both, margin, first, groups, words)
@@ -125,12 +126,12 @@ def _corners(
             before, behind = here & above & ~beside[0], here & below & ~beside[2]
             across = here & ((last[1] & ~last[line]) | (following[1] & ~following[line]))
             new.append((before | behind | ~here, before, behind, across))
-        filled = [
+        stop, before, behind, ahead = (
             _put(_put(table, forth, place), back, place + half)
             for table, forth, back in zip(tables, *new)
-        ]
+        )
         square = here & following[1] & below & following[2]
-        return JumpTables(*filled, _put(tables.square, square, place))
+        return JumpTables(stop, before, behind, ahead, _put(tables.square, square, place))
 
     return repeat(groups, strip, tables)
 
