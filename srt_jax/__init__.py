@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from srt_jax.paths.path import trace_path
     from srt_jax.paths.reach import reach
     from srt_jax.paths.seed import seed_cell
+    from srt_jax.paths.shortest import shortest_path
     from srt_jax.removal_gradient import least_removal
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
@@ -56,6 +57,7 @@ __all__ = [
     "reach",
     "scene_pddl",
     "seed_cell",
+    "shortest_path",
     "solve",
     "solve_many",
     "stack",
@@ -83,6 +85,7 @@ _MODULES = {
     "paths.path": ("trace_path",),
     "paths.reach": ("reach",),
     "paths.seed": ("seed_cell",),
+    "paths.shortest": ("shortest_path",),
     "removal_gradient": ("least_removal",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),

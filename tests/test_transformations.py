@@ -45,6 +45,10 @@ def cases() -> dict[str, Case]:
         "cost_to_come": Case(srt_jax.cost_to_come, (free, start)),
         "cost_to_come of unequal cells": Case(srt_jax.cost_to_come, (free, start, costs)),
         "path_cost": Case(srt_jax.path_cost, (free, start, goal, costs)),
+        "path_cost without costs": Case(srt_jax.path_cost, (free, start, goal)),
+        "shortest_path": Case(
+            lambda *args: srt_jax.shortest_path(*args, max_cells=32), (free, start, goal)
+        ),
         "trace_path": Case(
             lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=32), (cost, goal)
         ),

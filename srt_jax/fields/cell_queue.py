@@ -24,7 +24,6 @@ from jax import lax
 
 from sign_model.ground.marks import apart
 from srt_jax.engine.in_place import read, read_apart, write
-from srt_jax.fields.goal_bound import Target
 from srt_jax.types import Array
 
 CLOCKWISE = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
@@ -146,7 +145,6 @@ def spread(
     straight: Array,
     diagonal: Array,
     stride: int,
-    towards: Target | None = None,
 ) -> tuple[Array, Array]:
     """Returns the costs after every improvement that follows from the sources, and whether the
     queue was too short for some.
@@ -157,13 +155,12 @@ def spread(
       sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the
         queue's.
       stride: columns of the bordered field.
-      towards: follow up only cells that may lie on a shortest path to this one.
 
     Returns:
       uint32 [N]; bool [], if True some improvement was not followed up: start again from the
       frontier.
     """
-    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0], towards)
+    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0])
     mask = jnp.uint32(sources.shape[0] - 1)
 
     def take_cheaper(state: _Merge) -> _Merge:
@@ -210,7 +207,6 @@ def _stepper(
     diagonal: Array,
     stride: int,
     room: int,
-    towards: Target | None,
 ) -> Callable[[Array, Array, Array, Array, _Fields], tuple[Array, _Fields]]:
     """A function (cell, is_source, head, tail, fields) -> (tail, fields) that tries the moves of
     one cell.
@@ -219,7 +215,7 @@ def _stepper(
     offset = jnp.asarray(
         np.array([down * stride + right for down, right in CLOCKWISE], np.int32).astype(np.uint32)
     )
-    one, mask, width = jnp.uint32(1), jnp.uint32(room - 1), jnp.uint32(stride)
+    one, mask = jnp.uint32(1), jnp.uint32(room - 1)
 
     def moves_of(free_beside: Array, table: Array, led_by: Array, cell: Array) -> Array:
         index = (read(free_beside, cell).astype(jnp.uint32) << jnp.uint32(4)) | (
@@ -253,17 +249,12 @@ def _stepper(
         cell: Array, is_source: Array, head: Array, tail: Array, fields: _Fields
     ) -> tuple[Array, _Fields]:
         cost, led_by, queue, is_short = fields
-        # which moves: none where the queue could overflow, or past the bound of the target
+        # which moves: none where the queue could overflow
         here, led = read_apart(cost, cell), read_apart(led_by, cell)
         moves = apart(moves_of)(free_beside, table, led, cell)
         is_full = tail - head > jnp.uint32(room - 10)  # a cell adds at most eight
         is_short = is_short | is_full
         moves = jnp.where(is_full, jnp.uint32(0), moves)
-        if towards is not None:
-            at_least = here + towards.at_least(cell // width, cell % width, straight, diagonal)
-            moves = jnp.where(
-                at_least > read_apart(cost, towards.index(stride)), jnp.uint32(0), moves
-            )
         # the cell waits no longer; but a source may wait in the queue as well
         led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)
         # the first move outside the loop: few cells have more than one

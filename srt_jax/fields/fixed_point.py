@@ -19,6 +19,7 @@ changes no bit.
 
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from srt_jax import moves
 from srt_jax.types import Array
@@ -47,20 +48,50 @@ def finest_scale(free: Array) -> Array | int:
     """
     height, width = free.shape
     rows, cols = -(-height // 2), -(-width // 2)
-    if 3 * rows * cols + 1 <= _LONGEST[0]:  # three free cells in every square: T = F is largest
+    if _is_finest_always(height, width):
         return 0
-    if 3 * rows * cols + 1 > _LONGEST[-1]:
-        most = _LONGEST[-1] // 3 * 4
-        raise ValueError(
-            f"a map of {height}x{width} cells is too large for exact lengths: split it, at most"
-            f" {most} cells"
-        )
     count = jnp.pad(free, ((0, height % 2), (0, width % 2))).astype(jnp.int32)
     count = count.reshape(rows, 2, cols, 2).sum((1, 3), dtype=jnp.int32)
     num_free, num_path = (
         count.sum(dtype=jnp.int32),
         jnp.where(count == 4, 2, count).sum(dtype=jnp.int32),
     )
+    return _finest_of(num_free, num_path)
+
+
+def finest_scale_of_words(free: Array, width: int) -> Array | int:
+    """Returns `finest_scale` of a packed map: uint32 [H, words], of W columns."""
+    height = free.shape[0]
+    if _is_finest_always(height, width):
+        return 0
+    squares = jnp.pad(free, ((0, height % 2), (0, 0)))
+    squares = squares[::2] & squares[1::2]
+    # the even bits: columns 2 i and 2 i + 1, both rows
+    squares = squares & (squares >> jnp.uint32(1)) & jnp.uint32(0x55555555)
+    num_free, num_squares = (
+        lax.population_count(words).astype(jnp.int32).sum(dtype=jnp.int32)
+        for words in (free, squares)
+    )
+    return _finest_of(num_free, num_free - 2 * num_squares)
+
+
+def _is_finest_always(height: int, width: int) -> bool:
+    """Whether the shape alone decides, since three free cells in every square make T = F largest.
+
+    ValueError where not even the coarsest fixed point is sure to hold.
+    """
+    longest = 3 * (-(-height // 2)) * (-(-width // 2)) + 1
+    if longest > _LONGEST[-1]:
+        most = _LONGEST[-1] // 3 * 4
+        raise ValueError(
+            f"a map of {height}x{width} cells is too large for exact lengths: split it, at most"
+            f" {most} cells"
+        )
+    return longest <= _LONGEST[0]
+
+
+def _finest_of(num_free: Array, num_path: Array) -> Array:
+    """F and T, int32 [] each."""
     longest = num_path + (num_free - num_path) // 4 + 1
     return sum((longest > bound).astype(jnp.int32) for bound in _LONGEST[:-1])
 

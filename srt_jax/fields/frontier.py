@@ -11,7 +11,6 @@ from jax import lax
 from sign_model.ground.marks import apart
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
-from srt_jax.fields.goal_bound import Target
 from srt_jax.types import Array
 
 _BINS = 1024
@@ -24,15 +23,12 @@ class CellList(NamedTuple):
     num: Array
 
 
-def frontier(
-    field: Array, straight: Array, diagonal: Array, towards: Target | None = None
-) -> Array:
+def frontier(field: Array, straight: Array, diagonal: Array) -> Array:
     """Returns the cells from which a legal move would lower the cost of a neighbour; none where all
     costs are exact.
 
     Args:
       field: uint32 [H + 2, W + 2], see `row_sweeps`.
-      towards: leave out the cells that cannot lie on a shortest path to this one.
 
     Returns:
       uint32 [H, words], packed.
@@ -46,12 +42,7 @@ def frontier(
         """
         above, here, below = lax.dynamic_slice(field, (row, jnp.int32(0)), (3, stride))
         can_improve = _can_improve(above, here, below, straight, diagonal)
-        if towards is not None:
-            cols = jnp.arange(1, width + 1, dtype=jnp.int32)
-            can_improve &= here[1:-1] + towards.at_least(row + 1, cols, straight, diagonal) <= most
         return packing.pack(can_improve[None, None, :width])[0, 0]
-
-    most = jnp.uint32(0) if towards is None else towards.cost(field.reshape(-1), stride)
 
     return lax.map(row_words, jnp.arange(height - 2, dtype=jnp.int32))
 

@@ -22,7 +22,6 @@ from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.in_place import write
 from srt_jax.fields import cell_queue, fixed_point, frontier, row_sweeps
 from srt_jax.fields.frontier import CellList
-from srt_jax.fields.goal_bound import Target, target_of
 from srt_jax.types import Array
 
 UNREACHED = 2**31 - 1
@@ -43,14 +42,9 @@ class Field(NamedTuple):
     scale: Array
 
 
-def cost_field(free: Array, start: Array, goal: Array | None = None) -> Field:
-    """Returns the costs of a batch in exact integers: free bool [B, H, W], start int32 [B, 2].
-
-    With a `goal`, int32 [B, 2], only its cost and those on the shortest paths to it are sure to be
-    exact; no other is too low. That takes about half the time, and `paths.path.trace_field` reads
-    the same path off either field.
-    """
-    return Field(*(_cost_maps(free, start) if goal is None else _costs_towards(free, start, goal)))
+def cost_field(free: Array, start: Array) -> Field:
+    """Returns the costs of a batch in exact integers: free bool [B, H, W], start int32 [B, 2]."""
+    return Field(*_cost_maps(free, start))
 
 
 def cheapest(field: Field, among: Array) -> Array:
@@ -108,12 +102,7 @@ def _cost_maps(free: Array, start: Array) -> tuple[Array, Array]:
     return compiled_whole(functools.partial(each, solve_map))(free, start)
 
 
-@batch_kernel
-def _costs_towards(free: Array, start: Array, goal: Array) -> tuple[Array, Array]:
-    return compiled_whole(functools.partial(each, solve_map))(free, start, goal)
-
-
-def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Array, Array]:
+def solve_map(free: Array, start: Array) -> tuple[Array, Array]:
     """Returns the cost, int32 [H, W], and scale of one map, as in `cost_field`; for use inside a
     marked call.
 
@@ -122,9 +111,8 @@ def solve_map(free: Array, start: Array, goal: Array | None = None) -> tuple[Arr
     """
     scale = jnp.asarray(fixed_point.finest_scale(free), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
-    towards = None if goal is None else target_of(goal, *free.shape)
     field = _solve_field(
-        free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal, towards
+        free, row_sweeps.new_field(free, start, diagonal), start, straight, diagonal
     )[1:-1, 1:-1]
     return jnp.where(
         field < row_sweeps.unreached(diagonal), field.astype(jnp.int32), UNREACHED
@@ -147,7 +135,6 @@ def _solve_field(
     start: Array,
     straight: Array,
     diagonal: Array,
-    towards: Target | None,
 ) -> Array:
     """Sweeps where that pays, then follows the frontier until there is none."""
     # the queue and its list of sources have the same room
@@ -159,13 +146,11 @@ def _solve_field(
         return row_sweeps.four_sweeps(field, straight, diagonal)
 
     def find_frontier(field: Array) -> CellList:
-        cells = frontier.frontier(field, straight, diagonal, towards)
+        cells = frontier.frontier(field, straight, diagonal)
         return frontier.list_cells(cells, stride, room)
 
     def by_sweeps(field: Array) -> _Rest:
         field = sweep(field)
-        if towards is not None:
-            return _Rest(*find_frontier(field), field)
         # a second round, unless little was reached: then most of the map is closed off
         num_reached = jnp.sum(field < row_sweeps.unreached(diagonal), dtype=jnp.int32)
         field = lax.cond(num_reached * 8 > field.size, sweep, lambda field: field, field)
@@ -180,9 +165,7 @@ def _solve_field(
     def spread(rest: _Rest) -> _Rest:
         cost = rest.field.reshape(-1)
         sources = frontier.cheapest_first(rest.cells, rest.num, cost)
-        cost, is_short = cell_queue.spread(
-            cost, free_beside, sources, straight, diagonal, stride, towards
-        )
+        cost, is_short = cell_queue.spread(cost, free_beside, sources, straight, diagonal, stride)
         field = cost.reshape(rows, stride)
         # only where list or queue were too short can anything be left
         is_cut = is_short | (rest.num == room - 1)

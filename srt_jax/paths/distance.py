@@ -4,11 +4,10 @@ Lengths come from `fields.lengths`; costs over cells of unequal cost, which are 
 `gradients.least_costs`.
 """
 
-import numpy as np
-
 from srt_jax.engine import arguments, eager
 from srt_jax.fields.lengths import length_maps
 from srt_jax.gradients import least_costs
+from srt_jax.paths.shortest import path_length
 from srt_jax.types import Array
 
 
@@ -71,8 +70,9 @@ def path_cost(
     """Returns `cost_to_come` at `goal` alone; inf where no path leads there or it lies outside the
     map.
 
-    Its derivative with respect to `traversal_cost` is that of the path to `goal`: cheaper than the
-    one of the whole field, and the path itself, each cell with the length it answers for.
+    Without `traversal_cost` as fast as `shortest_path`, which gives the cells too. The derivative
+    with respect to `traversal_cost` is that of the path to `goal`: cheaper than the one of the
+    whole field, and the path itself, each cell with the length it answers for.
 
     Args:
       free: bool [..., H, W], True where the agent fits.
@@ -89,13 +89,13 @@ def path_cost(
       >>> round(srt_jax.path_cost(free, (2, 0), (0, 2)).item(), 4)  # two diagonal moves
       2.8284
     """
+    if traversal_cost is None:
+        return path_length(free, start, goal)
     free, start, goal = (
         arguments.as_mask("free", free),
         arguments.as_cells("start", start),
         arguments.as_cells("goal", goal),
     )
-    if traversal_cost is None:
-        traversal_cost = np.ones(free.shape, np.float32)
     return least_costs.least_cost(
         free, start, goal, arguments.as_floats("traversal_cost", traversal_cost)
     )

@@ -12,7 +12,7 @@ from srt_jax.engine import arguments, eager
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.fields import fixed_point
 from srt_jax.fields.lengths import UNREACHED, Field
-from srt_jax.moves import MOVES, is_on_map
+from srt_jax.moves import DIAGONAL_MOVES, MOVES, STRAIGHT_MOVES, is_on_map
 from srt_jax.types import Array, Path
 
 
@@ -70,8 +70,9 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> Path:
     return Path(**run(field.cost, field.scale, goal))
 
 
-def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[Array, Array, Array]:
-    """Returns (cells, num_cells, cost) of `trace_field` for one map; for use inside a marked call.
+def first_path(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[Array, Array]:
+    """Returns the cells, int32 [max_cells, 2], and their number of the path that `jump_points`
+    defines, from the exact costs of one map; 0 where `goal` is not reached.
 
     Args:
       cost, scale: int32 [H, W] and [], from `fields.lengths.solve_map`.
@@ -79,12 +80,9 @@ def trace_map(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[A
     """
     straight, diagonal = fixed_point.pairs(scale)
     at = _reader(cost[None], jnp.int32(0), UNREACHED)
-    cells, num_cells, at_goal = _walk(at, goal, straight, diagonal, max_cells)
-    is_reached = at_goal != UNREACHED
-    length = jnp.where(
-        is_reached, fixed_point.to_length(jnp.where(is_reached, at_goal, 0), scale), jnp.inf
-    )
-    return cells, jnp.where(is_reached, num_cells, 0), length
+    order = STRAIGHT_MOVES + DIAGONAL_MOVES
+    cells, num_cells, at_goal = _walk(at, goal, straight, diagonal, max_cells, order)
+    return cells, jnp.where(at_goal == UNREACHED, 0, num_cells)
 
 
 def _trace_lengths(cost: Array, goal: Array, *, max_cells: int) -> dict[str, Array]:
@@ -157,16 +155,21 @@ class _Walk(NamedTuple):
 
 
 def _walk(
-    at: Callable, goal: Array, straight: Array, diagonal: Array, max_cells: int
+    at: Callable,
+    goal: Array,
+    straight: Array,
+    diagonal: Array,
+    max_cells: int,
+    order: tuple[tuple[int, int], ...] = MOVES,
 ) -> tuple[Array, Array, Array]:
-    """Walks from the goal to the start, from parent to parent; it ends, because the cost falls at
-    every step.
+    """Walks from the goal to the start, from parent to parent, ties in the given order of their
+    places; it ends, because the cost falls at every step.
 
     The cells are written from the back, so that the start comes first in the end.
     """
 
     def step(walk: _Walk) -> _Walk:
-        row, col, there = _parent(at, walk.row, walk.col, walk.here, straight, diagonal)
+        row, col, there = _parent(at, walk.row, walk.col, walk.here, straight, diagonal, order)
         cells = lax.dynamic_update_slice(
             walk.cells, jnp.stack([row, col])[None], (max_cells - 1 - walk.num, np.int32(0))
         )
@@ -180,18 +183,29 @@ def _walk(
     here = jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal))
     walk = _Walk(goal[0], goal[1], here, jnp.int32(1), cells)
     walk = lax.while_loop(lambda walk: walk.here > 0, step, walk)
-    num, cells = walk.num, walk.cells
-    # shift the cells to the front; those of a path that does not fit are shifted out
+    return at_front(walk.cells, walk.num, is_reached), walk.num, at_goal
+
+
+def at_front(cells: Array, num: Array, is_there: Array) -> Array:
+    """Returns the last `num` of the cells, int32 [max_cells, 2], in front, then -1; none of them
+    where they do not fit or `is_there` is False.
+    """
+    max_cells = len(cells)
     padding = jnp.full((max_cells, 2), -1, jnp.int32)
-    first = jnp.where(is_reached & (num <= max_cells), max_cells - num, max_cells)
-    cells = lax.dynamic_slice(
+    first = jnp.where(is_there & (num <= max_cells), max_cells - num, max_cells)
+    return lax.dynamic_slice(
         jnp.concatenate([cells, padding]), (first, np.int32(0)), (max_cells, 2)
     )
-    return cells, num, at_goal
 
 
 def _parent(
-    at: Callable, row: Array, col: Array, here: Array, straight: Array, diagonal: Array
+    at: Callable,
+    row: Array,
+    col: Array,
+    here: Array,
+    straight: Array,
+    diagonal: Array,
+    order: tuple[tuple[int, int], ...],
 ) -> tuple[Array, Array, Array]:
     """The neighbour with the least cost plus move, and its cost; itself, at cost 0, where none
     costs less.
@@ -202,14 +216,15 @@ def _parent(
     to_row, to_col, there, least = row, col, jnp.zeros_like(here), unreached
     # sums that differ by rounding alone are ties
     slack = here * 2.0**-21 if here.dtype == jnp.float32 else 0
-    for (down, right), cost in near.items():
+    for down, right in order:
+        cost = near[down, right]
         is_legal = cost < here
         move = straight
         if down and right:
             is_legal = is_legal & (near[down, 0] < unreached) & (near[0, right] < unreached)
             move = diagonal
         total = jnp.where(is_legal, cost + move, unreached)
-        is_better = total + slack < least  # strict: the first in row order stays
+        is_better = total + slack < least  # strict: the first in the order stays
         to_row, to_col = (
             jnp.where(is_better, row + down, to_row),
             jnp.where(is_better, col + right, to_col),

@@ -13,10 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from srt_jax.engine import packing
-from srt_jax.fields.lengths import solve_map
 from srt_jax.obstacles import Labels
-from srt_jax.paths.path import trace_map
+from srt_jax.paths.shortest import path_of_map
 from srt_jax.types import Array
 
 NEVER = np.int32(2**31 - 1)
@@ -46,9 +44,7 @@ def route_through(
       obstacle must be destroyed, NEVER where it is not in the way. A route that does not fit meets
       none.
     """
-    width = labels.all.shape[3]
-    cost, scale = solve_map(packing.unpack(free[None], width)[0], start, goal)
-    route = Route(*trace_map(cost, scale, goal, capacity))
+    route = Route(*path_of_map(free, start, goal, labels.all.shape[3], capacity))
     num = jnp.where(route.num_cells <= capacity, route.num_cells, 0)
     return route, _first_needed(labels, route.cells, num, num_obstacles)
 

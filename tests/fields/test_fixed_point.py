@@ -3,7 +3,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax.fields.fixed_point import MAX_COST, finest_scale, pairs, to_length
+from srt_jax.engine import packing
+from srt_jax.fields.fixed_point import (
+    MAX_COST,
+    finest_scale,
+    finest_scale_of_words,
+    pairs,
+    to_length,
+)
 from srt_jax.moves import FIXED_POINTS
 from tests.helpers.maps import noise, random_maps, snake
 from tests.helpers.slow import costs_by_scipy
@@ -51,6 +58,18 @@ def test_padding_and_place_do_not_change_the_scale():
     small = finest_scale(jnp.asarray(free[:1100, :1101]))
     assert int(small) == int(finest_scale(jnp.asarray(free))) > 0
     assert int(finest_scale(jnp.asarray(noise(np.random.default_rng(0), 100, 100, 0.1)))) == 0
+
+
+@pytest.mark.parametrize("shape", [(900, 901), (1101, 1300), (2, 2_000_001), (30, 31)])
+def test_a_packed_map_has_the_scale_of_the_map(shape):
+    rng = np.random.default_rng(0)
+    scales = set()
+    for density in (0.0, 0.02, 0.1, 0.3, 0.6, 0.95):
+        free = jnp.asarray(noise(rng, *shape, density))
+        scale = finest_scale_of_words(packing.pack(free[None])[0], shape[1])
+        assert int(scale) == int(finest_scale(free))
+        scales.add(int(scale))
+    assert len(scales) > 1 or shape == (30, 31)
 
 
 @pytest.mark.parametrize("side, error", [(700, 8e-9), (1700, 3e-7), (2600, 1.54e-6)])

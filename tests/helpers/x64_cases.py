@@ -102,6 +102,13 @@ def numeric_cases(given):
         "lengths": (srt_jax.cost_to_come, free, start),
         "costs": (srt_jax.cost_to_come, free, start, cost),
         "path": (lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=40), cost, goal),
+        "shortest_path": (
+            lambda *args: srt_jax.shortest_path(*args, max_cells=40),
+            free,
+            start,
+            goal,
+        ),
+        "path_cost": (srt_jax.path_cost, free, start, goal),
         "path_within": (
             lambda *args: srt_jax.path_within(*args, 3.0, max_cells=40),
             free,

@@ -1,0 +1,184 @@
+"""What a search by jump points reads of a map: bit maps, made by word operations of the packed
+map.
+
+A bit map is uint32, flat, line by line: `words` words a line, of 32 cells each. In the layout by
+rows a line is a row of the map, in the one by columns a column. Each line ends with at least one
+blocked cell that is not of the map, and after the last line comes at least one blocked line; so the
+neighbours of a cell lie at fixed distances, and where there is none, one finds a blocked cell.
+
+A run is a walk of straight moves in one direction. Runs are numbered: 0 right, 1 down, 2 left, 3
+up. Even ones go along the lines of the layout by rows, odd ones along those by columns; from 2 on
+they go backwards. So bit maps by run are in four parts of equal size, the layouts taking turns.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from sign_model.ground.loops import repeat
+from sign_model.ground.words import WORD
+from srt_jax.engine.in_place import read, write
+from srt_jax.types import Array
+
+_ONE, _TOP = np.uint32(1), np.uint32(WORD - 1)
+_HALVES = ((16, 0xFFFF), (8, 0xFF00FF), (4, 0xF0F0F0F), (2, 0x33333333), (1, 0x55555555))
+
+
+class JumpTables(NamedTuple):
+    """stop: uint32 [4 * size], by run: where it has to stop, at a blocked cell, a corner or the
+      goal. A corner is a free cell beside which, to one side, a wall has just ended.
+    before, behind: uint32 [4 * size], by run: the corners whose wall is in the line before, behind.
+    ahead: uint32 [4 * size]: from which cells the next stop of a run *across* the lines is a corner
+      or the goal; and these themselves. Part 0 down, 1 right, 2 up, 3 left.
+    square: uint32 [2 * size], of which the first half counts: the top left cells of 2 x 2 free
+      ones.
+    """
+
+    stop: Array
+    before: Array
+    behind: Array
+    ahead: Array
+    square: Array
+
+
+def groups_of(height: int, width: int) -> tuple[int, int]:
+    """Returns how many groups of 32 rows, and of 32 columns, the bit maps of a map have."""
+    return height // WORD + 1, width // WORD + 1
+
+
+def jump_tables(free: Array, goal: Array, width: int) -> JumpTables:
+    """Returns the tables of one map; for use inside a marked call.
+
+    Args:
+      free: uint32 [H, words], packed.
+      goal: int32 [2], a cell of the map.
+      width: W.
+    """
+    tall, wide = groups_of(free.shape[0], width)
+    size = WORD * tall * wide
+    # both layouts, one behind the other, with a margin around them
+    rows = lax.dynamic_update_slice(jnp.zeros((WORD * tall, wide), jnp.uint32), free, (0, 0))
+    margin = max(tall, wide) + 1
+    both = jnp.zeros(2 * size + 2 * margin, jnp.uint32)
+    both = lax.dynamic_update_slice(both, rows.reshape(-1), (margin,))
+    both = lax.dynamic_update_slice(both, _transposed(rows).reshape(-1), (margin + size,))
+
+    # squares have lines of one length in both layouts: one loop for all
+    parts = [(tall, wide), (wide, tall)] if tall != wide else [(2 * tall, wide)]
+    new = jnp.zeros(4 * size, jnp.uint32)
+    tables = JumpTables(new, new, new, new, jnp.zeros(2 * size, jnp.uint32))
+    first = 0
+    for groups, words in parts:
+        tables = _corners(tables, both, margin, first, groups, words)
+        first += groups * WORD * words
+    tables = _with_goal(tables, goal, size, tall, wide)
+    first, ahead = 0, jnp.zeros(4 * size, jnp.uint32)
+    for groups, words in parts:
+        ahead = _look_ahead(ahead, tables.ahead, both, margin, first, groups * WORD, words)
+        first += groups * WORD * words
+    return tables._replace(ahead=ahead)
+
+
+def _transposed(rows: Array) -> Array:
+    """The bit map by columns: each block of 32 lines by exchanging halves, halves of halves and so
+    on.
+    """
+    lines, words = rows.shape
+
+    def block(i: Array, out: Array) -> Array:
+        x = _slice(rows.reshape(-1), i.astype(jnp.uint32) * jnp.uint32(WORD * words), WORD * words)
+        for by, mask in _HALVES:
+            pairs = x.reshape(WORD // 2 // by, 2, by * words)
+            first, second = pairs[:, 0], pairs[:, 1]
+            moved = ((first >> np.uint32(by)) ^ second) & np.uint32(mask)
+            x = jnp.stack([first ^ (moved << np.uint32(by)), second ^ moved], 1).reshape(-1)
+        zero = jnp.uint32(0)
+        column = x.reshape(WORD, words).T[..., None]
+        return lax.dynamic_update_slice(out, column, (zero, zero, i.astype(jnp.uint32)))
+
+    groups = lines // WORD
+    new = jnp.zeros((words, WORD, groups), jnp.uint32)
+    return repeat(groups, block, new).reshape(WORD * words, groups)
+
+
+def _corners(
+    tables: JumpTables, free: Array, margin: int, first: int, groups: int, words: int
+) -> JumpTables:
+    """Fills in all tables, 32 lines at a time: they stay in the first-level cache. In place of
+    `ahead` come the stops of runs across the lines that are not blocked.
+    """
+    length, half = WORD * words, np.uint32(tables.square.size)
+
+    def strip(i: Array, tables: JumpTables) -> JumpTables:
+        place = i.astype(jnp.uint32) * jnp.uint32(length) + jnp.uint32(first)
+        # three lines, each with its words to the left and to the right
+        near = [
+            [_slice(free, place + np.uint32(margin + line + word), length) for word in (-1, 0, 1)]
+            for line in (-words, 0, words)
+        ]
+        last = [(here << _ONE) | (left >> _TOP) for left, here, _ in near]
+        following = [(here >> _ONE) | (right << _TOP) for _, here, right in near]
+        above, here, below = (line[1] for line in near)
+        new = []
+        for beside, line in ((last, 0), (following, 2)):  # forwards, backwards
+            before, behind = here & above & ~beside[0], here & below & ~beside[2]
+            across = here & ((last[1] & ~last[line]) | (following[1] & ~following[line]))
+            new.append((before | behind | ~here, before, behind, across))
+        stop, before, behind, ahead = (
+            _put(_put(table, forth, place), back, place + half)
+            for table, forth, back in zip(tables, *new)
+        )
+        square = here & following[1] & below & following[2]
+        return JumpTables(stop, before, behind, ahead, _put(tables.square, square, place))
+
+    return repeat(groups, strip, tables)
+
+
+def _with_goal(tables: JumpTables, goal: Array, size: int, tall: int, wide: int) -> JumpTables:
+    """Makes the goal a stop of every run."""
+    row, col = goal[0].astype(jnp.uint32), goal[1].astype(jnp.uint32)
+    by_rows = row * jnp.uint32(wide) + (col >> np.uint32(5))
+    by_cols = col * jnp.uint32(tall) + (row >> np.uint32(5))
+
+    def mark(i: Array, tables: JumpTables) -> JumpTables:
+        part = i.astype(jnp.uint32)
+        is_by_rows = part & _ONE == 0
+        place = part * jnp.uint32(size) + jnp.where(is_by_rows, by_rows, by_cols)
+        bit = _ONE << (jnp.where(is_by_rows, col, row) & _TOP)
+        stop, ahead = (
+            write(table, read(table, place) | bit, place) for table in (tables.stop, tables.ahead)
+        )
+        return tables._replace(stop=stop, ahead=ahead)
+
+    return repeat(4, mark, tables)
+
+
+def _look_ahead(
+    ahead: Array, good: Array, free: Array, margin: int, first: int, lines: int, words: int
+) -> Array:
+    """Fills in `ahead` of one layout, or of both, line by line against the run: from the last line
+    for runs down, from the first for runs up.
+    """
+    half = np.uint32(good.size // 2)
+    base, margin_ = np.uint32(first), np.uint32(margin)
+
+    def line(i: Array, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        down, up, ahead = state
+        place = i.astype(jnp.uint32) * jnp.uint32(words)
+        at_up, at_down = base + place, base + np.uint32((lines - 1) * words) - place
+        down = _slice(good, at_down, words) | (_slice(free, at_down + margin_, words) & down)
+        up = _slice(good, at_up + half, words) | (_slice(free, at_up + margin_, words) & up)
+        return down, up, _put(_put(ahead, down, at_down), up, at_up + half)
+
+    none = jnp.zeros(words, jnp.uint32)
+    return repeat(lines, line, (none, none, ahead))[2]
+
+
+def _slice(array: Array, place: Array, length: int) -> Array:
+    return lax.dynamic_slice(array, (place,), (length,))
+
+
+def _put(array: Array, part: Array, place: Array) -> Array:
+    return lax.dynamic_update_slice(array, part, (place,))

@@ -1,0 +1,177 @@
+"""A shortest path, or its length, between two cells alone: without the field of costs where there
+is a faster way.
+
+On CPU by jump points (`jump_points`). Elsewhere, where a queue would be copied at every step, the
+whole field is computed by sweeps, and the path read off it: the same cells, since they are defined
+by the costs.
+"""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from sign_model.ground.marks import compiled_whole, runs_in_place
+from sign_model.ground.sizes import next_power_of_two
+from srt_jax.engine import arguments, eager, packing
+from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.fields import fixed_point
+from srt_jax.fields.lengths import UNREACHED, solve_map
+from srt_jax.moves import is_on_map, max_path_cells
+from srt_jax.paths import jump_points
+from srt_jax.paths.path import at_front, first_path
+from srt_jax.types import Array, Path
+
+
+def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | None = None) -> Path:
+    """Returns a shortest path from `start` to `goal`; num_cells 0 and cost inf where none leads
+    there.
+
+    By jump point search (PY16 §3.2) on CPU, several times as fast as a field of costs. Of all
+    shortest paths it is this one, on every machine: going back from the goal, the cell before is
+    always the first neighbour from which a shortest path comes, the four straight neighbours before
+    the four diagonal ones, in row order each. Lengths are those of `cost_to_come`, bit for bit.
+
+    Args:
+      free: bool [..., H, W], True where the agent fits.
+      start, goal: int32 [..., 2], (row, col); may lie outside the map.
+      max_cells: how many cells `cells` holds, at least 1. If a path is longer, its `cells` are all
+        -1 and `num_cells` is its true number of cells: retry with a larger `max_cells`. By default
+        enough for the longest path of the batch; inside jit, for any path on a map of this shape
+        (three quarters of its cells).
+
+    Returns:
+      Path: cells int32 [..., N, 2], start first, -1 after the goal; num_cells int32 [...]; cost
+        float32 [...].
+
+    Raises:
+      TypeError, ValueError: for a dtype or a shape that does not fit, or max_cells < 1.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[1:, 3] = False  # a wall with a gap in the first row
+      >>> path = srt_jax.shortest_path(free, (2, 2), (1, 4))
+      >>> path.cells[: int(path.num_cells)].tolist()
+      [[2, 2], [1, 2], [0, 2], [0, 3], [0, 4], [1, 4]]
+      >>> path.cost.item()
+      5.0
+    """
+    free, start, goal = _checked(free, start, goal)
+    batch = arguments.common_batch(free=(free, 2), start=(start, 1), goal=(goal, 1))
+    if max_cells is not None and max_cells < 1:
+        raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
+
+    def call(room: int) -> Path:
+        return Path(**eager.call(_path_maps, batch, free, start, goal, max_cells=room))
+
+    height, width = free.shape[-2:]
+    most = max_path_cells(height, width)
+    if max_cells is not None or arguments.is_traced(free, start, goal):
+        return call(int(max_cells or max(1, most)))
+    # as much room as most paths need; more for all, if one needs it
+    room = min(_usual_room(height, width), max(1, most))
+    path = call(room)
+    longest = int(jnp.max(path.num_cells, initial=0))
+    return path if longest <= room else call(next_power_of_two(longest))
+
+
+def _usual_room(height: int, width: int) -> int:
+    return next_power_of_two(2 * max(height, width))
+
+
+def path_length(free: Array, start: Array, goal: Array) -> Array:
+    """Returns the cost of `shortest_path`, float32 [...]."""
+    free, start, goal = _checked(free, start, goal)
+    batch = arguments.common_batch(free=(free, 2), start=(start, 1), goal=(goal, 1))
+    return eager.call(_length_maps, batch, free, start, goal)
+
+
+def _checked(free: Array, start: Array, goal: Array) -> tuple[Array, Array, Array]:
+    return (
+        arguments.as_mask("free", free),
+        arguments.as_cells("start", start),
+        arguments.as_cells("goal", goal),
+    )
+
+
+@batch_kernel
+def _length_maps(free: Array, start: Array, goal: Array) -> Array:
+    def one_map(free: Array, start: Array, goal: Array) -> Array:
+        return length_of_map(packing.pack(free[None])[0], start, goal, free.shape[1])
+
+    return compiled_whole(_all_at_once(one_map))(free, start, goal)
+
+
+def _path_maps(free: Array, start: Array, goal: Array, *, max_cells: int) -> dict[str, Array]:
+    def one_map(free: Array, start: Array, goal: Array) -> dict[str, Array]:
+        words = packing.pack(free[None])[0]
+        cells, num_cells, cost = path_of_map(words, start, goal, free.shape[1], max_cells)
+        return {"cells": cells, "num_cells": num_cells, "cost": cost}
+
+    return batch_kernel(compiled_whole(_all_at_once(one_map)))(free, start, goal)
+
+
+def _all_at_once(one_map: Callable) -> Callable:
+    """One map after the other in a marked call; elsewhere side by side."""
+
+    def run(*args: Array):
+        return each(one_map, *args) if runs_in_place() else jax.vmap(one_map)(*args)
+
+    return run
+
+
+def path_of_map(
+    free: Array, start: Array, goal: Array, width: int, max_cells: int
+) -> tuple[Array, Array, Array]:
+    """Returns the path of one map, as in `types.Path`: (cells, num_cells, cost); for use inside a
+    marked call.
+
+    Args:
+      free: uint32 [H, words], packed.
+      start, goal: int32 [2].
+      width: W.
+    """
+    if not _is_by_jump_points(free.shape[0], width):
+        cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
+        return *first_path(cost, scale, goal, max_cells), _length_at(cost, scale, goal)
+    straight, diagonal, scale = _fixed_point(free, width)
+    best, corners = jump_points.search(free, start, goal, straight, diagonal, width)
+    is_there = best.cost != jump_points.NO_COST
+    cells, num = jump_points.walk_back(best, corners, goal, straight, diagonal, width, max_cells)
+    cost = _length(best.cost.astype(jnp.int32), scale, is_there)
+    return at_front(cells, num, is_there), jnp.where(is_there, num, 0), cost
+
+
+def length_of_map(free: Array, start: Array, goal: Array, width: int) -> Array:
+    """Returns the cost alone of `path_of_map`, float32 []."""
+    if not _is_by_jump_points(free.shape[0], width):
+        return _length_at(*solve_map(packing.unpack(free[None], width)[0], start), goal)
+    straight, diagonal, scale = _fixed_point(free, width)
+    best = jump_points.search(free, start, goal, straight, diagonal, width)[0]
+    return _length(best.cost.astype(jnp.int32), scale, best.cost != jump_points.NO_COST)
+
+
+def _is_by_jump_points(height: int, width: int) -> bool:
+    """Whether a queue runs in place here, and a leg can be as long as the map."""
+    return runs_in_place() and max(height, width) <= jump_points.LONGEST_SIDE
+
+
+def _fixed_point(free: Array, width: int) -> tuple[Array, Array, Array]:
+    """(straight, diagonal), uint32 [] each, and the scale."""
+    scale = jnp.asarray(fixed_point.finest_scale_of_words(free, width), jnp.int32)
+    straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
+    return straight, diagonal, scale
+
+
+def _length_at(cost: Array, scale: Array, goal: Array) -> Array:
+    """The length at `goal` of one map's exact costs; inf where it is not reached or outside."""
+    is_inside = is_on_map(goal[0], goal[1], *cost.shape)
+    at_goal = lax.dynamic_slice(cost, (goal[0], goal[1]), (1, 1))[0, 0]
+    return _length(at_goal, scale, is_inside & (at_goal != UNREACHED))
+
+
+def _length(cost: Array, scale: Array, is_there: Array) -> Array:
+    return jnp.where(is_there, fixed_point.to_length(jnp.where(is_there, cost, 0), scale), jnp.inf)

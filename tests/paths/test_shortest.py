@@ -1,0 +1,180 @@
+"""The shortest path to one goal, cell by cell as the slow twin finds it, in every form."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import srt_jax
+from sign_model.ground.marks import compiled_whole
+from srt_jax.engine import packing
+from srt_jax.engine.batching import each
+from srt_jax.moves import FIXED_POINTS, max_path_cells
+from srt_jax.paths import jump_points
+from srt_jax.paths.path import at_front
+from srt_jax.reference.first_path import first_path
+from tests.helpers.maps import any_start, city, maze, noise, random_maps, rooms, snake
+
+STRAIGHT, DIAGONAL = FIXED_POINTS[0]
+
+
+def ends_on(seed, free):
+    """A start and a goal on each map: free cells, some of them any cell, also outside."""
+    rng = np.random.default_rng(seed)
+    ends = np.stack([[any_start(rng, one) for _ in range(2)] for one in free])
+    anywhere = rng.integers(-1, np.array(free.shape[1:]) + 1, ends.shape).astype(np.int32)
+    return np.where((np.arange(len(free)) % 11 == 3)[:, None, None], anywhere, ends).swapaxes(0, 1)
+
+
+def assert_is_first(path, free, starts, goals):
+    """The path has the cells of the twin's, and the length of `cost_to_come`, bit for bit."""
+    assert np.array_equal(path.cost, _costs_at(free, starts, goals))
+    for i, (one, start, goal) in enumerate(zip(free, starts.tolist(), goals.tolist())):
+        _, cells = first_path(one, tuple(start), tuple(goal), STRAIGHT, DIAGONAL)
+        num = int(path.num_cells[i])
+        assert list(map(tuple, path.cells[i, :num].tolist())) == cells, (i, start, goal)
+        assert (path.cells[i, num:] == -1).all() and np.isinf(path.cost[i]) == (num == 0)
+
+
+def _costs_at(free, starts, goals):
+    costs = np.asarray(srt_jax.cost_to_come(free, starts))
+    is_inside = ((goals >= 0) & (goals < free.shape[1:])).all(1)
+    row, col = np.where(is_inside[:, None], goals, 0).T
+    return np.where(is_inside, costs[np.arange(len(free)), row, col], np.inf)
+
+
+@pytest.mark.parametrize("shape", [(40, 50), (33, 97), (64, 64), (7, 9)])
+def test_on_random_maps_of_all_sizes_from_one_cell(shape):
+    free, starts, _ = random_maps(90, 192, *shape)
+    _, goals = ends_on(1, free)
+    path = srt_jax.shortest_path(free, starts, goals, max_cells=max_path_cells(*shape))
+    assert_is_first(path, free, starts, goals)
+    assert 60 < (np.asarray(path.num_cells) > 0).sum() < 192
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_on_rough_and_open_ground_in_rooms_and_mazes(seed):
+    rng = np.random.default_rng(seed)
+    tall, wide = (95, 127) if seed else (128, 100)
+    free = [
+        *(maze(rng, tall, wide, corridor) for corridor in (1, 3, 8)),
+        snake(tall, wide),
+        rooms(rng, tall, wide),
+        city(rng, tall, wide),
+        np.ones((tall, wide), bool),
+        *(noise(rng, tall, wide, density) for density in (0.02, 0.1, 0.2, 0.3, 0.4, 0.45)),
+    ]
+    free = np.stack(free * 2)
+    starts, goals = ends_on(seed, free)
+    assert_is_first(srt_jax.shortest_path(free, starts, goals), free, starts, goals)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 70), (70, 1), (2, 64), (32, 31), (31, 33)])
+def test_on_single_rows_and_columns_and_small_maps(shape):
+    rng = np.random.default_rng(3)
+    free = rng.random((64, *shape)) >= rng.choice([0, 0.02, 0.2], (64, 1, 1))
+    starts, goals = ends_on(3, free)
+    assert_is_first(srt_jax.shortest_path(free, starts, goals), free, starts, goals)
+
+
+def test_start_and_goal_may_be_one_cell_but_not_a_blocked_one():
+    free = np.array([[[True, False]]] * 2)
+    cells = np.array([[0, 0], [0, 1]], np.int32)
+    path = srt_jax.shortest_path(free, cells, cells, max_cells=2)
+    assert path.num_cells.tolist() == [1, 0] and path.cost.tolist() == [0, np.inf]
+    assert path.cells.tolist() == [[[0, 0], [-1, -1]], [[-1, -1], [-1, -1]]]
+
+
+@pytest.mark.parametrize("end", [(-1, 2), (2, 5), (7, 0), (2**31 - 1, -(2**31)), (-(2**31), 3)])
+def test_there_is_no_path_to_or_from_a_cell_outside(end):
+    free, end = np.ones((3, 5), bool), np.array(end, np.int32)
+    for ends in ((end, np.array([1, 1])), (np.array([1, 1]), end), (end, end)):
+        path = srt_jax.shortest_path(free, *ends)
+        assert path.num_cells == 0 and np.isinf(path.cost) and (path.cells == -1).all()
+        assert np.isinf(srt_jax.path_cost(free, *ends))
+
+
+def test_where_the_queue_is_too_short_corners_wait_outside():
+    rng = np.random.default_rng(4)
+    free = np.stack(
+        [noise(rng, 60, 70, density) for density in (0.1, 0.2, 0.3)]
+        + [rooms(rng, 60, 70), city(rng, 60, 70), np.ones((60, 70), bool)]
+    )
+    starts, goals = ends_on(5, free)
+
+    def one_map(words, start, goal, room):
+        pair = jnp.uint32(STRAIGHT), jnp.uint32(DIAGONAL)
+        best, corners = jump_points.search(words, start, goal, *pair, 70, room)
+        is_there = best.cost != jump_points.NO_COST
+        cells, num = jump_points.walk_back(best, corners, goal, *pair, 70, 400)
+        return at_front(cells, num, is_there), best.cost
+
+    words = packing.pack(free)
+    cells, costs = srt_jax.shortest_path(free, starts, goals, max_cells=400).cells, None
+    for room in (1 << 10, 8, 2):
+        run = functools.partial(each, functools.partial(one_map, room=room))
+        got = jax.jit(compiled_whole(run))(words, starts, goals)
+        costs = got[1] if costs is None else costs
+        assert np.array_equal(got[0], cells) and np.array_equal(got[1], costs)
+
+
+def test_the_form_without_marks_gives_the_same_bits(monkeypatch):
+    free, starts, _ = random_maps(91, 64, 40, 50)
+    _, goals = ends_on(2, free)
+    kernel = functools.partial(srt_jax.shortest_path, max_cells=400)
+    marked = jax.jit(lambda *args: (kernel(*args), srt_jax.path_cost(*args)))(free, starts, goals)
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    jax.clear_caches()
+    plain = jax.jit(lambda *args: (kernel(*args), srt_jax.path_cost(*args)))(free, starts, goals)
+    for a, b in zip(jax.tree.leaves(marked), jax.tree.leaves(plain)):
+        assert np.array_equal(a, b)
+
+
+def test_jit_vmap_and_a_batch_give_the_same_path():
+    free, starts, _ = random_maps(92, 12, 30, 30)
+    _, goals = ends_on(3, free)
+    kernel = functools.partial(srt_jax.shortest_path, max_cells=128)
+    together = kernel(free, starts, goals)
+    forms = (jax.jit(kernel), jax.vmap(kernel), jax.jit(jax.vmap(kernel)))
+    for path in (form(free, starts, goals) for form in forms):
+        assert jax.tree.all(jax.tree.map(np.array_equal, path, together))
+    for i in range(12):
+        alone = kernel(free[i], starts[i], goals[i])
+        own = jax.tree.map(lambda whole, i=i: whole[i], together)
+        assert jax.tree.all(jax.tree.map(np.array_equal, alone, own))
+    costs = srt_jax.path_cost(free, starts, goals)
+    assert np.array_equal(costs, together.cost) and costs.dtype == np.float32
+
+
+def test_a_path_longer_than_max_cells_reports_its_true_number_of_cells():
+    free = snake(41, 60)
+    goal = np.argwhere(free)[-1].astype(np.int32)
+    whole = srt_jax.shortest_path(free, (0, 0), goal)
+    num = int(whole.num_cells)
+    short = srt_jax.shortest_path(free, (0, 0), goal, max_cells=10)
+    exactly = srt_jax.shortest_path(free, (0, 0), goal, max_cells=num)
+    assert short.num_cells == num > 10 and (short.cells == -1).all() and short.cost == whole.cost
+    assert np.array_equal(exactly.cells, whole.cells[:num])
+
+
+def test_large_maps_with_a_coarser_fixed_point_have_the_lengths_of_the_field():
+    free = noise(np.random.default_rng(6), 800, 900, 0.1)
+    free[1::20, 5:] = False
+    free[11::20, :-5] = False
+    cells = np.argwhere(free).astype(np.int32)
+    start, goal = cells[0], cells[-1]
+    path = srt_jax.shortest_path(free, start, goal)
+    assert path.cost == srt_jax.cost_to_come(free, start)[tuple(goal)] < np.inf
+    assert path.cost == srt_jax.path_cost(free, start, goal)
+
+
+def test_wrong_arguments_are_refused():
+    free = np.ones((3, 3), bool)
+    with pytest.raises(ValueError, match="max_cells must be at least 1"):
+        srt_jax.shortest_path(free, (0, 0), (2, 2), max_cells=0)
+    with pytest.raises(TypeError, match="free must be bool"):
+        srt_jax.shortest_path(free.astype(int), (0, 0), (2, 2))
+    with pytest.raises(ValueError, match="batch dimensions must be equal"):
+        srt_jax.shortest_path(free, np.zeros((2, 2), np.int32), (2, 2))
