@@ -410,7 +410,8 @@ def _number(value: Any, called: str) -> float:
         raise ValueError(f"{called}: NaN is no coordinate: numbers must be finite")
     if math.isinf(number):
         raise ValueError(
-            f"{called}: coordinates must be finite, and {str(value)[:20]} is too large for one"
+            f"{called}: coordinates must be finite: one is infinite, or has so many digits that it"
+            " counts as infinite"
         )
     return number
 

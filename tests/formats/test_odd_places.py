@@ -60,7 +60,10 @@ def test_an_odd_place_has_its_right_answer(monkeypatch, capsys, name, options, s
 
 
 REFUSED_CASES = [
-    ("break_long_integer.geojson", r"features[0]: coordinates must be finite"),
+    (
+        "break_long_integer.geojson",
+        "coordinates must be finite: one is infinite, or has so many digits",
+    ),
     (
         "break_geometries_number.geojson",
         r"features[0]: the geometries of a GeometryCollection must be a list",
@@ -707,14 +710,3 @@ def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, cap
     pathlib.Path("place.json").write_text(text)
     assert run(["solve", "place.json"]) == 2
     assert f"place.json: this is {told}" in capsys.readouterr().err
-
-
-def test_a_file_that_grows_beyond_measure_is_refused(tmp_path, monkeypatch):
-    import gzip
-
-    from srt_jax.formats.outlines import osm_objects
-
-    monkeypatch.setattr(osm_objects, "_CHUNK", 1 << 12)
-    (tmp_path / "bomb.osm.gz").write_bytes(gzip.compress(b"<osm version='0.6'>" + b" " * (1 << 21)))
-    with pytest.raises(ValueError, match="packed more than 200 times"):
-        read_osm(tmp_path / "bomb.osm.gz")
