@@ -48,7 +48,7 @@ def write_page(
     """Writes the page, whole or not at all.
 
     Args:
-      tasks, solutions, records: one each, in order; records from `results.as_record`.
+      tasks, solutions, records: one each, in order; records from `results_file.as_record`.
       seconds: how long solving took.
       most_pictures: the first so many tasks get a picture, and a notice says so where there are
         more.

@@ -201,10 +201,8 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     # Only edges whose boxes meet are compared; the first wrong pair of an obstacle is kept.
     found: dict[int, str] = {}
     for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
-        is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)
-        for wrong in _wrong_pairs(
-            tails, heads, a, b, ring_of[a] == ring_of[b], is_neighbour
-        ).tolist():
+        is_same_ring = ring_of[a] == ring_of[b]
+        for wrong in _wrong_pairs(tails, heads, a, b, is_same_ring, next_edge).tolist():
             first, second = a[wrong], b[wrong]
             others = (
                 "itself"
@@ -276,27 +274,55 @@ def _swept_pairs(
         first = last
 
 
-def _wrong_pairs(tails, heads, a, b, is_same_ring, is_adjacent) -> np.ndarray:
+def _wrong_pairs(
+    tails: np.ndarray,
+    heads: np.ndarray,
+    a: np.ndarray,
+    b: np.ndarray,
+    is_same_ring: np.ndarray,
+    next_edge: np.ndarray,
+) -> np.ndarray:
     """Returns the places in the pairs (a, b) of edges that meet as they must not; their bounding
     boxes do meet.
     """
-    sides = [_side(tails[a], heads[a], tails[b]), _side(tails[a], heads[a], heads[b])]
-    sides += [_side(tails[b], heads[b], tails[a]), _side(tails[b], heads[b], heads[a])]
-    meets = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
-    crosses = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
+    is_wrong = np.zeros(len(a), bool)
+    # Most pairs are an edge and the next one. They share a point and are wrong only where the one
+    # runs back along the other: on one line, and so by one product.
+    is_before, is_after = next_edge[a] == b, next_edge[b] == a
+    near = np.flatnonzero(is_before | is_after)
+    other_end = np.where(is_before[near, None], heads[b[near]], tails[b[near]])
+    near = near[_side(tails[a[near]], heads[a[near]], other_end) == 0]
+    is_wrong[near] = _share_a_stretch(tails, heads, a[near], b[near])
+    # The others: on which sides of each edge the ends of the other lie.
+    far = np.flatnonzero(~(is_before | is_after))
+    tail_a, head_a, tail_b, head_b = tails[a[far]], heads[a[far]], tails[b[far]], heads[b[far]]
+    sides = [_side(tail_a, head_a, tail_b), _side(tail_a, head_a, head_b)]
+    sides += [_side(tail_b, head_b, tail_a), _side(tail_b, head_b, head_a)]
+    first, second = sides[0] * sides[1], sides[2] * sides[3]
+    is_wrong[far] = np.where(
+        is_same_ring[far], (first <= 0) & (second <= 0), (first < 0) & (second < 0)
+    )
+    on_one_line = far[~(sides[0] | sides[1] | sides[2] | sides[3]).astype(bool)]
+    is_wrong[on_one_line] |= _share_a_stretch(tails, heads, a[on_one_line], b[on_one_line])
+    return np.flatnonzero(is_wrong)
+
+
+def _share_a_stretch(
+    tails: np.ndarray, heads: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> np.ndarray:
+    """Returns bool [pairs], whether edges a and b on one line have more than a point in common."""
     low = np.maximum(np.minimum(tails[a], heads[a]), np.minimum(tails[b], heads[b]))
     high = np.minimum(np.maximum(tails[a], heads[a]), np.maximum(tails[b], heads[b]))
-    runs_along = (np.stack(sides) == 0).all(axis=0) & (high > low).any(axis=1)
-    return np.flatnonzero(runs_along | np.where(is_same_ring, meets & ~is_adjacent, crosses))
+    return np.any(high > low, axis=1)
 
 
 def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Returns int64 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1
-    to the right, 0 on it.
+    """Returns int8 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1 to
+    the right, 0 on it.
     """
     along, out = head - tail, point - tail
     left, right = along[..., 0] * out[..., 1], along[..., 1] * out[..., 0]
-    return (left > right).astype(np.int64) - (left < right).astype(np.int64)
+    return (left > right).astype(np.int8) - (left < right).astype(np.int8)
 
 
 def _placement_error(parts: Parts) -> str:

@@ -2,6 +2,7 @@
 counted and reported.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -45,7 +46,12 @@ def obstacles_of_shapes(shapes: Sequence[Shape], notes: Notes) -> list[Obstacle 
     """
     checked = iter(as_rings([ring for shape in shapes for part in shape.parts for ring in part]))
     rings = [_rings(shape, checked, notes) for shape in shapes]
-    return [_obstacle(*each, notes) for each in zip(shapes, rings, conflicts(rings))]
+    is_crossing = [bool(reason) for reason in conflicts(rings)]
+    # What crosses is repaired, and the repaired are checked again, all at once.
+    rings = [repaired(one) if crosses else one for one, crosses in zip(rings, is_crossing)]
+    again = iter(conflicts(list(itertools.compress(rings, is_crossing))))
+    is_valid = [not (crosses and next(again)) for crosses in is_crossing]
+    return [_obstacle(*each, notes) for each in zip(shapes, rings, is_crossing, is_valid)]
 
 
 def wall_parts(line: Any, width: float, *, called: str, notes: Notes) -> list[list[np.ndarray]]:
@@ -169,15 +175,15 @@ def _ring(points: Any, called: str, notes: Notes) -> Ring:
     return ()
 
 
-def _obstacle(shape: Shape, rings: Parts, reason: str, notes: Notes) -> Obstacle | None:
-    if reason:
-        notes.add(CROSSING, example=shape.called)
-        rings = repaired(rings)
+def _obstacle(
+    shape: Shape, rings: Parts, was_crossing: bool, is_valid: bool, notes: Notes
+) -> Obstacle | None:
+    notes.add(CROSSING, int(was_crossing), example=shape.called)
     if not rings:
         notes.add(EMPTY, int(bool(shape.parts)), example=shape.called)
         return None
     try:
-        return Obstacle(rings, **shape.options, checked=not reason)
+        return Obstacle(rings, **shape.options, checked=is_valid)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{shape.called}: {error}") from error
 
