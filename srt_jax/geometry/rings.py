@@ -1,8 +1,8 @@
 """Closed rings of points and whether they bound a polygon, decided exactly.
 
-Points are in metres and are taken to the nearest nanometre; from there on all arithmetic is in
-whole numbers, so that no answer hangs on rounding. Python's own integers step in where a product
-might not fit into 64 bits.
+Points are in metres and are taken to the nearest nanometre; from there on all is decided
+in whole numbers, so that no answer depends on rounding. Floats may decide first, where they are
+farther from a tie than they can be off; the few that are not are decided by Python's integers.
 """
 
 import itertools
@@ -19,6 +19,8 @@ _FINEST_METRES = 9e6
 """Farther out float64 is coarser than a nanometre, and there is nothing to round."""
 _MAX_PAIRS = 1 << 20
 """Pairs of edges held in memory at once."""
+_ROUNDING = 2.0**-50
+"""By which share a sum of two products of float64 may be off, no less."""
 _FEW = 16
 """Edges of an owner of which all pairs are looked at."""
 
@@ -63,13 +65,6 @@ def _to_nanometres(metres: np.ndarray) -> np.ndarray:
 def as_units(metres: ArrayLike) -> np.ndarray:
     """Returns metres as whole nanometres, int64 of the same shape."""
     return np.rint(np.asarray(metres, np.float64) * UNITS_PER_METRE).astype(np.int64)
-
-
-def for_products(values: np.ndarray, largest: int) -> np.ndarray:
-    """Returns int64 `values` as they are if `largest`, the largest number they will lead to, fits;
-    else as Python integers.
-    """
-    return values if largest < 2**62 else values.astype(object)
 
 
 def as_ring(name: str, points: ArrayLike) -> Ring:
@@ -191,12 +186,11 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     ends = np.cumsum(sizes)
     next_edge = np.arange(1, len(tails) + 1)
     next_edge[ends - 1] = ends - sizes
-    # Relative to a corner of the obstacle the products of the test stay exact.
+    # Relative to a corner of the obstacle the numbers are small, and floats decide most.
     origin = np.minimum.reduceat(tails, np.flatnonzero(np.diff(owner, prepend=-1)), axis=0)[
         np.unique(owner, return_inverse=True)[1]
     ]
-    extent = int((tails - origin).max())
-    tails = for_products(tails - origin, 2 * extent * extent)
+    tails = tails - origin
     heads = tails[next_edge]
     # Only edges whose boxes meet are compared; the first wrong pair of an obstacle is kept.
     found: dict[int, str] = {}
@@ -319,10 +313,22 @@ def _share_a_stretch(
 def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Returns int8 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1 to
     the right, 0 on it.
+
+    Args:
+      tail, head, point: int64 [..., 2], broadcast; their differences fit into 64 bits.
     """
-    along, out = head - tail, point - tail
-    left, right = along[..., 0] * out[..., 1], along[..., 1] * out[..., 0]
-    return (left > right).astype(np.int8) - (left < right).astype(np.int8)
+    along, out = np.broadcast_arrays(head - tail, point - tail)
+    left = along[..., 0].astype(np.float64) * out[..., 1]
+    right = along[..., 1].astype(np.float64) * out[..., 0]
+    gap, size = left - right, np.abs(left) + np.abs(right)
+    side = (gap > 0).astype(np.int8) - (gap < 0).astype(np.int8)
+    # Either product is off by less than 4 roundings; where it is 0, a factor is, and it is exact.
+    tie = (np.abs(gap) <= _ROUNDING * size) & (size > 0)
+    if tie.any():
+        (x, y), (out_x, out_y) = along[tie].astype(object).T, out[tie].astype(object).T
+        left, right = x * out_y, y * out_x
+        side[tie] = (left > right).astype(np.int8) - (left < right).astype(np.int8)
+    return side
 
 
 def _placement_error(parts: Parts) -> str:
@@ -350,10 +356,7 @@ def _where(ring: Ring, around: Ring) -> np.ndarray:
     corners, tails = as_units(ring), 2 * as_units(around)
     points = np.concatenate([2 * corners, corners + np.roll(corners, -1, axis=0)])
     origin = np.minimum(points.min(axis=0), tails.min(axis=0))
-    extent = int(max((points - origin).max(), (tails - origin).max()))
-    points, tails = (
-        for_products(values - origin, 2 * extent * extent) for values in (points, tails)
-    )
+    points, tails = points - origin, tails - origin
     heads, points = np.roll(tails, -1, axis=0), points[:, None]
     side = _side(tails, heads, points)
     low, high = np.minimum(tails, heads), np.maximum(tails, heads)
