@@ -53,7 +53,7 @@ class ProblemReader(SectionReader):
         )
 
     def _counts_costs(self) -> bool:
-        """Whether the problem asks for the least total cost; any other metric is refused."""
+        """Whether the problem requests the least total cost; any other metric is refused."""
         metrics = list(self.parts(":metric"))
         for metric in metrics[1:]:
             self.fail("a problem has at most one (:metric ...)", metric)

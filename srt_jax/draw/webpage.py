@@ -14,7 +14,7 @@ from typing import Any
 
 from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind
 from srt_jax.draw.tile import svg_tile
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 from srt_jax.task import NamedTask
 from srt_jax.types import Solution, Status
 
@@ -90,7 +90,7 @@ def write_page(
     )
     # so that no name can end the script that holds it
     document = json.dumps(data).replace("<", "\\u003c")
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(template.replace("__DATA__", document, 1))
 
 

@@ -50,11 +50,11 @@ SOLVED_CASES = [
 def test_an_odd_place_has_its_right_answer(monkeypatch, capsys, name, options, status, noted):
     monkeypatch.chdir(PLACES)
     code = run(["solve", name, *options.split(), "--json"])
-    told = json.loads(capsys.readouterr().out)
-    (task,) = told["tasks"]
+    answer = json.loads(capsys.readouterr().out)
+    (task,) = answer["tasks"]
     assert (task["status"], code) == (status, int(status == "UNSOLVABLE"))
     assert len(task["destroyed"]) == (status == "SOLVED")
-    notes = {note["what"]: note["count"] for note in told["notes"]}
+    notes = {note["what"]: note["count"] for note in answer["notes"]}
     assert noted is None or noted in notes
     assert not [what for what in notes if "missing" in what and what != noted]
 
@@ -71,12 +71,12 @@ REFUSED_CASES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "told"), REFUSED_CASES)
-def test_a_faulty_place_is_refused_in_one_line(monkeypatch, capsys, name, told):
+@pytest.mark.parametrize(("name", "message"), REFUSED_CASES)
+def test_a_faulty_place_is_refused_in_one_line(monkeypatch, capsys, name, message):
     monkeypatch.chdir(PLACES)
     assert run(["solve", name]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and told in err
+    assert out == "" and err.count("\n") == 1 and message in err
 
 
 def test_a_hole_outside_its_shell_takes_away_nothing_and_adds_nothing(
@@ -447,8 +447,8 @@ REFUSED_OSM = {
 
 @pytest.mark.parametrize("case", REFUSED_OSM)
 def test_what_is_no_extract_is_refused_in_one_line(read, case):
-    text, told = REFUSED_OSM[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = REFUSED_OSM[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text)
     assert "\n" not in str(caught.value) and "town.osm" in str(caught.value)
 
@@ -680,8 +680,8 @@ REFUSED_GEOJSON = {
 
 @pytest.mark.parametrize("case", REFUSED_GEOJSON)
 def test_what_is_no_geojson_is_refused_with_the_feature(read, case):
-    text, told = REFUSED_GEOJSON[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = REFUSED_GEOJSON[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text, "town.geojson")
     assert "\n" not in str(caught.value) and "town.geojson" in str(caught.value)
 
@@ -695,7 +695,7 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ('{"version": 0.6, "elements": [{"type": "node", "id": 1}]}', "Overpass's own JSON"),
         ('{"type": "Topology", "objects": {"a": {"type": "Polygon"}}}', "TopoJSON"),
@@ -705,8 +705,8 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
         ),
     ],
 )
-def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, told):
+def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, message):
     monkeypatch.chdir(tmp_path)
     pathlib.Path("place.json").write_text(text)
     assert run(["solve", "place.json"]) == 2
-    assert f"place.json: this is {told}" in capsys.readouterr().err
+    assert f"place.json: this is {message}" in capsys.readouterr().err

@@ -22,7 +22,7 @@ def small_limits(monkeypatch):
 def test_the_pieces_are_the_content_of_the_file(tmp_path, small_limits, name, pack):
     content = os.urandom(1 << 17)  # above the limit that holds whatever the ratio
     (tmp_path / name).write_bytes(pack(content))
-    pieces = list(packed.unpacked(tmp_path / name))
+    pieces = list(packed.unpack(tmp_path / name))
     assert len(pieces) > 1 and b"".join(pieces) == content
 
 
@@ -30,7 +30,7 @@ def test_no_piece_beyond_the_limit_is_handed_out(tmp_path, small_limits):
     (tmp_path / "bomb.osm.gz").write_bytes(gzip.compress(bytes(1 << 22)))
     taken = 0
     with pytest.raises(packed.UnpacksTooFarError, match=r"bomb\.osm\.gz: it unpacks to more than"):
-        for piece in packed.unpacked(tmp_path / "bomb.osm.gz"):
+        for piece in packed.unpack(tmp_path / "bomb.osm.gz"):
             taken += len(piece)
     size = (tmp_path / "bomb.osm.gz").stat().st_size
     assert taken == packed.MOST_RATIO * size // 4096 * 4096 and 1 << 16 < taken < 1 << 22
@@ -39,7 +39,7 @@ def test_no_piece_beyond_the_limit_is_handed_out(tmp_path, small_limits):
 def test_a_large_file_that_is_not_packed_has_no_limit(tmp_path, small_limits, monkeypatch):
     monkeypatch.setattr(packed, "MOST_RATIO", 0)
     (tmp_path / "large").write_bytes(bytes(1 << 17))
-    assert sum(map(len, packed.unpacked(tmp_path / "large"))) == 1 << 17
+    assert sum(map(len, packed.unpack(tmp_path / "large"))) == 1 << 17
 
 
 @pytest.mark.parametrize(("ending", "pack"), [("gz", gzip.compress), ("bz2", bz2.compress)])

@@ -23,7 +23,7 @@ class UnpacksTooFarError(ValueError):
     """A packed file holds far more than its size lets expect; the message names the file."""
 
 
-def unpacked(path: PathLike) -> Iterator[bytes]:
+def unpack(path: PathLike) -> Iterator[bytes]:
     """Yields the bytes of a file, a MiB at a time, unpacked where it ends in .gz or .bz2.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import needed
+from srt_jax.formats.files import require_module
 from srt_jax.formats.notes import Notes
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, as_rings, conflicts, repaired
@@ -58,7 +58,9 @@ def wall_parts(line: Any, width: float, *, called: str, notes: Notes) -> list[li
     """Returns the polygons a line makes, `width` metres wide, half of that beyond its ends; []
     where it has no length.
     """
-    shapely = needed("shapely", extra="world", what="making a line, such as a fence, an obstacle")
+    shapely = require_module(
+        "shapely", extra="world", what="making a line, such as a fence, an obstacle"
+    )
     points = as_metres(f"a point of {called}", line, (-1, 2))
     if len(np.unique(points, axis=0)) < 2:
         notes.add("lines left out: fewer than two different points", example=called)
@@ -78,7 +80,7 @@ def obstacles_of(
 
     Points are passed over and counted.
     """
-    shapely = needed("shapely", extra="world", what="reading shapely geometries")
+    shapely = require_module("shapely", extra="world", what="reading shapely geometries")
     polygons: list[list[np.ndarray]] = []
     shapes = [Shape(polygons, called, options)]
     for one in _leaves(shapely, shape):
@@ -153,8 +155,8 @@ def count_outside(place: Place, notes: Notes) -> None:
 
 
 def _rings(shape: Shape, checked: Iterator[Ring | None], notes: Notes) -> Parts:
-    """Returns the rings of a shape that have at least three different points; `checked` goes on
-    with `as_rings` of them.
+    """Returns the rings of a shape that have at least three different points; `checked`
+    continues with `as_rings` of them.
     """
     kept = []
     for part in shape.parts:

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.containers.packed import UnpacksTooFarError, unpacked
-from srt_jax.formats.files import PathLike, needed
+from srt_jax.formats.containers.packed import UnpacksTooFarError, unpack
+from srt_jax.formats.files import PathLike, require_module
 
 ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
 _NO_PLACE = (np.nan, np.nan)
@@ -66,7 +66,9 @@ def read_objects(path: PathLike, keys: Collection[str]) -> Objects:
       ValueError: the file is cut off, damaged, or of another kind than its ending says.
     """
     is_packed = str(path).lower().endswith(".pbf")
-    osmium: Any = needed("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
+    osmium: Any = (
+        require_module("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
+    )
     faults: tuple[type[Exception], ...] = (
         RuntimeError,
         OSError,
@@ -201,7 +203,7 @@ class _XmlReader:
 def _read_xml(path: PathLike) -> Objects:
     parser = xml.parsers.expat.ParserCreate()
     reader = _XmlReader(parser)
-    for chunk in itertools.chain(unpacked(path), [b""]):
+    for chunk in itertools.chain(unpack(path), [b""]):
         _parse(parser, chunk)
     ways, relations = reader.ways.items(), reader.relations.items()
     nodes = reader.inside.located(ways.values()) | reader.nodes.located(ways.values())
