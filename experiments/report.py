@@ -25,8 +25,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from experiments.figures.outcome import Table, as_markdown, run
-from srt_jax.bench.machine import told
-from srt_jax.formats.files import make_folder, written
+from srt_jax.bench.machine import machine_line
+from srt_jax.formats.files import atomic_write, make_folder
 
 MINUTES = {
     "figure3": 1.0,
@@ -105,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise ValueError(f"{given.results} holds no results: run without --no-run first")
     make_folder(given.page.parent / given.page.stem)
     summary = _summary(given.page)
-    with written(given.page) as file:
+    with atomic_write(given.page) as file:
         file.write(page(records, given.results, given.page, failed, summary))
     print(
         f"Wrote {given.page}: {', '.join(records)}"
@@ -190,7 +190,10 @@ def _section(
 ) -> list[str]:
     """Returns the paragraphs of one run: command, date, machine, figures, tables."""
     date = f"{record['date']}, " if "date" in record else ""
-    parts = [f"`{_command(record)}`", f"*{date}{told(record.get('made_on') or record['machine'])}*"]
+    parts = [
+        f"`{_command(record)}`",
+        f"*{date}{machine_line(record.get('made_on') or record['machine'])}*",
+    ]
     for figure in record.get("figures", []):
         shutil.copyfile(
             results / name / figure["file"], target.parent / target.stem / figure["file"]

@@ -60,7 +60,7 @@ def plan(
       heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
         where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
         rest where None.
-      memory: precedents, tried first; where none serves, planning goes on without it.
+      memory: precedents, tried first; where none serves, planning continues without it.
       max_expansions: the most situations expanded.
       max_seconds: the most time for it all, the replay of a long plan included; unbounded where
         None.

@@ -135,7 +135,7 @@ def _function(name: str) -> Callable[..., int]:
     return getattr(importlib.import_module(f"srt_jax.commands.{name}"), name)
 
 
-def _listed(name: str) -> Callable[..., int]:
+def _placeholder(name: str) -> Callable[..., int]:
     """Takes the place of a command in the list of all: its name and docstring, from the source."""
     spec = importlib.util.find_spec(f"srt_jax.commands.{name}")
     source = getattr(spec.loader, "get_source", lambda _: None)(spec.name) if spec else None
@@ -168,7 +168,9 @@ def _app_for(arguments: Sequence[str]) -> typer.Typer:
     if arguments and arguments[0] in _EXAMPLES:
         return _with_commands(_function, arguments[:1])
     can_complete = any(name.endswith("_COMPLETE") for name in os.environ)
-    return _with_commands(_function if can_complete or set(arguments) & set(_EXAMPLES) else _listed)
+    return _with_commands(
+        _function if can_complete or set(arguments) & set(_EXAMPLES) else _placeholder
+    )
 
 
 def __getattr__(name: str) -> object:

@@ -37,7 +37,8 @@ def solve_many(
     Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per
     group. `progress` is called with the number of tasks finished after each batch. Other arguments
     and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
-    so unlike there `cells` is no longer than that.
+    so unlike there `cells` is no longer than that. The work is done on JAX's default device,
+    whatever device the tasks lie on: `with jax.default_device(device):` chooses another.
 
     Examples:
       >>> import numpy as np

@@ -49,7 +49,7 @@ def modules(package):
 
 
 def part_of(path):
-    """The module, or the sub-package, directly below the package: `formats/npz.py` -> `formats`."""
+    """The module, or the sub-package, directly below the package: `formats/osm.py` -> `formats`."""
     return path.relative_to(ROOT).parts[1].removesuffix(".py")
 
 

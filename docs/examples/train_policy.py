@@ -214,7 +214,7 @@ def held_out(kind: str, count: int) -> envs.Levels:
     return envs.with_oracle(envs.sample_levels(jax.random.key(2**31 - 1), count=count, kind=kind))
 
 
-def told(
+def message(
     name: str, env: envs.SmartRelocation, params: envs.EnvParams, policy: Any
 ) -> envs.Evaluation:
     """Evaluates a policy on every level and prints a line."""
@@ -239,11 +239,11 @@ def train(
     levels = envs.with_oracle(envs.sample_levels(jax.random.key(seed), count=num_levels, kind=kind))
     params = envs.EnvParams(levels=levels)
     results = {
-        "random": told("random", env, test, lambda key, seen: env.action_space().sample(key))
+        "random": message("random", env, test, lambda key, seen: env.action_space().sample(key))
     }
     weights = begin_network(jax.random.key(seed), int(np.prod(env.observation_space(params).shape)))
     weights = imitate(weights, *shown(env, params), steps=imitation, seed=seed)
-    results["imitation"] = told(
+    results["imitation"] = message(
         "imitation", env, test, lambda key, seen: sampled_action(weights, key, seen)
     )
     update, state = make_update(env), begin_adam(weights)
@@ -260,7 +260,7 @@ def train(
             )[1]
         rate = 3e-4 * (1 - index / updates)
         trained, state, states = update(trained, state, params, states, key, rate)
-    results["trained"] = told(
+    results["trained"] = message(
         "trained", env, test, lambda key, seen: sampled_action(trained, key, seen)
     )
     return trained, results
@@ -283,7 +283,7 @@ def main(arguments: list[str] | None = None) -> None:
     if options.evaluate:
         weights = load(options.evaluate)
         env, params = envs.make(levels=held_out(options.kind, 256))
-        told("loaded", env, params, lambda key, seen: sampled_action(weights, key, seen))
+        message("loaded", env, params, lambda key, seen: sampled_action(weights, key, seen))
         return
     begin = time.perf_counter()
     weights, _ = train(kind=options.kind, seed=options.seed, updates=options.updates)

@@ -15,7 +15,7 @@ from collections import Counter
 import jax
 import numpy as np
 
-from experiments.campaigns.costs import LIMITS, made
+from experiments.campaigns.costs import LIMITS, make_tasks
 from experiments.campaigns.spoilt_answers import spoilt
 from experiments.campaigns.tally import progress
 from srt_jax import check, solve
@@ -38,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
     for _ in progress(
         "wrong answers", iter(lambda: seen.total() < options.count, False), options.count
     ):
-        batch = made(first, AT_ONCE, options.seed)
+        batch = make_tasks(first, AT_ONCE, options.seed)
         solutions = jax.tree.map(np.asarray, solve(batch, **limits._asdict()))
         for place in range(AT_ONCE):
             task, solution = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))

@@ -44,7 +44,7 @@ LIMITS = (
 """The batches have these in turn."""
 
 
-def made(first: int, count: int, seed: int) -> Task:
+def make_tasks(first: int, count: int, seed: int) -> Task:
     """Returns the tasks from number `first` on, as one batch."""
     return batch_of(
         [
@@ -120,7 +120,7 @@ def run(first: int, count: int, limits: Limits, seed: int) -> tuple[int, dict[st
     """Prints what is wrong in one batch; returns how many tasks are, and counts of what they were
     like.
     """
-    batch, solutions, truth = solve_and_judge(made(first, count, seed), limits)
+    batch, solutions, truth = solve_and_judge(make_tasks(first, count, seed), limits)
     problems = problems_of(batch, solutions, truth, limits)
     for place in range(0, count, REPLAYED):
         one = jax.tree.map(lambda array, i=place: array[i], (batch, solutions))

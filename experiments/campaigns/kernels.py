@@ -11,9 +11,9 @@ agree    1,000 maps, half of them cut off: A*, JPS and Dijkstra (`srt_jax/refere
          trace), and each route is walked.
 bagels   the contours of the paper's obstacles on the empty map.
 snakes   corridors, empty maps and long rows up to 2048x2048 with lengths known without a search:
-all reached, no overflow. data     every map and scenario under --data (or SRT_SHARED_DATA); left
-out where there is none. compile  programs and seconds per kernel at 512x512, each in a process of
-its own.
+         all reached, no overflow.
+data     every map and scenario under --data (or SRT_SHARED_DATA); left out where there is none.
+compile  programs and seconds per kernel at 512x512, each in a process of its own.
 
 Prints a row per check: how many were made, how many failed, the largest relative error. What fails
 is printed on standard error with kind, seed and size. Exit code 1 if anything did.
@@ -32,15 +32,13 @@ import jax.numpy as jnp
 import numpy as np
 
 import srt_jax
+from experiments.campaigns import kernel_judges as judges
 from experiments.campaigns import kernel_maps as maps
 from experiments.campaigns import kernel_truth as truth
 from experiments.campaigns.tally import Tally, progress
 from srt_jax import components
 from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
-from srt_jax.reference.astar import astar
-from srt_jax.reference.dijkstra import dijkstra
-from srt_jax.reference.jps import jps
 from srt_jax.reference.wall_following import follow_wall
 
 KERNELS = ("reach", "cost_to_come", "seed_cell", "contour", "trace_path")
@@ -102,48 +100,12 @@ def random_part(tally: Tally, count: int, seed: int, largest: tuple[int, int]) -
             )
         nowhere = [(0, 0)] * len(some)
         for name, change in CHANGES.items():
-            judge_change(tally, f"{name}: no bit changes", some, change, nowhere, results)
+            judges.judge_change(tally, f"{name}: no bit changes", some, change, nowhere, results)
         shifts = [
             tuple(rng.integers(0, free.shape[1] + 1 - np.array(one.free.shape))) for one in some
         ]
-        judge_change(
+        judges.judge_change(
             tally, "padded on all sides: no bit changes", some, lambda x: x, shifts, results
-        )
-
-
-def judge_change(
-    tally: Tally,
-    check: str,
-    some: Sequence[maps.Drawn],
-    change: Callable[[np.ndarray], np.ndarray],
-    shifts: Sequence[tuple[int, int]],
-    results: Sequence[np.ndarray],
-) -> None:
-    """The results of maps changed, then moved by `shifts`, are the results of the maps, changed and
-    moved: in every bit.
-    """
-    squares = [
-        np.zeros_like(results[0]),
-        np.zeros_like(results[0]),
-        np.full_like(results[1], np.inf),
-    ]
-    starts = np.full((len(squares[0]), 2), -1, np.int32)
-    for index, (one, (down, right)) in enumerate(zip(some, shifts)):
-        height, width = one.free.shape
-        mark = np.zeros((height, width), bool)
-        if ((one.start >= 0) & (one.start < one.free.shape)).all():
-            mark[tuple(one.start)] = True
-            starts[index] = np.argwhere(change(mark))[0] + [down, right]
-        for square, own in zip(squares, (one.free, results[0][index], results[1][index])):
-            part = change(own[:height, :width])
-            square[index, down : down + part.shape[0], right : right + part.shape[1]] = part
-    got = [
-        np.asarray(kernel(squares[0], starts)) for kernel in (srt_jax.reach, srt_jax.cost_to_come)
-    ]
-    for index, one in enumerate(some):
-        is_same = all(a[index].tobytes() == b[index].tobytes() for a, b in zip(got, squares[1:]))
-        tally.judge(
-            check, is_same, f"{one.title}, start {one.start.tolist()}, moved by {shifts[index]}"
         )
 
 
@@ -178,7 +140,7 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
             start, goal = (tuple(ends[index].tolist()) for ends in (starts, goals))
             title = f"{one.title}, start {start}, goal {goal}"
             flood, field = reached[index, :height, :width], lengths[index, :height, :width]
-            is_reached = judge_search(tally, one.free, start, goal, flood, field, title)
+            is_reached = judges.judge_search(tally, one.free, start, goal, flood, field, title)
             if is_reached:
                 problem = truth.route_problem(
                     one.free, start, goal, cells[index, : num_cells[index]], float(costs[index])
@@ -195,53 +157,9 @@ def agree_part(tally: Tally, count: int, seed: int) -> None:
                 tally.judge(
                     "no path, no cells", num_cells[index] == 0 and np.isinf(costs[index]), title
                 )
-                judge_contour(
-                    tally, one.free, flood, tuple(seeds[index].tolist()), start, goal, title
+                judges.judge_contour(
+                    tally, one.free, flood, tuple(seeds[index].tolist()), goal, title
                 )
-
-
-def judge_search(tally, free, start, goal, flood, field, title) -> bool:
-    """Reachability and length by four ways; returns whether the goal can be reached."""
-    slow, fast = astar(free, start, goal), jps(free, start, goal)
-    is_reached = np.isfinite(slow.cost)
-    limit = truth.off_by(0) + truth.HALF_AGAIN
-    tally.judge(
-        "A*, JPS and reach: is the goal reached",
-        is_reached == np.isfinite(fast.cost) == flood[goal],
-        title,
-    )
-    tally.judge(
-        "JPS is as long as A*", slow.cost == fast.cost, f"{title}: {slow.cost} and {fast.cost}"
-    )
-    errors = truth.relative_errors(field[None], dijkstra(free, start)[None])
-    tally.near("cost_to_come equals the bucket Dijkstra", errors[0], limit, title)
-    if is_reached:
-        tally.near(
-            "cost_to_come equals A* at the goal",
-            abs(float(field[goal]) - slow.cost) / max(slow.cost, 1),
-            limit,
-            title,
-        )
-    else:
-        tally.judge("A*'s CLOSED is what reach reaches", np.array_equal(slow.closed, flood), title)
-    return is_reached
-
-
-def judge_contour(tally, free, flood, seed, start, goal, title) -> None:
-    """The seed is the nearest of CLOSED, and the contour, as a set, what the wall follower
-    passes.
-    """
-    tally.judge(
-        "seed_cell is the nearest of A*'s CLOSED", seed == truth.nearest_of(flood, goal), title
-    )
-    square = np.zeros((SIDES[0], SIDES[0]), bool)
-    trace = set(follow_wall(free, seed, goal))
-    # the edge of the map is no obstacle: contour gets the map itself, padded in its bucket
-    if max(free.shape) < SIDES[0]:
-        got = np.asarray(srt_jax.contour(free, seed, goal))
-        square[: free.shape[0], : free.shape[1]] = got
-        walked = {tuple(cell) for cell in np.argwhere(square).tolist()}
-        tally.judge("contour is the wall follower's trace", walked == trace, title)
 
 
 def bagels_part(tally: Tally) -> None:
@@ -296,41 +214,7 @@ def snakes_part(tally: Tally, sides: Sequence[int], rows: Sequence[int]) -> None
         ]
     for make in progress("corridors", cases, len(cases)):
         known = make()
-        judge_known(tally, known, max(known.free.shape))
-
-
-def judge_known(tally: Tally, known: maps.Known, side: int) -> None:
-    start = np.array(known.start, np.int32)
-    lengths = np.asarray(srt_jax.cost_to_come(known.free, start))
-    is_whole = np.array_equal(np.isfinite(lengths), known.free) and np.array_equal(
-        srt_jax.reach(known.free, start), known.free
-    )
-    tally.judge("every free cell is reached, no other", is_whole, known.title)
-    limit = truth.off_by(int(fixed_point.finest_scale(jnp.asarray(known.free)))) + truth.HALF_AGAIN
-    error = abs(float(lengths[known.goal]) - known.length) / max(known.length, 1)
-    kind = "straight" if known.diagonal == 0 else "with diagonals"
-    tally.near(
-        f"length up to {side} cells a side, {kind}",
-        error,
-        limit,
-        f"{known.title}, scale of error {limit:.1e}",
-    )
-    if known.is_corridor:
-        steps = np.sort(lengths[known.free])
-        tally.judge(
-            "costs along a corridor are 0, 1, 2, ...",
-            np.array_equal(steps, np.arange(len(steps))),
-            known.title,
-        )
-        path = srt_jax.trace_path(
-            lengths, np.array(known.goal, np.int32), max_cells=max_path_cells(*known.free.shape)
-        )
-        is_right = int(path.num_cells) == known.straight + 1 and float(path.cost) == known.length
-        tally.judge(
-            "trace_path holds every cell of a corridor",
-            is_right,
-            f"{known.title}: {path.num_cells}, {path.cost}",
-        )
+        judges.judge_known(tally, known, max(known.free.shape))
 
 
 def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:

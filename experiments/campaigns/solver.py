@@ -83,7 +83,7 @@ def problems_with(task, solution, *, is_greedy: bool) -> list[str]:
     return found
 
 
-def made(first: int, count: int, size: tuple[int, int], seed: int) -> list[Instance]:
+def make_tasks(first: int, count: int, size: tuple[int, int], seed: int) -> list[Instance]:
     """Returns the tasks from number `first` on: mixed ones, the last of each OVERLAPS with
     overlapping obstacles in parts.
     """
@@ -163,7 +163,7 @@ def main() -> int:
     rows, num_wrong, num_alone, num_different = defaultdict(Counter), 0, 0, 0
     solving = judging = 0.0
     for first in range(0, options.count, AT_ONCE):
-        instances = made(
+        instances = make_tasks(
             first, min(AT_ONCE, options.count - first), (int(low), int(high or low)), options.seed
         )
         begin = time.perf_counter()

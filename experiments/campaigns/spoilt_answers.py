@@ -71,8 +71,8 @@ def _entries(rng: np.random.Generator, solution: Solution) -> Iterator[tuple[str
         old = int(getattr(solution, name))
         for value in {-1, old + 1, old - 1, 2**31 - 1} - {old}:
             # how much is needed, nobody knows
-            is_told = Status(int(solution.status)) is Status.BUDGET_SPENT and value > 0
-            if not is_told:
+            is_stated = Status(int(solution.status)) is Status.BUDGET_SPENT and value > 0
+            if not is_stated:
                 yield f"{name} {value}", {name: np.int32(value)}
     for name in (
         "cells",
@@ -170,8 +170,8 @@ def _reports(
     separating = np.array(solution.separating)
     if status in (Status.UNSOLVABLE, Status.GOAL_BLOCKED) and (separating >= 0).any():
         yield "nothing separates", {"separating": np.full_like(separating, -1)}
-        firm, soft = int(separating[0]), np.flatnonzero(task.destroyable)
+        fixed, soft = int(separating[0]), np.flatnonzero(task.destroyable)
         if len(soft):
             separating[:] = -1
-            separating[:2] = (firm, int(rng.choice(soft)))
+            separating[:2] = (fixed, int(rng.choice(soft)))
             yield "what can be destroyed separates", {"separating": separating}

@@ -49,11 +49,11 @@ class Tally:
 def progress(what: str, items: Iterable, total: int) -> Iterator:
     """Yields the items; with a bar where rich is installed and standard error is a terminal."""
     try:
-        from srt_jax.commands.console import counted
+        from srt_jax.commands.console import show_progress
     except ImportError:
         context: Any = nullcontext(lambda count: None)
     else:
-        context = counted(what, total, quiet=False)
+        context = show_progress(what, total, quiet=False)
     with context as advance:
         for item in items:
             yield item

@@ -18,7 +18,7 @@ import numpy as np
 import osmium  # pyright: ignore[reportMissingImports]
 from numpy.typing import ArrayLike
 
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 from srt_jax.formats.outlines.projection import Projection
 from srt_jax.geometry.world import Obstacle
 
@@ -103,7 +103,7 @@ def save(buildings: list[list[list[np.ndarray]]], names: list[str], bounds: np.n
     parts = [part for building in buildings for part in building]
     # OpenStreetMap repeats the first point at the end
     rings = [ring[:-1] for part in parts for ring in part]
-    with written(TARGET, "wb") as file:
+    with atomic_write(TARGET, "wb") as file:
         np.savez_compressed(
             file,
             points=np.concatenate(rings),

@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from srt_jax.bench.machine import machine, told
-from srt_jax.formats.files import make_folder, written
+from srt_jax.bench.machine import machine, machine_line
+from srt_jax.formats.files import atomic_write, make_folder
 
 
 class Table(NamedTuple):
@@ -95,7 +95,7 @@ class Outcome:
     def figure(self, figure: Any, name: str, caption: str) -> None:
         """Writes a matplotlib figure as PNG and SVG."""
         for ending in ("png", "svg"):
-            with written(self.out / f"{name}.{ending}", "wb") as file:
+            with atomic_write(self.out / f"{name}.{ending}", "wb") as file:
                 figure.savefig(file, format=ending, dpi=220)
         self._figures.append({"file": f"{name}.png", "caption": caption})
 
@@ -111,10 +111,10 @@ class Outcome:
             "figures": self._figures,
             "data": _plain(self._data),
         }
-        with written(self.out / f"{self.name}.json") as file:
+        with atomic_write(self.out / f"{self.name}.json") as file:
             json.dump(record, file, indent=1, allow_nan=False)
         figures = "".join(f", {figure['file']} and .svg" for figure in self._figures)
-        print(f"\n{told(self._machine)}\nIn {self.out}: {self.name}.json{figures}.")
+        print(f"\n{machine_line(self._machine)}\nIn {self.out}: {self.name}.json{figures}.")
 
 
 def _plain(data: Any) -> Any:

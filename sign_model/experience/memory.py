@@ -20,7 +20,7 @@ from typing import Any
 
 from sign_model.experience.precedent import Precedent, precedent_of, without_plan
 from sign_model.experience.renaming import Atom, find_renaming, rename
-from sign_model.ground.files import read_text, written
+from sign_model.ground.files import atomic_write, read_text
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.signs.from_tasks import fact_name
@@ -122,7 +122,7 @@ def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
     }
     text = json.dumps(payload, indent=1)
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(text + "\n")
 
 

@@ -53,7 +53,7 @@ class MissingFileError(FileError, FileNotFoundError):
 
 
 @contextlib.contextmanager
-def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
+def atomic_write(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
     """Opens a file that takes its name only once it is whole: on an error or interrupt nothing is
     left, an older file stays.
 
@@ -67,7 +67,7 @@ def written(path: PathLike, mode: str = "w") -> Iterator[IO[Any]]:
       FileError: the folder does not exist or cannot be written to, or the disk is full.
 
     Example:
-      with written("answers.json") as file:
+      with atomic_write("answers.json") as file:
           json.dump(answers, file)
     """
     encoding, errors, newline = (

@@ -1,6 +1,4 @@
-"""Loops and sums that a marked call can hold (`marks`), with the same bits under
-`jax_enable_x64`.
-"""
+"""Loops that a marked call can hold (`marks`), with the same bits under `jax_enable_x64`."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,8 +6,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax import Array, lax
-
-_LANES = 1024
 
 
 def repeat(count: int, step: Callable[[Array, Any], Any], value: Any) -> Any:
@@ -54,33 +50,3 @@ def hidden_zero(args: Any) -> Array:
         leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating)
     )
     return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
-
-
-def least(values: Array) -> Array:
-    """Returns the least of `values`, float32 [...], none of them negative or NaN: their bits, as
-    integers, order alike.
-    """
-    return lax.bitcast_convert_type(
-        jnp.min(lax.bitcast_convert_type(values, jnp.int32)), jnp.float32
-    )
-
-
-def total(values: Array) -> Array:
-    """Returns the sum of `values`, float32 [N], in an order of its own: the same bits whatever
-    zeros follow them.
-
-    Entry i goes to lane i % 1024, each lane adds up in order, and then the upper half of the lanes
-    is added to the lower one until one is left.
-    """
-    rows = jnp.pad(values, (0, -len(values) % _LANES)).reshape(-1, _LANES)
-
-    def add_row(i: Array, sums: Array) -> Array:
-        return sums + lax.dynamic_index_in_dim(rows, i, keepdims=False)
-
-    def fold(i: Array, sums: Array) -> Array:
-        return sums + lax.dynamic_slice(
-            jnp.pad(sums, (0, _LANES // 2)), ((_LANES // 2) >> i,), (_LANES,)
-        )
-
-    lanes = repeat(len(rows), add_row, jnp.zeros(_LANES, jnp.float32))
-    return repeat(_LANES.bit_length() - 1, fold, lanes)[0]

@@ -8,13 +8,13 @@ is set, other JAX code in the process compiles as before. They are undocumented,
 speed may depend on them: `srt-jax bench` shows whether they are in force, and the results are equal
 bit for bit without.
 
-What the compiler refuses inside a marked call (jaxlib 0.10; `tests/test_fast_path.py` compiles
-around each threshold):
+What the compiler refuses inside a marked call (jaxlib 0.10; `tests/engine/test_fast_path.py`
+compiles around each threshold):
 - scatter, dot, sort, top_k, FFT and callbacks;
 - a sum, minimum or maximum of float32, or a minimum or maximum of 8-bit integers, over an array of
   4,096 entries or more (entries that go in, whatever the axes): it is handed to a library of
-  kernels. `loops.total` and `loops.least` stand in for them; sums and minima of wider integers,
-  any, all and argmin are taken at any size;
+  kernels. Add and compare such numbers as integers (`srt_jax/removal/sums.py` does); sums and
+  minima of wider integers, any, all and argmin are taken at any size;
 - a large step that gives the only result of the call, or of a loop's condition: from 65,536 entries
   on, a look-up from 4,096 on, it is split among threads, if there are several. The body of a loop
   may hold it: `loops.in_a_loop` makes one; a large test belongs into the body of its loop, which

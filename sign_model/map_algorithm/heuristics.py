@@ -19,7 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sign_model.ground.files import read_text, written
+from sign_model.ground.files import atomic_write, read_text
 
 Weights = Mapping[str, int]
 
@@ -89,7 +89,7 @@ def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None
         },
         indent=1,
     )
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(text + "\n")
 
 

@@ -17,7 +17,8 @@ from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.pddl.lifted import Domain, Problem
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.reachable import Binding, Fact, Reachability, Script, Template, TooManyActions
-from sign_model.pddl.reader import MAX_COST, parse
+from sign_model.pddl.reader import parse
+from sign_model.pddl.sections import MAX_COST
 from sign_model.pddl.syntax import PddlError
 
 MAX_ACTIONS = 500_000

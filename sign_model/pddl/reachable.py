@@ -182,12 +182,21 @@ class Reachability:
                 self._take(
                     i, self._join(script, [_OPEN] * len(script.fits), range(len(script.conditions)))
                 )
-        # Ends: a fact enters once, and there are finitely many.
+        self._exhaust(triggers)
+
+    def _exhaust(self, triggers: dict[str, list[tuple[int, int]]]) -> None:
+        """Takes the waiting facts one by one, and every action of which one is the last condition.
+
+        Ends: a fact enters once, and there are finitely many.
+
+        Args:
+          triggers: by predicate, the scripts and their conditions that a fact of it can meet.
+        """
         while self._waiting:
             fact = self._waiting.pop()
             self._held.add(fact)
             for i, c in triggers[fact[0]]:
-                script = scripts[i]
+                script = self.scripts[i]
                 if (
                     values := _matched(
                         script, script.conditions[c], fact, [_OPEN] * len(script.fits)

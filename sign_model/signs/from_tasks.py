@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sign_model.pddl.lifted import Atom, Domain, Problem, Schema
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.pddl.reader import Atom, Domain, Problem, Schema
 from sign_model.signs.matrix import ColumnKind, Component, features_of, select
 from sign_model.signs.sign import PredictionMatrix, Sign, causal, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel, from_signs

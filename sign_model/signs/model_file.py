@@ -11,7 +11,7 @@ and a column a pair of its kind and its features.
 import json
 import pathlib
 
-from sign_model.ground.files import read_text, written
+from sign_model.ground.files import atomic_write, read_text
 from sign_model.signs.matrix import ColumnKind
 from sign_model.signs.sign import Column, PredictionMatrix, Sign
 from sign_model.signs.world_model import WorldModel, from_signs
@@ -28,7 +28,7 @@ def save_model(model: WorldModel, path: str | pathlib.Path) -> None:
         for sign in model.signs()
     ]
     text = json.dumps({"format": _FORMAT, "signs": signs}, indent=1)
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(text + "\n")
 
 

@@ -15,7 +15,7 @@ import math
 import pathlib
 from typing import Any
 
-from sign_model.ground.files import read_text, written
+from sign_model.ground.files import atomic_write, read_text
 
 
 @dataclasses.dataclass(frozen=True)
@@ -169,7 +169,7 @@ def save_table(table: FuzzyTable, path: str | pathlib.Path) -> None:
             for row in payload[part]
         ]
     text = json.dumps(payload, indent=1)
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(text + "\n")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
-from srt_jax.formats.files import PathLike, needed, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, read_bytes, require_module
 from srt_jax.symbols.scene_of_task import planned_steps
 from srt_jax.types import Solution, Status, Task
 
@@ -58,7 +58,7 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
       ValueError: another ending, or no such folder.
     """
     if _is_parquet(path):
-        arrow = needed("pyarrow", extra="parquet", what="writing Parquet")
+        arrow = require_module("pyarrow", extra="parquet", what="writing Parquet")
         # Half a surrogate pair, which a name may hold, is no text to Arrow: it is written as its
         # number.
         names = [record["name"].encode("utf-8", "backslashreplace").decode() for record in records]
@@ -67,11 +67,11 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
             for name, record in zip(names, records)
         ]
         table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
-        parquet = needed("pyarrow.parquet", extra="parquet", what="writing Parquet")
-        with written(path, "wb") as file:
+        parquet = require_module("pyarrow.parquet", extra="parquet", what="writing Parquet")
+        with atomic_write(path, "wb") as file:
             parquet.write_table(table, file)
     else:
-        with written(path) as file:
+        with atomic_write(path) as file:
             json.dump({"tasks": records}, file)
 
 
@@ -86,8 +86,8 @@ def read_results(path: PathLike) -> list[dict[str, Any]]:
         if not isinstance(document, dict) or not isinstance(document.get("tasks"), list):
             raise ValueError(f"{path}: no results: a JSON object with a list 'tasks'")
         return document["tasks"]
-    arrow = needed("pyarrow", extra="parquet", what="reading Parquet")
-    parquet = needed("pyarrow.parquet", extra="parquet", what="reading Parquet")
+    arrow = require_module("pyarrow", extra="parquet", what="reading Parquet")
+    parquet = require_module("pyarrow.parquet", extra="parquet", what="reading Parquet")
     content = read_bytes(path, "file of results")
     try:
         table = parquet.read_table(arrow.BufferReader(content))

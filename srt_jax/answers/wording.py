@@ -209,19 +209,7 @@ def _what_blocks(blockage: dict[str, Any]) -> str:
 def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
     bound = data["removal_bound"]
     if status is Status.UNSOLVABLE:
-        num_destroyable = int(np.sum(task.destroyable))
-        named = ", ".join(map(str, data["separating"][:6])) + (
-            " and more" if len(data["separating"]) > 6 else ""
-        )
-        proof = (
-            f": {named} alone keep{'' if len(data['separating']) > 1 else 's'} start and goal apart"
-            if named
-            else ""
-        )
-        return (
-            f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is"
-            f" no path{proof}."
-        )
+        return _why_unsolvable(int(np.sum(task.destroyable)), data["separating"])
     if status is Status.GOAL_BLOCKED:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
     if status is Status.BUDGET_SPENT and data["num_needed"]:
@@ -247,6 +235,19 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
     return (
         f"Destroyed {', then '.join(steps)}; removal cost {data['removal_cost']:g}, {proven}. "
         f"Route {route['length']:.1f} long{moved}."
+    )
+
+
+def _why_unsolvable(num_destroyable: int, separating: list[int]) -> str:
+    """The sentence that names the indestructible obstacles which alone keep start and goal apart,
+    where they are known.
+    """
+    named = ", ".join(map(str, separating[:6])) + (" and more" if len(separating) > 6 else "")
+    keeps = "keep" if len(separating) > 1 else "keeps"
+    proof = f": {named} alone {keeps} start and goal apart" if named else ""
+    return (
+        f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is"
+        f" no path{proof}."
     )
 
 

@@ -22,8 +22,7 @@ import jax
 import jax.numpy as jnp
 from jax.sharding import AxisType, PartitionSpec
 
-from srt_jax.bench.machine import machine, spread
-from srt_jax.bench.machine import told as told_machine
+from srt_jax.bench.machine import machine, machine_line, spread
 
 NUM_ENVS = 64
 
@@ -66,7 +65,7 @@ def _row(name: str, steps: int) -> dict[str, Any]:
     if done.returncode:
         return {
             "name": name,
-            "missing": (done.stderr.strip().splitlines() or ["no reason told"])[-1],
+            "missing": (done.stderr.strip().splitlines() or ["no reason given"])[-1],
         }
     rates = json.loads(done.stdout.splitlines()[-1])["rates"]
     return {"name": name, "steps_per_second": max(rates), "spread": spread(rates)}
@@ -78,7 +77,7 @@ def table(result: dict[str, Any]) -> str:
     """
     facts, rows = result["machine"], [row for row in result["rows"] if "missing" not in row]
     lines = [
-        told_machine(facts),
+        machine_line(facts),
         (
             f"on {facts['device']}, {NUM_ENVS} environments of {_SIZE} x {_SIZE}; best run,"
             " and the median"
@@ -134,21 +133,21 @@ def _jumanji(seen: str) -> tuple[Callable, Callable]:
     from jumanji.wrappers import VmapAutoResetWrapper, VmapWrapper
 
     maze: Any = Maze(RandomGenerator(_SIZE, _SIZE))
-    # begins anew one by one: its fastest
+    # begins again one by one: its fastest
     env = VmapWrapper(maze) if "no resets" in seen else VmapAutoResetWrapper(maze)
 
     def begin(keys):
         return env.reset(keys)[0]
 
     def step(keys, states):
-        states, timestep = env.step(states, _drawn(keys, 4))
+        states, timestep = env.step(states, _random_actions(keys, 4))
         observed = sum(jnp.sum(entry) for entry in jax.tree.leaves(timestep.observation))
         return states, timestep.reward.sum() + (observed if _is_seen(seen) else 0.0)
 
     return begin, step
 
 
-def _drawn(keys, number: int):
+def _random_actions(keys, number: int):
     """Returns an action for each key."""
     bits = jax.vmap(lambda key: jax.random.bits(key, (), jnp.uint32))(keys)
     return (bits % number).astype(jnp.int32)
@@ -161,7 +160,7 @@ def _navix(seen: str) -> tuple[Callable, Callable]:
         return env.reset(key)
 
     def step(key, timestep):
-        timestep = env.step(timestep, _drawn(key[None], 7)[0])
+        timestep = env.step(timestep, _random_actions(key[None], 7)[0])
         return timestep, timestep.reward + (timestep.observation.sum() if seen else 0.0)
 
     return begin, step

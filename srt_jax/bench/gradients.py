@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.bench.machine import machine, spread, told
+from srt_jax.bench.machine import machine, machine_line, spread
 from srt_jax.bench.timing import in_turn, measured_apart
 
 SIDE = 512
@@ -33,7 +33,7 @@ def run(quick: bool = False) -> dict[str, Any]:
 def table(result: dict[str, Any]) -> str:
     """Returns the measurements as text."""
     lines = [
-        f"{told(result['machine'])}, one thread",
+        f"{machine_line(result['machine'])}, one thread",
         f"{'map':12}{'costs':8}{'size':>6}{'SciPy ms':>10}{'forward':>10}{'backward':>10}"
         f"{'SciPy / forward':>16}{'back / forward':>16}",
     ]

@@ -5,10 +5,11 @@ in turn.
 import argparse
 import json
 import os
+from collections.abc import Callable
 from typing import Any
 
 from srt_jax.bench import scaling
-from srt_jax.bench.machine import machine, spread, told
+from srt_jax.bench.machine import machine, machine_line, spread
 from srt_jax.bench.timing import in_turn, measured_apart
 
 PACKAGES = (
@@ -40,7 +41,7 @@ def table(result: dict[str, Any]) -> str:
     """
     lines = [
         (
-            f"{told(result['machine'])}, one thread; loops compiled whole:"
+            f"{machine_line(result['machine'])}, one thread; loops compiled whole:"
             f" {'yes' if result['fast_form'] > 2 else 'NO'} ({result['fast_form']:.1f}x the plain"
             " form)"
         ),
@@ -87,6 +88,7 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     from srt_jax.paths.contour import obstacle_ahead
     from srt_jax.paths.reach import reach_words
 
+    # The maps of a batch, and what the later kernels take from the earlier ones.
     batch = max(4, min(64, 2**22 // size**2))
     maps, starts = maps_of(kind, size, batch)
     goals = np.tile(np.array([[size - 1, size // 2]], np.int32), (batch, 1))
@@ -99,6 +101,7 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     )
     beside, towards = _beside(maps, walls)
     ahead = np.asarray(obstacle_ahead(free, jax.device_put(beside), jax.device_put(towards)))
+    # Every kernel beside its peers, on the same maps.
     packed = jax.jit(lambda words, start: reach_words(words, start, width=size))
     ours = {
         "reach, packed": (lambda: packed(words, start), peers.floods(maps, starts)),
@@ -117,27 +120,32 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     out = []
     for name, (function, others) in ours.items():
         functions = {"ours": lambda function=function: jax.block_until_ready(function()), **others}
-        spreads = {
-            key: spread([1e3 * value / batch for value in taken])
-            for key, taken in in_turn(functions, repeats).items()
-        }
-        own = spreads.pop("ours")
-        mine, times = own["median"], {key: value["median"] for key, value in spreads.items()}
-        against = [times[key] for key in times if name != "cost_to_come" or key.startswith("C++")]
-        ratio = min(against) / mine if against else None
         out.append(
-            {
-                "kernel": name,
-                "kind": kind,
-                "size": size,
-                "batch": batch,
-                "ms": mine,
-                "quartiles": [own["low"], own["high"]],
-                "peers": times,
-                "ratio": ratio,
-            }
+            {"kernel": name, "kind": kind, "size": size, "batch": batch}
+            | _in_milliseconds(name, functions, batch, repeats)
         )
     return out
+
+
+def _in_milliseconds(
+    name: str, functions: dict[str, Callable[[], Any]], batch: int, repeats: int
+) -> dict[str, Any]:
+    """Returns what a map takes, ours and by each peer, and the ratio to the fastest peer; lengths
+    are compared with C++ alone.
+    """
+    spreads = {
+        key: spread([1e3 * value / batch for value in taken])
+        for key, taken in in_turn(functions, repeats).items()
+    }
+    own = spreads.pop("ours")
+    times = {key: value["median"] for key, value in spreads.items()}
+    against = [times[key] for key in times if name != "cost_to_come" or key.startswith("C++")]
+    return {
+        "ms": own["median"],
+        "quartiles": [own["low"], own["high"]],
+        "peers": times,
+        "ratio": min(against) / own["median"] if against else None,
+    }
 
 
 def _beside(maps: Any, walls: Any) -> tuple[Any, Any]:

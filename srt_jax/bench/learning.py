@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.bench.machine import machine, spread
-from srt_jax.bench.machine import told as told_machine
+from srt_jax.bench.machine import machine, machine_line, spread
 from srt_jax.bench.pipelines import pipelines
 
 
@@ -45,14 +44,14 @@ def table(result: dict[str, Any]) -> str:
     each peer.
     """
     lines = [
-        told_machine(result["machine"]),
+        machine_line(result["machine"]),
         "a second: median (quartiles); peers do one map after the other",
     ]
     for row in result["rows"]:
         lines.append(f"\n{row['what']}, {row['batch']} maps of {row['size']} x {row['size']}")
         ours = row["per_second"]["batch"]["median"]
         for make, rate in row["per_second"].items():
-            told = (
+            text = (
                 f"{rate['median']:,.0f} ({rate['low']:,.0f}-{rate['high']:,.0f})"
                 if rate
                 else "not installed"
@@ -62,7 +61,7 @@ def table(result: dict[str, Any]) -> str:
                 if rate is None or make == "batch"
                 else f", batch is {ours / rate['median']:.1f}x"
             )
-            lines.append(f"  {make:14s} {told}{ratio}")
+            lines.append(f"  {make:14s} {text}{ratio}")
     lines.append("")
     for row in result["signs"]:
         lines.append(

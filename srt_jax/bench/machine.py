@@ -29,7 +29,7 @@ def machine(*packages: str) -> dict[str, Any]:
     }
 
 
-def told(facts: dict[str, Any]) -> str:
+def machine_line(facts: dict[str, Any]) -> str:
     """Returns the facts of `machine` in one line."""
     versions = ", ".join(
         f"{name} {version}" for name, version in facts["packages"].items() if version

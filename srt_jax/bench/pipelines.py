@@ -27,7 +27,7 @@ def pipelines(free: Maps, opened: Maps, ends: Ends) -> dict[str, Callable[[], li
     is not there).
 
     Args:
-      free, opened: bool [H, W], with the blocker and without it: the peers are told what to
+      free, opened: bool [H, W], with the blocker and without it: the peers are given what to
         destroy.
       ends: start and goal, (row, col), of each.
     """

@@ -34,7 +34,7 @@ def run(
     quick: bool = False,
     *,
     data: str | os.PathLike | None = None,
-    log: Callable[[str], None] = lambda told: None,
+    log: Callable[[str], None] = lambda message: None,
 ) -> dict[str, Any]:
     """Returns {"machine", "learning", "random_blocks" [...], "known_optima" [...], "cold_start",
     "peers" [...], "missing": names of peers not installed}.
@@ -44,7 +44,7 @@ def run(
       data: a folder with blocks/, hanoi/, ferry/ and goldminer/ and `fd_optimal.csv`; the
         environment's SRT_SHARED_DATA/pddl where None. Without it the known optima are those of
         random blocks tasks alone.
-      log: told of progress.
+      log: receives a line on each step of the work.
     """
     began = time.perf_counter()
     training = random_blocks_tasks(6, 256 if quick else 1024, seed=100)
@@ -194,9 +194,8 @@ def _throughput(
     return row
 
 
-def _known_optima(
-    folder: pathlib.Path, sign: HeuristicSign, quick: bool, log: Callable[[str], None]
-) -> Iterator[dict[str, Any]]:
+def _optima_in(folder: pathlib.Path) -> dict[str, int]:
+    """Returns the known optimal lengths by the file of the problem."""
     optima: dict[str, int] = {}
     for name, column, prefix in (
         ("fd_optimal.csv", "optimal_steps_if_unit_cost", ""),
@@ -205,6 +204,13 @@ def _known_optima(
         if (folder / name).is_file():
             with open(folder / name, encoding="utf-8") as file:
                 optima |= {prefix + row["file"]: int(row[column]) for row in csv.DictReader(file)}
+    return optima
+
+
+def _known_optima(
+    folder: pathlib.Path, sign: HeuristicSign, quick: bool, log: Callable[[str], None]
+) -> Iterator[dict[str, Any]]:
+    optima = _optima_in(folder)
     most = {"blocks": 40 if quick else 60, "hanoi": 63 if quick else 255}
     for domain in ("blocks", "hanoi", "ferry", "goldminer"):
         chosen = {
@@ -249,7 +255,7 @@ def _cold_start() -> dict[str, float]:
     and of CPU.
     """
     with tempfile.TemporaryDirectory() as place:
-        domain, problem = _written(pathlib.Path(place), random_blocks_tasks(6, 1, seed=3)[0])
+        domain, problem = _write_pddl(pathlib.Path(place), random_blocks_tasks(6, 1, seed=3)[0])
         code = (
             f"import sign_model as s, time; t = s.load({str(domain)!r}, {str(problem)!r}); assert"
             " s.plan(t).is_solved"
@@ -268,7 +274,7 @@ def _cold_start() -> dict[str, float]:
     return {"seconds": min(seconds), "cpu_seconds": min(cpu_seconds)}
 
 
-def _written(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pathlib.Path]:
+def _write_pddl(place: pathlib.Path, task: PlanningTask) -> tuple[pathlib.Path, pathlib.Path]:
     domain, problem = place / "domain.pddl", place / "problem.pddl"
     domain.write_text(DOMAIN, encoding="utf-8")
     problem.write_text(problem_text(_problem(task)), encoding="utf-8")
@@ -346,7 +352,7 @@ def _peer_commands() -> dict[str, list[str]]:
 def _peer_length(command: list[str], task: PlanningTask, seconds: float = 30.0) -> int | None:
     """The length of a peer's plan, replayed; None where it finds none in time."""
     with tempfile.TemporaryDirectory() as place:
-        domain, problem = _written(pathlib.Path(place), task)
+        domain, problem = _write_pddl(pathlib.Path(place), task)
         try:
             subprocess.run(
                 [*command, str(domain), str(problem)],

@@ -206,7 +206,7 @@ def _memory(call: Any, cells: int) -> dict[str, float | None]:
         .compile()
         .memory_analysis()
     )
-    told = (
+    sizes = (
         {}
         if form is None
         else {
@@ -215,8 +215,8 @@ def _memory(call: Any, cells: int) -> dict[str, float | None]:
             "temporary": form.temp_size_in_bytes,
         }
     )
-    told["peak"] = _growth(call)
-    return {name: None if size is None else size / cells for name, size in told.items()}
+    sizes["peak"] = _growth(call)
+    return {name: None if size is None else size / cells for name, size in sizes.items()}
 
 
 def _growth(call: Callable[[], Any]) -> int | None:

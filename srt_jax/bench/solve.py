@@ -3,7 +3,7 @@ libraries give of them.
 
 A task is a street map with a goal cut off by a ring of side 10 (PY16 §4, Bagel-10): an answer is
 the proof that there is no path, seed, contour, the objects on it, what to destroy, and the route.
-The peers are told what to destroy. One core, all in turn; then two threads, each with half of the
+The peers are given what to destroy. One core, all in turn; then two threads, each with half of the
 tasks.
 """
 
@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.bench.machine import machine, spread
-from srt_jax.bench.machine import told as told_machine
+from srt_jax.bench.machine import machine, machine_line, spread
 from srt_jax.types import FREE, Task
 
 AUTHORS_MS = 240.0
@@ -57,7 +56,7 @@ def run(quick: bool = False) -> dict[str, Any]:
 
 def table(result: dict[str, Any]) -> str:
     """Returns the measurements as text, ratios first: over 1 means faster than the peer."""
-    lines = [told_machine(result["machine"]), "milliseconds a task: median (quartiles)"]
+    lines = [machine_line(result["machine"]), "milliseconds a task: median (quartiles)"]
     for row in result["rows"]:
         lines += [
             f"\n{row['case']}, {row['tasks']} street maps of {row['size']} x {row['size']}",
@@ -70,8 +69,8 @@ def _lines(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
     one, two = row["one_core"], row["two_threads"]
     is_measure = (row["case"], row["size"]) == ("bagel-10", 512)
     lines = [
-        f"  ours, one core     {_told(one)}, {1e3 / one['median']:,.0f} tasks/s",
-        f"  ours, two threads  {_told(two)}, {1e3 / two['median']:,.0f} tasks/s",
+        f"  ours, one core     {_times_text(one)}, {1e3 / one['median']:,.0f} tasks/s",
+        f"  ours, two threads  {_times_text(two)}, {1e3 / two['median']:,.0f} tasks/s",
     ]
     if is_measure:
         lines.append(
@@ -81,7 +80,7 @@ def _lines(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
     for name, peer in row["peers"].items():
         if peer["ms"]:
             lines.append(
-                f"  {peer['ms']['median'] / one['median']:6.1f}x  {name} {_told(peer['ms'])}:"
+                f"  {peer['ms']['median'] / one['median']:6.1f}x  {name} {_times_text(peer['ms'])}:"
                 f" {peer['gives']}"
             )
         else:
@@ -95,7 +94,7 @@ def _lines(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
     return [*lines, f"  stages: {shares}", f"  seeds, contours, lengths: {same[row['agrees']]}"]
 
 
-def _told(times: dict[str, float]) -> str:
+def _times_text(times: dict[str, float]) -> str:
     return f"{times['median']:.2f} ({times['low']:.2f}-{times['high']:.2f})"
 
 

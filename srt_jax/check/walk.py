@@ -129,7 +129,12 @@ def destroyed_problems(task: SimpleNamespace, solution: SimpleNamespace) -> list
         problems.append(
             f"destroyed_at {at} must rise and lie on the route, 0 to {int(solution.num_cells) - 1}"
         )
-    # The sums, as whole numbers.
+    return problems + _sum_problems(task, solution, ids)
+
+
+def _sum_problems(task: SimpleNamespace, solution: SimpleNamespace, ids: list[int]) -> list[str]:
+    """The removal cost and its bound, compared as whole numbers with the costs of `ids`."""
+    problems = []
     total = sum(exact(cost) for cost in task.removal_cost[ids])
     if solution.removal_cost != rounded_down(total):
         problems.append(

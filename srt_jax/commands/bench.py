@@ -13,7 +13,7 @@ import typer
 from srt_jax.bench.machine import machine
 from srt_jax.commands.console import aside, say, say_json
 from srt_jax.commands.options import JsonOption
-from srt_jax.formats.files import make_folder, written
+from srt_jax.formats.files import atomic_write, make_folder
 
 NAMES = ("kernels", "solve", "plan", "learning", "envs", "gradients")
 """The modules of `srt_jax.bench` that measure: `run(quick)` returns the measurements, and
@@ -55,7 +55,7 @@ def bench(
             "text": text,
             **result,
         }
-        with written(out / f"{one}.json") as file:
+        with atomic_write(out / f"{one}.json") as file:
             json.dump(record, file, indent=1)
         if not as_json:
             say(*text.splitlines())

@@ -111,7 +111,7 @@ def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
 
 
 @contextlib.contextmanager
-def counted(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+def show_progress(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Yields a function to call with the number of items finished; a bar with rate and time left
     appears once it takes long.
     """
@@ -201,7 +201,7 @@ def _shown_when_long(
             bar.stop()
 
 
-def fitted(
+def fit_table(
     columns: Sequence[tuple[str, int]], rows: Sequence[Sequence[str]], width: int
 ) -> "Table":
     """Returns a table no wider than `width`: columns that find no room are left out, the

@@ -1,4 +1,4 @@
-"""`srt-jax dataset`: labelled tasks by the number, in shards; asked again it goes on where it was
+"""`srt-jax dataset`: labelled tasks by the number, in shards; run again, it resumes where it was
 stopped.
 """
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.console import counted, say, say_json
+from srt_jax.commands.console import say, say_json, show_progress
 from srt_jax.commands.options import JsonOption, sides
 from srt_jax.dataset import write_dataset
 
@@ -39,7 +39,7 @@ def dataset(
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
-    with counted("labelling", count, quiet=as_json) as advance:
+    with show_progress("labelling", count, quiet=as_json) as advance:
         plan = write_dataset(
             out,
             kind=kind,

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.commands import helsinki as work
-from srt_jax.commands.console import counted, fitted, printer, say, say_wrapped, waiting
+from srt_jax.commands.console import fit_table, printer, say, say_wrapped, show_progress, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.formats.batch import write_batch
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 from srt_jax.many_tasks import solve_many
 from srt_jax.task import stack
 
@@ -41,14 +41,14 @@ def demo(
         place = work.city()
         tasks = work.tasks_in(place, pairs=pairs, seed=seed)
     begin = time.perf_counter()
-    with counted("solving", len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many([task.task for task in tasks], progress=progress)
     seconds = time.perf_counter() - begin
     with waiting("summing up", quiet=as_json):
         rows = work.summary(place, tasks, solutions)
 
     def write_more() -> None:
-        with written(out / "table.md") as file:
+        with atomic_write(out / "table.md") as file:
             file.write(work.as_markdown(rows, place))
         write_batch(
             out / "tasks.npz",
@@ -88,5 +88,5 @@ def _print_summary(rows: list[dict[str, Any]], place: work.City) -> None:
     columns = [(name, _RANKS.get(name, 0)) for name in rows[0]]
     console.print()
     say_wrapped(console, work.heading(place))
-    console.print(fitted(columns, cells, console.width))
+    console.print(fit_table(columns, cells, console.width))
     say_wrapped(console, f"Map data: {place.attribution}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import counted, note, say, say_json, waiting
+from srt_jax.commands.console import note, say, say_json, show_progress, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
@@ -107,7 +107,7 @@ def draw(
         )
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
-    with counted("solving", len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
             [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
@@ -179,5 +179,5 @@ def _draw(
             animate(task, solution, out, what="wave" if show == "wave" else "loop", title=name)
         return [out]
     make_folder(out)
-    with counted("drawing", len(named), quiet=quiet) as progress:
+    with show_progress("drawing", len(named), quiet=quiet) as progress:
         return gallery(named, out, show=show, ending=ending, polar=frame, progress=progress)

@@ -136,7 +136,7 @@ def as_text(row: dict[str, Any]) -> dict[str, str]:
 
 
 def as_markdown(rows: list[dict[str, Any]], place: City) -> str:
-    """Returns the summary as a Markdown table with the attribution the data asks for."""
+    """Returns the summary as a Markdown table with the attribution that the data requires."""
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
     lines += ["| " + " | ".join(as_text(row).values()) + " |" for row in rows]
     return "\n".join([heading(place), "", *lines, "", f"Map data: {place.attribution}", ""])

@@ -6,8 +6,8 @@ library it changes nothing. This module comes before all others and needs the st
 alone, so that importing JAX can be interrupted, too.
 
 An exception raised by a signal handler is not enough. Callbacks of JAX and of the garbage collector
-swallow it, worker threads go on without it, and no handler runs while the main thread waits for a
-compiler. Therefore a thread that sleeps until a signal comes gives the exception some seconds to
+swallow it, worker threads continue without it, and no handler runs while the main thread waits for
+a compiler. Therefore a thread that sleeps until a signal comes gives the exception some seconds to
 unwind the stack, and then ends the process itself.
 """
 

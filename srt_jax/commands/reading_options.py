@@ -43,7 +43,7 @@ def _reading(
         str | None,
         typer.Option(
             metavar="R,C",
-            help="Start cell on a map or place. Default: see docs/formats.md; a .map asks for it.",
+            help="Start cell on a map or place. Default: see docs/formats.md; a .map requires it.",
         ),
     ] = None,
     goal: Annotated[

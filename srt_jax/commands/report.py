@@ -9,7 +9,14 @@ from typing import Any
 
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
-from srt_jax.commands.console import BUDGET_SPENT, counted, fitted, printer, say_json, say_wrapped
+from srt_jax.commands.console import (
+    BUDGET_SPENT,
+    fit_table,
+    printer,
+    say_json,
+    say_wrapped,
+    show_progress,
+)
 from srt_jax.formats.files import make_folder
 from srt_jax.task import NamedTask
 from srt_jax.types import Solution, Status, Task
@@ -46,7 +53,7 @@ def report(
     Args:
       results: a file of results. write_more: writes what else the command leaves.
     """
-    with counted("replaying", len(tasks), quiet=as_json) as progress:
+    with show_progress("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
             problems = check(task, solution, mode=mode)
             if problems:
@@ -101,7 +108,7 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> lis
     if drawn:
         from srt_jax.draw.gallery import gallery
 
-        with counted("drawing", len(drawn), quiet=quiet) as progress:
+        with show_progress("drawing", len(drawn), quiet=quiet) as progress:
             files = gallery(drawn, out, progress=progress)
     write_results(out / "results.json", records)
     few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
@@ -114,7 +121,7 @@ def _write_page(
 ) -> list[str]:
     from srt_jax.draw.webpage import write_page
 
-    with counted("writing the page", len(tasks), quiet=quiet) as progress:
+    with show_progress("writing the page", len(tasks), quiet=quiet) as progress:
         write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)
     return [f"Wrote {html}: open it in a browser; it needs no network."]
 
@@ -124,7 +131,7 @@ def _print_table(
 ) -> None:
     console = printer()
     rows = [_row(task, record) for (_, task), record in zip(tasks, records[:most])]
-    console.print(fitted(_COLUMNS, rows, console.width))
+    console.print(fit_table(_COLUMNS, rows, console.width))
     if len(records) > most:
         say_wrapped(
             console, f"... and {len(records) - most} more tasks (all of them in --json or --out)"

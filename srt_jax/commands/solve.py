@@ -8,7 +8,7 @@ import typer
 
 from srt_jax.answers.results_file import require_name
 from srt_jax.commands import options
-from srt_jax.commands.console import BAD_INPUT, counted
+from srt_jax.commands.console import BAD_INPUT, show_progress
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import exit_code, report, require_page_name
@@ -80,7 +80,7 @@ def solve(
     begin = time.perf_counter()
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
-    with counted("solving", len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
             [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )

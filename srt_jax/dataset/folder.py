@@ -15,7 +15,7 @@ import numpy as np
 
 from srt_jax.dataset import shards
 from srt_jax.dataset.labels import label_tasks
-from srt_jax.formats.files import PathLike, make_folder, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, make_folder, read_bytes
 from srt_jax.instances.generate import generate
 from srt_jax.task import stack
 from srt_jax.types import FREE, OUTSIDE
@@ -129,7 +129,7 @@ def _settle(folder: pathlib.Path, plan: Plan) -> None:
                 f" {description[name]!r}: name another folder, or request the same"
             )
         return
-    with written(folder / MANIFEST) as file:
+    with atomic_write(folder / MANIFEST) as file:
         json.dump(description, file, indent=1)
 
 
@@ -287,7 +287,7 @@ def _batches(folder, plan, widths, names, batch_size, seed, epochs, worker, drop
                 for s in mine[first : first + _AT_ONCE]
             ]
             wide = [
-                {name: shards.widened(name, array, widths) for name, array in one.items()}
+                {name: shards.widen(name, array, widths) for name, array in one.items()}
                 for one in read
             ]
             more = {name: np.concatenate([one[name] for one in wide]) for name in names}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from srt_jax.formats.containers.arrays import read_arrays
-from srt_jax.formats.files import draft_of, read_bytes, require_regular, written
+from srt_jax.formats.files import atomic_write, draft_of, read_bytes, require_regular
 from srt_jax.types import FREE
 
 FIELDS = (
@@ -42,11 +42,11 @@ _LEVEL = 1  # deflate: maps of floats shrink little more at higher ones, and ten
 
 def write_npz(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     """Writes a shard, whole or not at all."""
-    with written(path, "wb") as file:
-        file.write(_packed(arrays))
+    with atomic_write(path, "wb") as file:
+        file.write(_pack(arrays))
 
 
-def _packed(arrays: dict[str, np.ndarray]) -> bytes:
+def _pack(arrays: dict[str, np.ndarray]) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
         for name in FIELDS:
@@ -62,10 +62,10 @@ def _packed(arrays: dict[str, np.ndarray]) -> bytes:
 
 def read_npz(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Returns the requested arrays; ValueError where the file is damaged."""
-    return _unpacked(str(path), read_bytes(path, "shard of a data set", most=_MOST_BYTES), names)
+    return _unpack(str(path), read_bytes(path, "shard of a data set", most=_MOST_BYTES), names)
 
 
-def _unpacked(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
+def _unpack(path: str, content: bytes, names: Iterable[str]) -> dict[str, np.ndarray]:
     try:
         return read_arrays(path, content, names, most=_MOST_BYTES)
     except ValueError as error:
@@ -100,9 +100,7 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     with draft_of(path) as draft:
         writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
         for index in range(len(arrays["index"])):
-            writer.write(
-                _packed({name: array[index : index + 1] for name, array in arrays.items()})
-            )
+            writer.write(_pack({name: array[index : index + 1] for name, array in arrays.items()}))
         writer.close()
 
 
@@ -118,7 +116,7 @@ def remove_drafts(folder: pathlib.Path) -> None:
 def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Returns the requested arrays of a shard of records."""
     reader = _array_record().ArrayRecordReader(str(path))
-    records = [_unpacked(str(path), record, names) for record in reader.read_all()]
+    records = [_unpack(str(path), record, names) for record in reader.read_all()]
     reader.close()
     return {name: np.concatenate([record[name] for record in records]) for name in names}
 
@@ -128,7 +126,7 @@ def shape_records(path: pathlib.Path) -> tuple[int, int]:
     same.
     """
     reader = _array_record().ArrayRecordReader(str(path))
-    first = _unpacked(str(path), reader.read([0])[0], ("labels", "destroyable"))
+    first = _unpack(str(path), reader.read([0])[0], ("labels", "destroyable"))
     reader.close()
     return first["labels"].shape[1], first["destroyable"].shape[1]
 
@@ -148,7 +146,7 @@ def _array_record() -> Any:
         ) from error
 
 
-def widened(name: str, array: np.ndarray, widths: dict[str, int]) -> np.ndarray:
+def widen(name: str, array: np.ndarray, widths: dict[str, int]) -> np.ndarray:
     """Returns an array padded to the layers (L) and obstacles (M) of the whole data set, as `stack`
     pads.
     """

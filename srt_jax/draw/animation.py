@@ -1,5 +1,5 @@
 """Animated GIFs: the wave (reachability growing) and the loop (explore, blocked, seed, contour,
-walk up, destroy, go on).
+walk up, destroy, continue).
 """
 
 import itertools

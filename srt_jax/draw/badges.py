@@ -74,27 +74,29 @@ def draw_badges(axes, scene: Scene, scale: float) -> None:
             axes.plot(
                 [x, nearest[0]], [y, nearest[1]], color=BADGE, linewidth=0.9, zorder=6, label="_"
             )
-        axes.plot(
-            x,
-            y,
-            "o",
-            markersize=12,
-            color=BADGE,
-            markeredgecolor="white",
-            markeredgewidth=0.9,
-            zorder=7,
-            label="_",
-        )
-        text = str(removal.number)
-        size = 7.5 if len(text) == 1 else 6
-        axes.text(
-            x,
-            y,
-            text,
-            color="white",
-            fontsize=size,
-            ha="center",
-            va="center_baseline",
-            weight="bold",
-            zorder=8,
-        )
+        _draw_badge(axes, x, y, str(removal.number))
+
+
+def _draw_badge(axes, x: float, y: float, text: str) -> None:
+    axes.plot(
+        x,
+        y,
+        "o",
+        markersize=12,
+        color=BADGE,
+        markeredgecolor="white",
+        markeredgewidth=0.9,
+        zorder=7,
+        label="_",
+    )
+    axes.text(
+        x,
+        y,
+        text,
+        color="white",
+        fontsize=7.5 if len(text) == 1 else 6,
+        ha="center",
+        va="center_baseline",
+        weight="bold",
+        zorder=8,
+    )

@@ -10,7 +10,7 @@ import numpy as np
 
 from sign_model.ground.legible import legible
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 
 _MAP = 480
 """Pixels of the map's longer side, about."""
@@ -149,7 +149,7 @@ def save_gif(path: str | os.PathLike, shown: list[tuple[Any, int]]) -> None:
     all.
     """
     images, durations = zip(*shown)
-    with written(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         options = {
             "save_all": True,
             "append_images": images[1:],

@@ -15,7 +15,7 @@ from srt_jax.draw.colours import BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
 from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 from srt_jax.types import Solution, Task
 
 FORMATS = (".png", ".svg", ".pdf")
@@ -111,7 +111,7 @@ def page(path: str | os.PathLike, *, size: tuple[float, float]) -> Iterator[Any]
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
     with (
         rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}),
-        written(target, "wb") as file,
+        atomic_write(target, "wb") as file,
     ):
         figure.savefig(file, format=kind, metadata=metadata)
 

@@ -106,6 +106,8 @@ def _draw_names(axes, scene: Scene, frame: PolarFrame, scale: float, radii: list
     """Writes each direction's name where its middle ray leaves the map, each distance's on its
     ring; nothing over another.
     """
+    # Places that are taken: the marks, and points along the route; (centre, half width, half
+    # height) in points.
     marks = [
         scene.start,
         scene.goal,
@@ -115,6 +117,7 @@ def _draw_names(axes, scene: Scene, frame: PolarFrame, scale: float, radii: list
     taken = [(np.array([col, row]) * scale, 8.0, 8.0) for row, col in marks]
     on_route = np.concatenate([leg[:, ::-1] for leg in scene.legs] or [np.zeros((0, 2))])
     taken += [(place * scale, 1.5, 1.5) for place in on_route[:: max(1, int(4 / scale))]]
+    # Directions may be written along their middle ray or a little aside, distances beside any ray.
     heading = frame.looking(scene)
     middles = [math.radians((row.start + row.end) / 2) + heading for row in frame.table.directions]
     inner = [0.0, *radii]
@@ -137,25 +140,14 @@ def _draw_names(axes, scene: Scene, frame: PolarFrame, scale: float, radii: list
             )
             if is_clear:
                 x, y = place / scale
-                box = {
-                    "boxstyle": "round,pad=0.15",
-                    "facecolor": "white",
-                    "edgecolor": "none",
-                    "alpha": 0.85,
-                }
-                axes.text(
-                    x,
-                    y,
-                    text,
-                    fontsize=7,
-                    color=_LINE,
-                    ha="center",
-                    va="center",
-                    zorder=6,
-                    bbox=box,
-                )
+                _write_name(axes, x, y, text)
                 taken.append((place, *half))
                 break
+
+
+def _write_name(axes, x: float, y: float, text: str) -> None:
+    box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+    axes.text(x, y, text, fontsize=7, color=_LINE, ha="center", va="center", zorder=6, bbox=box)
 
 
 def _places(scene: Scene, scale: float, half: np.ndarray, turns: list[float], radius: float | None):

@@ -1,4 +1,4 @@
-"""What happens on the way, stage after stage: explore, blocked or not, walk up, destroy, go on
+"""What happens on the way, stage after stage: explore, blocked or not, walk up, destroy, continue
 (PY16 §3.2).
 
 The route of a solution is shown as the loop would run: at each stop the agent explores again,

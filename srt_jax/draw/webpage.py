@@ -14,7 +14,7 @@ from typing import Any
 
 from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind
 from srt_jax.draw.tile import svg_tile
-from srt_jax.formats.files import written
+from srt_jax.formats.files import atomic_write
 from srt_jax.task import NamedTask
 from srt_jax.types import Solution, Status
 
@@ -48,7 +48,7 @@ def write_page(
     """Writes the page, whole or not at all.
 
     Args:
-      tasks, solutions, records: one each, in order; records from `results.as_record`.
+      tasks, solutions, records: one each, in order; records from `results_file.as_record`.
       seconds: how long solving took.
       most_pictures: the first so many tasks get a picture, and a notice says so where there are
         more.
@@ -90,7 +90,7 @@ def write_page(
     )
     # so that no name can end the script that holds it
     document = json.dumps(data).replace("<", "\\u003c")
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(template.replace("__DATA__", document, 1))
 
 

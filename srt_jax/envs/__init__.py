@@ -2,7 +2,7 @@
 oracle beside every level.
 
 `make()` gives the environment and its parameters; levels come from tasks (`make_levels`) or are
-sampled inside jit (`sample_levels`). `as_gymnasium` and `as_jumanji` wear the faces of those
+sampled inside jit (`sample_levels`). `as_gymnasium` and `as_jumanji` are adapters for those
 libraries, where they are installed.
 """
 

@@ -55,7 +55,7 @@ class JumanjiEnv(Environment):
         planes, inner = self.env.reset_env(used, self.params)
         nothing = {name: jnp.zeros((), jnp.float32) for name in ("length", "removal", "regret")}
         return JumanjiState(inner=inner, key=key), restart(
-            self._seen(planes, inner), nothing | {"success": jnp.bool_(False)}
+            self._observation(planes, inner), nothing | {"success": jnp.bool_(False)}
         )
 
     def step(self, state: Any, action: Array) -> tuple[Any, Any]:
@@ -68,7 +68,7 @@ class JumanjiEnv(Environment):
             step_type=jnp.where(is_over, StepType.LAST, StepType.MID),
             reward=reward,
             discount=info.pop("discount"),
-            observation=self._seen(planes, inner),
+            observation=self._observation(planes, inner),
             extras=info,
         )
         return state.replace(inner=inner), step
@@ -90,5 +90,5 @@ class JumanjiEnv(Environment):
         """Returns a picture, uint8 [rows, cols, 3]."""
         return self.env.render(state.inner, self.params)
 
-    def _seen(self, planes: Array, inner: EnvState) -> Observation:
+    def _observation(self, planes: Array, inner: EnvState) -> Observation:
         return Observation(planes, self.env.action_mask(inner, self.params))

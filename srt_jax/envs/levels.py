@@ -73,18 +73,7 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
       >>> levels.start.tolist(), levels.goal.tolist()
       ([[2, 0]], [[2, 6]])
     """
-    tasks = tasks if isinstance(tasks, Task | jax.Array | np.ndarray) else list(tasks)
-    if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
-        raise TypeError(
-            "tasks must be a Task or a list of them, as make_task makes, got"
-            f" {type(tasks).__name__}"
-        )
-    batch = tasks if isinstance(tasks, Task) else stack(tasks)
-    if np.ndim(batch.labels) != 4:
-        raise ValueError(
-            f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: "
-            "give a list of tasks, [task] for one, or one batch made with stack"
-        )
+    batch = _as_batch(tasks)
     # Every task as a level; an infinite price says that an obstacle cannot be destroyed.
     nothing = np.full(len(batch.start), np.nan, np.float32)
     levels = Levels(
@@ -114,6 +103,23 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
             )
         levels = jax.tree.map(lambda array: array[is_kept], levels)
     return jax.tree.map(jnp.asarray, levels)
+
+
+def _as_batch(tasks: Task | Sequence[Task]) -> Task:
+    """Returns one batch of the tasks; TypeError or ValueError where they are none."""
+    tasks = tasks if isinstance(tasks, Task | jax.Array | np.ndarray) else list(tasks)
+    if not isinstance(tasks, Task) and not all(isinstance(task, Task) for task in tasks):
+        raise TypeError(
+            "tasks must be a Task or a list of them, as make_task makes, got"
+            f" {type(tasks).__name__}"
+        )
+    batch = tasks if isinstance(tasks, Task) else stack(tasks)
+    if np.ndim(batch.labels) != 4:
+        raise ValueError(
+            f"labels have shape {list(np.shape(batch.labels))}, not [N, L, H, W]: "
+            "give a list of tasks, [task] for one, or one batch made with stack"
+        )
+    return batch
 
 
 def to_tasks(levels: Levels) -> Task:

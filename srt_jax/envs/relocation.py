@@ -117,7 +117,7 @@ class SmartRelocation:
     @functools.partial(jax.jit, static_argnames=("self",))
     def reset(self, key: Array, params: EnvParams | None = None) -> tuple[Array, EnvState]:
         """Returns the first observation and state of an episode on a level drawn by `key`."""
-        return self.reset_env(key, self._filled(params))
+        return self.reset_env(key, self._params_or_default(params))
 
     @functools.partial(jax.jit, static_argnames=("self",))
     def step(
@@ -131,8 +131,8 @@ class SmartRelocation:
         terminated, truncated, discount (0 where terminated), success, length, removal, and regret,
         the oracle's score less the episode's so far (NaN on levels without oracle).
         """
-        params = self._filled(params)
-        stepped, reward, terminated, info = self._moved(state, action, params)
+        params = self._params_or_default(params)
+        stepped, reward, terminated, info = self._move(state, action, params)
         truncated = self.is_truncated(stepped, params)
         is_over = jnp.asarray(terminated | truncated)
         fresh = self._fresh(key, params)
@@ -149,7 +149,7 @@ class SmartRelocation:
         used: steps are certain.
         """
         del key
-        stepped, reward, terminated, info = self._moved(state, action, params)
+        stepped, reward, terminated, info = self._move(state, action, params)
         return self.get_obs(stepped, params), stepped, reward, terminated, info
 
     def reset_env(self, key: Array, params: EnvParams) -> tuple[Array, EnvState]:
@@ -227,10 +227,10 @@ class SmartRelocation:
         """Returns a picture, uint8 [rows, cols, 3] (`srt_jax.envs.render`)."""
         return render(state, params.levels)
 
-    def _filled(self, params: EnvParams | None) -> EnvParams:
+    def _params_or_default(self, params: EnvParams | None) -> EnvParams:
         return self.default_params if params is None else params
 
-    def _moved(
+    def _move(
         self, state: EnvState, action: Array, params: EnvParams
     ) -> tuple[EnvState, Array, Array, dict[str, Array]]:
         """Returns the next state, its reward, whether it is the goal, and the entries of info."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srt_jax.formats.containers.arrays import read_arrays
-from srt_jax.formats.files import PathLike, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE, Task
 
 _FIELDS = {
@@ -55,7 +55,7 @@ def write_batch(
     if optimum is not None:
         arrays["optimum"] = np.asarray(optimum, np.float32)
     _checked(str(path), arrays)
-    with written(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         np.savez_compressed(file, **arrays)
 
 

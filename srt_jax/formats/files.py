@@ -7,10 +7,10 @@ from typing import Any
 
 from sign_model.ground.files import MOST_BYTES, PathLike
 from sign_model.ground.files import FileError as FileError
+from sign_model.ground.files import atomic_write as atomic_write
 from sign_model.ground.files import draft_of as draft_of
 from sign_model.ground.files import read_bytes as _read_bytes
 from sign_model.ground.files import require_regular as require_regular
-from sign_model.ground.files import written as written
 
 
 def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:
@@ -49,12 +49,13 @@ def plain_reason(error: BaseException) -> str:
     return reason[:300] or type(error).__name__
 
 
-def needed(module: str, *, extra: str, what: str) -> Any:
+def require_module(module: str, *, extra: str, what: str) -> Any:
     """Returns a module that is not part of the core; ImportError with the command that installs it
     where it is absent.
 
     Args:
-      extra: of this package, which brings it. what: asks for it, such as "reading OpenStreetMap".
+      extra: of this package, which brings it.
+      what: the job that needs it, such as "reading OpenStreetMap".
     """
     try:
         return importlib.import_module(module)

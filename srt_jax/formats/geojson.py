@@ -16,7 +16,7 @@ import numpy as np
 
 from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import read_json
-from srt_jax.formats.files import PathLike, written
+from srt_jax.formats.files import PathLike, atomic_write
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.coordinate_systems import from_web_map, unit_of
 from srt_jax.formats.outlines.geometry import (
@@ -115,7 +115,7 @@ def write_geojson(path: PathLike, place: Place) -> None:
     features = ",\n".join(
         json.dumps(_feature(obstacle), ensure_ascii=False) for obstacle in place.obstacles
     )
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(f"{head}\n{features}\n]}}\n")
 
 
@@ -295,19 +295,7 @@ def _parts_of(geometry: Any, called: str, notes: Notes) -> tuple[list[list[Any]]
         raise ValueError(f"{called}: a geometry must be an object with a type")
     kind, coordinates = geometry["type"], geometry.get("coordinates")
     if kind == "GeometryCollection":
-        geometries = geometry.get("geometries")
-        if geometries is not None and not isinstance(geometries, list):
-            raise ValueError(
-                f"{called}: the geometries of a GeometryCollection must be a list, got"
-                f" {geometries!r}"
-            )
-        there = [one for one in geometries or [] if one is not None and one != {}]
-        num_empty = len(geometries) - len(there) if geometries else 1
-        notes.add(NO_PART, num_empty, example=called)
-        apart = [_parts_of(one, called, notes) for one in there]
-        return [polygon for polygons, _ in apart for polygon in polygons], [
-            line for _, lines in apart for line in lines
-        ]
+        return _parts_of_all(geometry.get("geometries"), called, notes)
     if kind in ("Point", "MultiPoint"):
         notes.add(POINTLESS, example=called)
         return [], []
@@ -334,6 +322,21 @@ def _parts_of(geometry: Any, called: str, notes: Notes) -> tuple[list[list[Any]]
         notes.add(NO_PART, len(part) - len(rings), example=called)
         polygons.append(rings)
     return polygons, []
+
+
+def _parts_of_all(geometries: Any, called: str, notes: Notes) -> tuple[list[list[Any]], list[Any]]:
+    """Returns the polygons and the lines of a collection of geometries."""
+    if geometries is not None and not isinstance(geometries, list):
+        raise ValueError(
+            f"{called}: the geometries of a GeometryCollection must be a list, got {geometries!r}"
+        )
+    there = [one for one in geometries or [] if one is not None and one != {}]
+    num_empty = len(geometries) - len(there) if geometries else 1
+    notes.add(NO_PART, num_empty, example=called)
+    apart = [_parts_of(one, called, notes) for one in there]
+    return [polygon for polygons, _ in apart for polygon in polygons], [
+        line for _, lines in apart for line in lines
+    ]
 
 
 def _all_points(given: Sequence[_Given], notes: Notes) -> tuple[np.ndarray, list[int]]:
@@ -410,7 +413,8 @@ def _number(value: Any, called: str) -> float:
         raise ValueError(f"{called}: NaN is no coordinate: numbers must be finite")
     if math.isinf(number):
         raise ValueError(
-            f"{called}: coordinates must be finite, and {str(value)[:20]} is too large for one"
+            f"{called}: coordinates must be finite: one is infinite, or has so many digits that it"
+            " counts as infinite"
         )
     return number
 

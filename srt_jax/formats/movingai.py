@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, read_lines, written
+from srt_jax.formats.files import PathLike, atomic_write, read_lines
 from srt_jax.formats.gridmap import MOST_DIGITS, require_size
 from srt_jax.formats.notes import Notes
 
@@ -95,7 +95,7 @@ def scaled(free: np.ndarray, height: int, width: int) -> np.ndarray:
     """Returns a map, bool [H, W], of another size: each cell is the old one at its place, from the
     upper left corner.
 
-    Where a row of a scenario has another width or height than its map, the format asks for this.
+    Where a row of a scenario has another width or height than its map, the format requires this.
     """
     if free.shape == (height, width):
         return free
@@ -115,7 +115,7 @@ def write_map(path: PathLike, free: np.ndarray) -> None:
         raise ValueError(f"free must have shape [H, W] with no empty side, got {list(free.shape)}")
     height, width = free.shape
     rows = "\n".join("".join(row) for row in np.where(free, ".", "@").tolist())
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write(f"type octile\nheight {height}\nwidth {width}\nmap\n{rows}\n")
 
 
@@ -139,7 +139,7 @@ def read_scen(path: PathLike) -> list[ScenRow]:
 
 def write_scen(path: PathLike, rows: Iterable[ScenRow]) -> None:
     """Writes rows as a `.scen` file, lengths with all their digits."""
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write("version 1\n")
         for row in rows:
             places = (row.start[1], row.start[0], row.goal[1], row.goal[0])
@@ -206,6 +206,30 @@ def _scen_row(where: str, line: str) -> ScenRow:
             f"{where}: a row has {len(_SCEN_FIELDS)} fields ({', '.join(_SCEN_FIELDS)}), got"
             f" {len(fields)}"
         )
+    numbers = _scen_numbers(where, fields)
+    try:
+        length = float(fields[8])
+    except ValueError:
+        length = np.nan
+    if not 0 <= length < np.inf:
+        raise ValueError(
+            f"{where}: the optimal length must be a number, not negative, got {fields[8][:20]!r}"
+        )
+    return ScenRow(
+        bucket=numbers["bucket"],
+        map_name=fields[1].strip().replace("\\", "/").rsplit("/", 1)[-1],
+        width=numbers["width"],
+        height=numbers["height"],
+        start=(numbers["start y"], numbers["start x"]),
+        goal=(numbers["goal y"], numbers["goal x"]),
+        length=length,
+    )
+
+
+def _scen_numbers(where: str, fields: list[str]) -> dict[str, int]:
+    """Returns the whole numbers of a row by the names of its fields; start and goal lie inside the
+    map.
+    """
     numbers = {}
     for name, field in zip(_SCEN_FIELDS, fields):
         if name not in ("map", "optimal length"):
@@ -225,20 +249,4 @@ def _scen_row(where: str, line: str) -> ScenRow:
             raise ValueError(
                 f"{where}: {name} is {numbers[name]}, outside a map of {side} {numbers[side]}"
             )
-    try:
-        length = float(fields[8])
-    except ValueError:
-        length = np.nan
-    if not 0 <= length < np.inf:
-        raise ValueError(
-            f"{where}: the optimal length must be a number, not negative, got {fields[8][:20]!r}"
-        )
-    return ScenRow(
-        bucket=numbers["bucket"],
-        map_name=fields[1].strip().replace("\\", "/").rsplit("/", 1)[-1],
-        width=numbers["width"],
-        height=numbers["height"],
-        start=(numbers["start y"], numbers["start x"]),
-        goal=(numbers["goal y"], numbers["goal x"]),
-        length=length,
-    )
+    return numbers

@@ -22,7 +22,7 @@ from srt_jax.geometry.world import World
 
 _CM = 100.0
 _ROOM = 1.001
-"""How much wider than the robot a cell is where nobody asks for more: it must be wider, and need
+"""How much wider than the robot a cell is where no other width is given: it must be wider, and need
 not be much.
 """
 _KINDS = {"wall": False, "movable": True}

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.containers.packed import require_packing
 from srt_jax.formats.files import PathLike, require_regular
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
@@ -72,7 +71,6 @@ def read_osm(
     rules = default_rules() if rules is None else tuple(rules)
     notes = Notes() if notes is None else notes
     require_regular(path, what="OpenStreetMap extract")
-    require_packing(path)
     objects = read_objects(path, {rule.key for rule in rules})
     for remark in objects.remarks:
         notes.tell(

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, plain_reason, read_bytes, require_module
 from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
 
@@ -42,8 +42,8 @@ def read_shades(
     Raises:
       ValueError: the file is missing, cut off, or no picture.
     """
-    image_module = needed("PIL.Image", extra="image", what="reading pictures")
-    turn = needed("PIL.ImageOps", extra="image", what="reading pictures").exif_transpose
+    image_module = require_module("PIL.Image", extra="image", what="reading pictures")
+    turn = require_module("PIL.ImageOps", extra="image", what="reading pictures").exif_transpose
     content = read_bytes(path, kind)
     notes = Notes() if notes is None else notes
     try:
@@ -121,7 +121,7 @@ def write_image(path: PathLike, free: np.ndarray) -> None:
     """Writes bool [H, W] as a black and white picture, free white; the ending of the name decides
     its form.
     """
-    image_module = needed("PIL.Image", extra="image", what="writing pictures")
+    image_module = require_module("PIL.Image", extra="image", what="writing pictures")
     ending = "." + str(path).rsplit(".", 1)[-1].lower()
     form = {"jpg": "jpeg", "tif": "tiff", "pgm": "ppm", "pbm": "ppm"}.get(ending[1:], ending[1:])
     if ending not in ENDINGS or form == "jpeg":
@@ -129,7 +129,7 @@ def write_image(path: PathLike, free: np.ndarray) -> None:
             f"{path}: a map is written as a picture without losses: end the name in .png, .pgm,"
             " .bmp or .tif"
         )
-    with written(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         image_module.fromarray(np.where(free, np.uint8(255), np.uint8(0))).save(file, format=form)
 
 

@@ -41,7 +41,7 @@ _FOREIGN = {
 }
 """JSON of other programs, by a text near its beginning, with the remedy."""
 SIZE = 500
-"""Cells a side of a place where nobody asks for others, as in the paper."""
+"""Cells a side of a place where no number is given, as in the paper."""
 
 
 @dataclasses.dataclass(frozen=True)

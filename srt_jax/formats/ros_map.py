@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed, plain_reason, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, plain_reason, read_bytes, require_module
 from srt_jax.formats.gridmap import GridMap, decided
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
@@ -82,7 +82,7 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
     shades = np.where(grid_map.unknown, _UNKNOWN, np.where(grid_map.free, _FREE, _OCCUPIED)).astype(
         np.uint8
     )
-    with written(picture, "wb") as file:
+    with atomic_write(picture, "wb") as file:
         file.write(
             f"P5\n# CREATOR: srt-jax {grid_map.cell_side:.3f} m/pix\n"
             f"{width} {height}\n255\n".encode()
@@ -96,13 +96,13 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
         "negate: 0",
     ]
     lines += [f"{name}: {value}" for name, value in _THRESHOLDS.items()]
-    with written(target) as file:
+    with atomic_write(target) as file:
         file.write("\n".join(lines) + "\n")
 
 
 def _document(path: PathLike) -> Any:
     """Returns the values in a YAML file as texts, lists, objects, and None for null."""
-    yaml = needed("yaml", extra="ros", what="reading ROS maps")
+    yaml = require_module("yaml", extra="ros", what="reading ROS maps")
     content = read_bytes(path, "ROS map", most=_MOST_BYTES)
     # its reader takes time by the square of their number
     if content.count(b"[") + content.count(b"{") > _MOST_BRACKETS:
@@ -138,26 +138,8 @@ def _value(yaml: Any, node: Any, depth: int) -> Any:
 
 
 def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
-    if not isinstance(document, dict):
-        raise ValueError(
-            f"{path}: no ROS map: a YAML file with {', '.join((*_REQUIRED, *_DEFAULTS))}"
-        )
-    unknown = [name for name in document if name not in _KNOWN]
-    given = {name: value for name, value in document.items() if value is not None}
-    for name in _REQUIRED:
-        if name not in given:
-            others = f"; {', '.join(unknown)} is not known" if unknown else ""
-            raise ValueError(
-                f"{path}: the map lacks {name!r}: it has"
-                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{others}"
-            )
-    notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
-    for name, value in _DEFAULTS.items():
-        if name not in given:
-            notes.tell(f"the map lacks {name}: taken as {value}")
-    fields: dict[str, Any] = (
-        {"mode": "trinary"} | _DEFAULTS | {name: given[name] for name in _KNOWN if name in given}
-    )
+    """Returns every member by its name, each of its kind and within its range."""
+    fields = _members(path, document, notes)
     if not isinstance(fields["image"], str) or not fields["image"].strip():
         raise ValueError(f"{path}: image must be the name of a picture, got {fields['image']!r}")
     mode = fields["mode"]
@@ -182,6 +164,28 @@ def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
             f" {fields['free_thresh']:g} and {fields['occupied_thresh']:g}"
         )
     return fields
+
+
+def _members(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
+    """Returns the members as they are written, with the defaults of those that are not there."""
+    if not isinstance(document, dict):
+        raise ValueError(
+            f"{path}: no ROS map: a YAML file with {', '.join((*_REQUIRED, *_DEFAULTS))}"
+        )
+    unknown = [name for name in document if name not in _KNOWN]
+    given = {name: value for name, value in document.items() if value is not None}
+    for name in _REQUIRED:
+        if name not in given:
+            others = f"; {', '.join(unknown)} is not known" if unknown else ""
+            raise ValueError(
+                f"{path}: the map lacks {name!r}: it has"
+                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{others}"
+            )
+    notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
+    for name, value in _DEFAULTS.items():
+        if name not in given:
+            notes.tell(f"the map lacks {name}: taken as {value}")
+    return {"mode": "trinary"} | _DEFAULTS | {name: given[name] for name in _KNOWN if name in given}
 
 
 def _flag(path: PathLike, value: Any) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 
 from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import fields_of, read_json
-from srt_jax.formats.files import PathLike, written
+from srt_jax.formats.files import PathLike, atomic_write
 from srt_jax.geometry.rings import Parts, as_rings, conflicts
 from srt_jax.geometry.world import Obstacle, World
 
@@ -42,14 +42,14 @@ def write_world(path: PathLike, world: World) -> None:
     }
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
     obstacles = ",\n    ".join(
-        json.dumps(_written(obstacle), ensure_ascii=False) for obstacle in world.obstacles
+        json.dumps(_as_json(obstacle), ensure_ascii=False) for obstacle in world.obstacles
     )
     lines.append('  "obstacles": [' + (f"\n    {obstacles}\n  ]" if obstacles else "]"))
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write("{\n" + ",\n".join(lines) + "\n}\n")
 
 
-def _written(obstacle: Obstacle) -> dict[str, Any]:
+def _as_json(obstacle: Obstacle) -> dict[str, Any]:
     shape = (
         {"polygon": obstacle.parts[0]}
         if len(obstacle.parts) == 1

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from srt_jax.formats.containers.xml_text import read_xml
-from srt_jax.formats.files import PathLike, written
+from srt_jax.formats.files import PathLike, atomic_write
 from srt_jax.formats.gridmap import MOST_DIGITS, GridMap, decided, require_size
 from srt_jax.formats.notes import Notes
 
@@ -24,7 +24,7 @@ def read_xml_map(path: PathLike, *, notes: Notes | None = None) -> GridMap:
     """Returns the map in a file, with start and goal where it names both.
 
     Args:
-      notes: receives whether the file asks for moves other than ours, and how many cells are
+      notes: receives whether the file requests moves other than ours, and how many cells are
         neither 0 nor 1.
 
     Raises:
@@ -50,7 +50,7 @@ def read_xml_map(path: PathLike, *, notes: Notes | None = None) -> GridMap:
         theirs = (root.findtext(f"algorithm/{name}") or ours).strip().lower()
         if {"1": "true", "0": "false"}.get(theirs, theirs) != ours:
             notes.tell(
-                f"the file asks for {name} = {theirs}; moves here go in eight directions and cut no"
+                f"the file requests {name} = {theirs}; moves here go in eight directions and cut no"
                 " corner"
             )
     return GridMap(
@@ -86,7 +86,7 @@ def write_xml_map(path: PathLike, grid_map: GridMap) -> None:
     ]
     search = [f"        <{name}>{value}</{name}>" for name, value in algorithm.items()]
     lines = ["    <map>", *head, "        <grid>", *rows, "        </grid>", "    </map>"]
-    with written(path) as file:
+    with atomic_write(path) as file:
         file.write('<?xml version="1.0" encoding="UTF-8" ?>\n<root>\n')
         file.write(
             "\n".join([*lines, "    <algorithm>", *search, "    </algorithm>", "</root>"]) + "\n"

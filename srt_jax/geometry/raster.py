@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, for_products, points_of
+from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, points_of
 from srt_jax.geometry.scanlines import Edges, cells_of, centred_spans, touched_spans
 from srt_jax.geometry.world import Obstacle, World, as_bounds
 from srt_jax.task import make_task
@@ -238,17 +238,7 @@ def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:
         np.where(is_down, steps, steps[successor]),
         np.where(is_down, steps[successor], steps),
     )
-    dx, dy = np.abs(head - tail).astype(np.float64).T
-    # no less than the exact one, for all its rounding
-    largest = int((dy * (cell + dx)).max(initial=0) * (1 + 1e-9)) + 1
-    return Edges(
-        for_products(tail, largest),
-        for_products(head, largest),
-        np.repeat(owner, sizes),
-        cell,
-        grid.height,
-        grid.width,
-    )
+    return Edges(tail, head, np.repeat(owner, sizes), cell, grid.height, grid.width)
 
 
 def _reach_the_grid(steps: np.ndarray, sizes: np.ndarray, extent: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Closed rings of points and whether they bound a polygon, decided exactly.
 
-Points are in metres and are taken to the nearest nanometre; from there on all arithmetic is in
-whole numbers, so that no answer hangs on rounding. Python's own integers step in where a product
-might not fit into 64 bits.
+Points are in metres and are taken to the nearest nanometre; from there on all is decided
+in whole numbers, so that no answer depends on rounding. Floats may decide first, where they are
+farther from a tie than they can be off; the few that are not are decided by Python's integers.
 """
 
 import itertools
@@ -19,6 +19,8 @@ _FINEST_METRES = 9e6
 """Farther out float64 is coarser than a nanometre, and there is nothing to round."""
 _MAX_PAIRS = 1 << 20
 """Pairs of edges held in memory at once."""
+_ROUNDING = 2.0**-50
+"""By which share a sum of two products of float64 may be off, no less."""
 _FEW = 16
 """Edges of an owner of which all pairs are looked at."""
 
@@ -63,13 +65,6 @@ def _to_nanometres(metres: np.ndarray) -> np.ndarray:
 def as_units(metres: ArrayLike) -> np.ndarray:
     """Returns metres as whole nanometres, int64 of the same shape."""
     return np.rint(np.asarray(metres, np.float64) * UNITS_PER_METRE).astype(np.int64)
-
-
-def for_products(values: np.ndarray, largest: int) -> np.ndarray:
-    """Returns int64 `values` as they are if `largest`, the largest number they will lead to, fits;
-    else as Python integers.
-    """
-    return values if largest < 2**62 else values.astype(object)
 
 
 def as_ring(name: str, points: ArrayLike) -> Ring:
@@ -191,20 +186,17 @@ def _crossings(many: Sequence[Parts]) -> dict[int, str]:
     ends = np.cumsum(sizes)
     next_edge = np.arange(1, len(tails) + 1)
     next_edge[ends - 1] = ends - sizes
-    # Relative to a corner of the obstacle the products of the test stay exact.
+    # Relative to a corner of the obstacle the numbers are small, and floats decide most.
     origin = np.minimum.reduceat(tails, np.flatnonzero(np.diff(owner, prepend=-1)), axis=0)[
         np.unique(owner, return_inverse=True)[1]
     ]
-    extent = int((tails - origin).max())
-    tails = for_products(tails - origin, 2 * extent * extent)
+    tails = tails - origin
     heads = tails[next_edge]
     # Only edges whose boxes meet are compared; the first wrong pair of an obstacle is kept.
     found: dict[int, str] = {}
     for a, b in _close_pairs(np.minimum(tails, heads), np.maximum(tails, heads), owner):
-        is_neighbour = (next_edge[a] == b) | (next_edge[b] == a)
-        for wrong in _wrong_pairs(
-            tails, heads, a, b, ring_of[a] == ring_of[b], is_neighbour
-        ).tolist():
+        is_same_ring = ring_of[a] == ring_of[b]
+        for wrong in _wrong_pairs(tails, heads, a, b, is_same_ring, next_edge).tolist():
             first, second = a[wrong], b[wrong]
             others = (
                 "itself"
@@ -276,27 +268,67 @@ def _swept_pairs(
         first = last
 
 
-def _wrong_pairs(tails, heads, a, b, is_same_ring, is_adjacent) -> np.ndarray:
+def _wrong_pairs(
+    tails: np.ndarray,
+    heads: np.ndarray,
+    a: np.ndarray,
+    b: np.ndarray,
+    is_same_ring: np.ndarray,
+    next_edge: np.ndarray,
+) -> np.ndarray:
     """Returns the places in the pairs (a, b) of edges that meet as they must not; their bounding
     boxes do meet.
     """
-    sides = [_side(tails[a], heads[a], tails[b]), _side(tails[a], heads[a], heads[b])]
-    sides += [_side(tails[b], heads[b], tails[a]), _side(tails[b], heads[b], heads[a])]
-    meets = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
-    crosses = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
+    is_wrong = np.zeros(len(a), bool)
+    # Most pairs are an edge and the next one. They share a point and are wrong only where the one
+    # runs back along the other: on one line, and so by one product.
+    is_before, is_after = next_edge[a] == b, next_edge[b] == a
+    near = np.flatnonzero(is_before | is_after)
+    other_end = np.where(is_before[near, None], heads[b[near]], tails[b[near]])
+    near = near[_side(tails[a[near]], heads[a[near]], other_end) == 0]
+    is_wrong[near] = _share_a_stretch(tails, heads, a[near], b[near])
+    # The others: on which sides of each edge the ends of the other lie.
+    far = np.flatnonzero(~(is_before | is_after))
+    tail_a, head_a, tail_b, head_b = tails[a[far]], heads[a[far]], tails[b[far]], heads[b[far]]
+    sides = [_side(tail_a, head_a, tail_b), _side(tail_a, head_a, head_b)]
+    sides += [_side(tail_b, head_b, tail_a), _side(tail_b, head_b, head_a)]
+    first, second = sides[0] * sides[1], sides[2] * sides[3]
+    is_wrong[far] = np.where(
+        is_same_ring[far], (first <= 0) & (second <= 0), (first < 0) & (second < 0)
+    )
+    on_one_line = far[~(sides[0] | sides[1] | sides[2] | sides[3]).astype(bool)]
+    is_wrong[on_one_line] |= _share_a_stretch(tails, heads, a[on_one_line], b[on_one_line])
+    return np.flatnonzero(is_wrong)
+
+
+def _share_a_stretch(
+    tails: np.ndarray, heads: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> np.ndarray:
+    """Returns bool [pairs], whether edges a and b on one line have more than a point in common."""
     low = np.maximum(np.minimum(tails[a], heads[a]), np.minimum(tails[b], heads[b]))
     high = np.minimum(np.maximum(tails[a], heads[a]), np.maximum(tails[b], heads[b]))
-    runs_along = (np.stack(sides) == 0).all(axis=0) & (high > low).any(axis=1)
-    return np.flatnonzero(runs_along | np.where(is_same_ring, meets & ~is_adjacent, crosses))
+    return np.any(high > low, axis=1)
 
 
 def _side(tail: np.ndarray, head: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Returns int64 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1
-    to the right, 0 on it.
+    """Returns int8 [...], 1 where `point` lies to the left of the line from `tail` to `head`, -1 to
+    the right, 0 on it.
+
+    Args:
+      tail, head, point: int64 [..., 2], broadcast; their differences fit into 64 bits.
     """
-    along, out = head - tail, point - tail
-    left, right = along[..., 0] * out[..., 1], along[..., 1] * out[..., 0]
-    return (left > right).astype(np.int64) - (left < right).astype(np.int64)
+    along, out = np.broadcast_arrays(head - tail, point - tail)
+    left = along[..., 0].astype(np.float64) * out[..., 1]
+    right = along[..., 1].astype(np.float64) * out[..., 0]
+    gap, size = left - right, np.abs(left) + np.abs(right)
+    side = (gap > 0).astype(np.int8) - (gap < 0).astype(np.int8)
+    # Either product is off by less than 4 roundings; where it is 0, a factor is, and it is exact.
+    tie = (np.abs(gap) <= _ROUNDING * size) & (size > 0)
+    if tie.any():
+        (x, y), (out_x, out_y) = along[tie].astype(object).T, out[tie].astype(object).T
+        left, right = x * out_y, y * out_x
+        side[tie] = (left > right).astype(np.int8) - (left < right).astype(np.int8)
+    return side
 
 
 def _placement_error(parts: Parts) -> str:
@@ -324,10 +356,7 @@ def _where(ring: Ring, around: Ring) -> np.ndarray:
     corners, tails = as_units(ring), 2 * as_units(around)
     points = np.concatenate([2 * corners, corners + np.roll(corners, -1, axis=0)])
     origin = np.minimum(points.min(axis=0), tails.min(axis=0))
-    extent = int(max((points - origin).max(), (tails - origin).max()))
-    points, tails = (
-        for_products(values - origin, 2 * extent * extent) for values in (points, tails)
-    )
+    points, tails = points - origin, tails - origin
     heads, points = np.roll(tails, -1, axis=0), points[:, None]
     side = _side(tails, heads, points)
     low, high = np.minimum(tails, heads), np.maximum(tails, heads)

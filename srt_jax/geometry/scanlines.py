@@ -10,12 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+_FITS = 2.0**62
+"""What products may come to, in floats, such that they and their sums fit into 64 bits."""
+_ROUNDING = 2.0**-49
+"""By which share a quotient of float64 may be off here, no less."""
+
 
 class Edges(NamedTuple):
     """The edges of all rings.
 
-    tail, head: int64 (or Python integers, where a product might exceed 64 bits) [E, 2], (x, y),
-      head.y >= tail.y.
+    tail, head: int64 [E, 2], (x, y), head.y >= tail.y.
     owner: int64 [E].
     cell: the side of a cell in steps, even.
     height, width: number of rows and columns; what lies beyond is left out.
@@ -113,14 +117,40 @@ def _columns(
     at y.
     """
     (dx, dy), low = (edges.head - edges.tail).T, edges.tail[:, 1]
-    # The whole cells go first, so that the products stay small; and what is an edge's own is
-    # reckoned once, not in every row.
+    # The whole cells go first, so that the products stay small.
     start = edges.tail[:, 0] - shift
     whole, rest = start // edges.cell, start % edges.cell
-    above, below = (rest * dy)[edge] + dx[edge] * (y - low[edge]), (edges.cell * dy)[edge]
-    more = above // below
-    floor = (whole[edge] + more).astype(np.int64, copy=False)
-    return floor, floor + (more * below != above)
+    more, is_whole = _quotients(rest, dx, dy, edges.cell, edge, y - low[edge])
+    floor = whole[edge] + more
+    return floor, floor + ~is_whole
+
+
+def _quotients(
+    rest: np.ndarray, dx: np.ndarray, dy: np.ndarray, cell: int, edge: np.ndarray, down: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns floor((rest * dy + dx * down) / (cell * dy)), int64 [N], and whether that is the
+    quotient itself.
+
+    Args:
+      rest, dx, dy: of every edge, int64 [E], 0 <= rest < cell.
+      edge, down: int64 [N], the edge, not a level one, and how far down it, 0 <= down <= dy.
+    """
+    if (dy.astype(np.float64) * (float(cell) + np.abs(dx))).max(initial=0) < _FITS:
+        # What is an edge's own is reckoned once, not in every row.
+        above, below = (rest * dy)[edge] + dx[edge] * down, (cell * dy)[edge]
+        more = above // below
+        return more, more * below == above
+    # Products exceed 64 bits. Floats decide, but where a whole number is nearer than they are off.
+    as_float = dx / cell
+    quotient = (rest / cell)[edge] + as_float[edge] * (down / dy[edge])
+    most_off = (_ROUNDING * (1 + np.abs(as_float)))[edge]
+    more, is_whole = np.floor(quotient).astype(np.int64), np.zeros(len(edge), bool)
+    tie = np.flatnonzero(np.abs(quotient - np.rint(quotient)) <= most_off)
+    rest, dx, dy = (values[edge[tie]].astype(object) for values in (rest, dx, dy))
+    above, below = rest * dy + dx * down[tie].astype(object), cell * dy
+    more[tie] = above // below
+    is_whole[tie] = above % below == 0
+    return more, is_whole
 
 
 def _rows(edges: Edges, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

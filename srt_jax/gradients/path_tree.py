@@ -243,8 +243,8 @@ def _add_in_order(tree: Array, num_children: Array, field: Array, downwards: boo
 
 
 class _Listing(NamedTuple):
-    """cell, ahead: uint32 [], the cell in work, and the one in row order to go on from; num: uint32
-    [], cells listed; order: uint32 [N + 1]; waiting: uint8 [N], children not yet listed, 255 once
+    """cell, ahead: uint32 [], the cell in work, and the next one in row order; num: uint32 [],
+    cells listed; order: uint32 [N + 1]; waiting: uint8 [N], children not yet listed, 255 once
     the cell is listed itself.
     """
 

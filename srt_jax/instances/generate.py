@@ -153,7 +153,7 @@ def _cut_off(
     """A base map with a blocker; unsolvable where that is `fixed`."""
     labels, start, goal = _based(height, width, rng)
     labels, blocker = block(labels, start, goal, kind)
-    flags, costs = _drawn(blocker + 1, rng)
+    flags, costs = _draw_flags_and_costs(blocker + 1, rng)
     flags[blocker] = not fixed
     return _task(labels, start, goal, flags, costs), (
         float("inf") if fixed else float(costs[blocker])
@@ -175,14 +175,14 @@ def _patched(height: int, width: int, rng: Random) -> tuple[Task, float]:
     labels, start, goal = _based(height, width, rng)
     labels, blocker = block(labels, start, goal, str(rng.choice(["half", "quarter"])))
     labels = np.where(labels[0] == FREE, labels[-1], labels[0])
-    flags, costs = _drawn(blocker + 1, rng)
+    flags, costs = _draw_flags_and_costs(blocker + 1, rng)
     return _task(labels, start, goal, flags, costs), float("nan")
 
 
 def _open(height: int, width: int, rng: Random) -> tuple[Task, float]:
     """A task with a path."""
     labels, start, goal = _based(height, width, rng)
-    return _task(labels, start, goal, *_drawn(int(labels.max()) + 1, rng)), 0.0
+    return _task(labels, start, goal, *_draw_flags_and_costs(int(labels.max()) + 1, rng)), 0.0
 
 
 def _covered(height: int, width: int, rng: Random, *, end: str) -> tuple[Task, float]:
@@ -199,7 +199,7 @@ def _covered(height: int, width: int, rng: Random, *, end: str) -> tuple[Task, f
             known + i
         )
         labels = np.concatenate([labels, layer])
-    flags, costs = _drawn(known + number, rng)
+    flags, costs = _draw_flags_and_costs(known + number, rng)
     is_solvable = end == "goal" and flags[known:].all()
     return _task(labels, start, goal, flags, costs), (
         float(costs[known:].sum()) if is_solvable else float("inf")
@@ -218,7 +218,8 @@ def _noise_in_parts(height: int, width: int, rng: Random) -> tuple[Task, float]:
     cells = np.argwhere(free)
     start, goal = cells[rng.integers(len(cells) // 4)], cells[-1 - rng.integers(len(cells) // 4)]
     labels = np.where(free, FREE, tiles).astype(np.int32)
-    return _task(labels, start, goal, *_drawn(int(tiles.max()) + 1, rng)), float("nan")
+    flags_and_costs = _draw_flags_and_costs(int(tiles.max()) + 1, rng)
+    return _task(labels, start, goal, *flags_and_costs), float("nan")
 
 
 def _rooms(height: int, width: int, rng: Random) -> tuple[Task, float]:
@@ -282,7 +283,7 @@ def _rings(height: int, width: int, rng: Random, *, boxed: str = "goal") -> tupl
     )
 
 
-def _drawn(number: int, rng: Random) -> tuple[np.ndarray, np.ndarray]:
+def _draw_flags_and_costs(number: int, rng: Random) -> tuple[np.ndarray, np.ndarray]:
     """Returns flags bool [number], about two thirds destroyable or all, and costs float32 [number],
     some of COSTS or all 1.
     """

@@ -13,7 +13,7 @@ from tests.helpers.odd import refusals
 TASKS = {
     "open": (np.ones((4, 6), bool), True),
     "walled": (np.arange(24).reshape(4, 6) % 6 != 3, True),
-    "firm": (np.arange(24).reshape(4, 6) % 6 != 3, False),
+    "indestructible": (np.arange(24).reshape(4, 6) % 6 != 3, False),
 }
 
 
@@ -27,7 +27,7 @@ def records():
 
 
 def test_a_record_holds_the_plan_with_where_each_step_ends_and_the_proof(records):
-    is_open, walled, firm = records
+    is_open, walled, fixed = records
     assert (
         is_open["plan"] == [["relocate", None, len(is_open["cells"]) - 1]]
         and is_open["separating"] == []
@@ -37,7 +37,7 @@ def test_a_record_holds_the_plan_with_where_each_step_ends_and_the_proof(records
         walled["plan"] == [["approach", 0, at], ["destroy", 0, at], ["pass", 0, last]]
         and walled["separating"] == []
     )
-    assert firm["plan"] == [] and firm["separating"] == firm["blocking"] == [0]
+    assert fixed["plan"] == [] and fixed["separating"] == fixed["blocking"] == [0]
 
 
 @pytest.mark.parametrize("ending", [".json", ".parquet"])

@@ -9,19 +9,19 @@ from srt_jax.bench import plan
 
 def test_a_row_of_random_tasks_counts_what_it_says(monkeypatch):
     monkeypatch.setattr(plan, "_SECONDS_A_ROW", 0.0)
-    told = []
-    row = plan._throughput(4, 12, LANDMARKS, told.append)
+    lines = []
+    row = plan._throughput(4, 12, LANDMARKS, lines.append)
     assert (
         row["solved"] == 1
         and 1 <= row["ratio"] < 1.2
         and row["tasks_a_second"] > 0
-        and len(told) == 1
+        and len(lines) == 1
     )
 
 
 def test_known_optima_are_read_with_their_tasks(shared_data, monkeypatch):
-    told = []
-    rows = list(plan._known_optima(shared_data / "pddl", LANDMARKS, True, told.append))
+    lines = []
+    rows = list(plan._known_optima(shared_data / "pddl", LANDMARKS, True, lines.append))
     assert [(row["domain"], row["sign"]) for row in rows[:2]] == [
         ("blocks", "unlearned"),
         ("blocks", "learned"),

@@ -90,11 +90,11 @@ def test_solve_is_measured_beside_them_and_agrees():
         "authors_ms": solve.AUTHORS_MS,
         "rows": [absent],
     }
-    told = solve.table(result)
+    text = solve.table(result)
     assert (
-        "SciPy: not installed" in told
-        and "the authors' C++ planner, 240 ms" in told
-        and "(bar" not in told
+        "SciPy: not installed" in text
+        and "the authors' C++ planner, 240 ms" in text
+        and "(bar" not in text
     )
 
 
@@ -114,10 +114,10 @@ def test_medians_come_with_quartiles_and_machines_with_versions():
     }
     assert np.isnan(machine.spread([])["median"])
     facts = machine.machine("numpy", "no-such-package")
-    assert facts["packages"]["no-such-package"] is None and "no-such-package" not in machine.told(
-        facts
-    )
-    assert f"numpy {np.__version__}" in machine.told(facts)
+    assert facts["packages"][
+        "no-such-package"
+    ] is None and "no-such-package" not in machine.machine_line(facts)
+    assert f"numpy {np.__version__}" in machine.machine_line(facts)
 
 
 def test_the_table_of_learning_names_what_is_absent():
@@ -133,5 +133,5 @@ def test_the_table_of_learning_names_what_is_absent():
             "seconds": 3.0,
         }
     ]
-    told = learning.table({"machine": machine.machine(), "rows": rows, "signs": signs})
-    assert "SciPy          not installed" in told and "learned in 3.0 s" in told
+    text = learning.table({"machine": machine.machine(), "rows": rows, "signs": signs})
+    assert "SciPy          not installed" in text and "learned in 3.0 s" in text

@@ -127,8 +127,10 @@ def test_a_scenario_is_recomputed_row_by_row(here, capsys):
     ]
     (here / "walled.map.scen").write_text("\n".join(rows))
     code, out, _ = printed(capsys, "scen", "walled.map.scen", "--map", "walled.map", "--json")
-    told = json.loads(out)
-    assert (code, told["rows"], told["matches"]) == (0, 2, 2) and told["max_relative_error"] < 1e-6
+    answer = json.loads(out)
+    assert (code, answer["rows"], answer["matches"]) == (0, 2, 2) and answer[
+        "max_relative_error"
+    ] < 1e-6
     (here / "walled.map.scen").write_text("\n".join(rows).replace("4.41421356", "4.2"))
     assert printed(capsys, "scen", "walled.map.scen")[0] == 1
     assert printed(capsys, "scen", "walled.map.scen", "--limit", "0")[0] == 2
@@ -189,19 +191,19 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_is_refused_in_one_line_with_exit_code_two(here, capsys, case):
-    name, content, told = BAD[case]
+    name, content, message = BAD[case]
     if content is not None:
         (here / name).write_text(content)
     before = sorted(here.iterdir())
     ends = ("--start", "0,0", "--goal", "3,5") if name.endswith(".map") else ()
     code, out, err = printed(capsys, "solve", name, *ends, "--out", "answers")
     assert (code, out) == (2, "")
-    assert err.count("\n") == 1 and err.startswith("srt-jax: error: ") and told in err
+    assert err.count("\n") == 1 and err.startswith("srt-jax: error: ") and message in err
     assert sorted(here.iterdir()) == before
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["solve", "walled.map"], "--start"),
         (["solve", "walled.map", "--start", "0,2", "--goal", "3,5"], "wall"),
@@ -226,9 +228,9 @@ def test_bad_input_is_refused_in_one_line_with_exit_code_two(here, capsys, case)
         (["generate", "rooms", "--out", "nowhere/b.npz"], "nowhere"),
     ],
 )
-def test_a_slip_in_the_arguments_is_one_line_with_exit_code_two(here, capsys, arguments, told):
+def test_a_slip_in_the_arguments_is_one_line_with_exit_code_two(here, capsys, arguments, message):
     code, out, err = printed(capsys, *arguments)
-    assert (code, out) == (2, "") and err.count("\n") == 1 and told in err
+    assert (code, out) == (2, "") and err.count("\n") == 1 and message in err
     assert [path.name for path in here.iterdir()] == ["walled.map"]
 
 
@@ -259,7 +261,7 @@ def test_a_pddl_task_is_planned_or_proven_to_have_no_plan(here, capsys, planner)
     )
 
 
-def test_a_slip_in_pddl_is_told_with_file_and_line(here, capsys):
+def test_a_slip_in_pddl_is_refused_with_file_and_line(here, capsys):
     (here / "domain.pddl").write_text(SWITCH)
     (here / "p.pddl").write_text(problem_of_switch("(off)", "(warm)").replace("(:goal", "\n(:goal"))
     code, out, err = printed(capsys, "plan", "domain.pddl", "p.pddl")

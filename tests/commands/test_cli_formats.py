@@ -1,4 +1,4 @@
-"""`srt-jax solve` and `srt-jax convert` on files of the outside world: what is told, and bad input
+"""`srt-jax solve` and `srt-jax convert` on files of the outside world: the notes, and bad input
 in one line.
 """
 
@@ -51,15 +51,15 @@ def test_notes_go_to_standard_error_or_into_the_json(here, capsys):
     assert code == 0 and "PATH_EXISTS" in out
     assert err == "srt-jax: note: m.yaml: unknown cells, taken as free: 1\n"
     code, out, err = printed(capsys, "solve", "m.yaml", "--json")
-    told = json.loads(out)
-    assert (code, err, told["tasks"][0]["status"]) == (0, "", "PATH_EXISTS")
-    assert told["notes"][0] == {
+    answer = json.loads(out)
+    assert (code, err, answer["tasks"][0]["status"]) == (0, "", "PATH_EXISTS")
+    assert answer["notes"][0] == {
         "file": "m.yaml",
         "what": "unknown cells, taken as blocked",
         "count": 1,
         "example": "",
     }
-    assert "chosen" in told["notes"][1]["what"]
+    assert "chosen" in answer["notes"][1]["what"]
 
 
 def test_a_town_is_solved_with_its_ends_and_cells_as_asked(here, capsys):
@@ -98,13 +98,20 @@ def test_converting_says_what_is_left_out(here, capsys):
     assert (code, err) == (0, "") and json.loads(out)["tasks"] == 1
     assert (
         printed(
-            capsys, "convert", "town.geojson", "firm.json", "--size", "20", "--destroyable", "none"
+            capsys,
+            "convert",
+            "town.geojson",
+            "fixed.json",
+            "--size",
+            "20",
+            "--destroyable",
+            "none",
         )[0]
         == 0
     )
     assert [
         item["destroyable"]
-        for item in json.loads(pathlib.Path("firm.json").read_text())["obstacles"]
+        for item in json.loads(pathlib.Path("fixed.json").read_text())["obstacles"]
     ] == [False, False]
     code, _, err = printed(capsys, "convert", "town.geojson", "x.geojson", "--block", "half")
     assert code == 2 and "only cells" in err
@@ -125,7 +132,7 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 @pytest.mark.parametrize("command", ["solve", "convert"])
 def test_bad_files_are_one_line_with_exit_code_two(here, capsys, command, name):
-    content, told = BAD[name]
+    content, message = BAD[name]
     if "osm" in name:
         pytest.importorskip("osmium")
     (here / name).write_bytes(content)
@@ -133,18 +140,18 @@ def test_bad_files_are_one_line_with_exit_code_two(here, capsys, command, name):
     assert (
         (code, out) == (2, "")
         and err.count("\n") == 1
-        and told in err
+        and message in err
         and err.startswith(f"srt-jax: error: {name}")
     )
     assert not (here / "out.npz").exists()
 
 
 @pytest.mark.parametrize(
-    ("name", "told"), [("x.csv", "'.csv'"), ("nowhere/x.json", "no folder nowhere")]
+    ("name", "message"), [("x.csv", "'.csv'"), ("nowhere/x.json", "no folder nowhere")]
 )
-def test_answers_that_could_not_be_kept_are_refused_before_solving(here, capsys, name, told):
+def test_answers_that_could_not_be_kept_are_refused_before_solving(here, capsys, name, message):
     code, out, err = printed(capsys, "solve", "nofile.map", "--results", name)
-    assert (code, out) == (2, "") and told in err
+    assert (code, out) == (2, "") and message in err
 
 
 def test_help_of_convert_has_an_example(capsys):

@@ -40,7 +40,9 @@ ROWS = [
 @pytest.mark.parametrize("width", [40, 60, 80, 100, 160])
 def test_a_table_is_never_wider_than_the_terminal_nor_breaks_a_line(width):
     text = io.StringIO()
-    Console(file=text, width=width, color_system=None).print(console.fitted(COLUMNS, ROWS, width))
+    Console(file=text, width=width, color_system=None).print(
+        console.fit_table(COLUMNS, ROWS, width)
+    )
     lines = text.getvalue().splitlines()
     assert len(lines) == 4 and max(map(len, lines)) <= width
     assert "task" in lines[0] and "status" in lines[0]
@@ -61,7 +63,7 @@ def shown(monkeypatch, patience, work, quiet=False):
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(console, "_PATIENCE", patience)
     monkeypatch.setenv("TERM", "xterm")
-    with console.counted("solving", 10, quiet=quiet) as progress:
+    with console.show_progress("solving", 10, quiet=quiet) as progress:
         work(progress)
     return terminal.getvalue()
 
@@ -110,7 +112,7 @@ def test_no_command_at_all_prints_the_help_and_no_error(capsys):
     assert "Commands" in out and err == ""
 
 
-def test_the_version_is_told(capsys):
+def test_the_version_is_printed(capsys):
     assert run(["--version"]) == 0
     assert capsys.readouterr().out.startswith("srt-jax 0.")
 

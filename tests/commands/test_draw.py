@@ -34,14 +34,14 @@ def test_one_task_is_drawn_to_the_file_named(name, here, capsys):
 
 def test_many_tasks_fill_a_folder_or_a_sheet(here, capsys):
     assert run(["draw", "b.npz", "--out", "p", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    answer = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert drawn(here / "p") == [
         "contact-sheet.png",
         "half-0000.png",
         "half-0001.png",
         "half-0002.png",
     ]
-    assert len(told["files"]) == 4 and told["tasks"] == ["half-0000", "half-0001", "half-0002"]
+    assert len(answer["files"]) == 4 and answer["tasks"] == ["half-0000", "half-0001", "half-0002"]
     assert run(["draw", "b.npz", "--out", "sheet.png"]) == 0
     assert Image.open(here / "sheet.png").width == 1500
     assert run(["draw", "b.npz", "--out", "s", "--show", "sheet", "--format", "svg"]) == 0
@@ -56,7 +56,7 @@ def test_one_of_many_is_chosen_by_name(here):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["draw", "b.npz", "--out", "all.gif"], "--only"),
         (["draw", "b.npz", "--only", "nobody", "--out", "p"], "half-0000"),
@@ -70,12 +70,12 @@ def test_one_of_many_is_chosen_by_name(here):
         (["draw", "b.npz", "--out", "nowhere/p.gif", "--limit", "1"], "nowhere"),
     ],
 )
-def test_a_slip_is_one_line_and_draws_nothing(here, capsys, arguments, told):
+def test_a_slip_is_one_line_and_draws_nothing(here, capsys, arguments, message):
     before = drawn(here)
     capsys.readouterr()
     code = run(arguments)
     out, err = capsys.readouterr()
-    assert (code, out) == (2, "") and err.count("\n") == 1 and told in err
+    assert (code, out) == (2, "") and err.count("\n") == 1 and message in err
     assert drawn(here) == before
 
 

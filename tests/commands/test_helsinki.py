@@ -12,8 +12,8 @@ def test_the_demo_solves_the_five_blockages_on_a_real_city_and_leaves_the_eviden
     tmp_path, capsys
 ):
     assert run(["demo", "--out", str(tmp_path / "out"), "--pairs", "1"]) == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert "OpenStreetMap contributors" in told and "5 SOLVED" in told
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "OpenStreetMap contributors" in shown and "5 SOLVED" in shown
     pictures = {f"{kind}-0.png" for kind in helsinki.BLOCKAGES}
     pictures |= {"contact-sheet.png"}
     assert {path.name for path in (tmp_path / "out").iterdir()} == pictures | {

@@ -64,9 +64,13 @@ def test_labels_are_what_dijkstra_says_on_the_map_without_the_least_removal():
 def test_the_first_blocker_is_the_obstacle_the_agent_meets_first():
     labels = np.full((5, 9), -1, np.int32)
     labels[:, 3], labels[:, 6] = 0, 1
-    told = label_tasks([make_task(labels, (2, 0), (2, 8))])
-    np.testing.assert_array_equal(told.first_blocker[0], labels == 0)
-    assert told.least_removal[0, :2].all() and told.least_cost[0] == 2 and told.length[0] == 8
+    labelled = label_tasks([make_task(labels, (2, 0), (2, 8))])
+    np.testing.assert_array_equal(labelled.first_blocker[0], labels == 0)
+    assert (
+        labelled.least_removal[0, :2].all()
+        and labelled.least_cost[0] == 2
+        and labelled.length[0] == 8
+    )
 
 
 def test_an_interrupted_data_set_is_finished_to_the_same_bytes(folder, tmp_path):

@@ -32,7 +32,7 @@ def test_the_examples_run_as_written(block, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("page", ["conventions.md"])
-def test_every_status_is_told_with_its_meaning(page):
+def test_every_status_stands_with_its_meaning(page):
     rows = re.findall(
         r"^\| ([A-Z_]+) \| (\d) \| (.*?) \|", (DOCS / page).read_text(), flags=re.MULTILINE
     )

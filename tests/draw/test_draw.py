@@ -148,9 +148,9 @@ def test_badges_keep_clear_of_marks_and_of_each_other(solved):
 
 
 def test_the_legend_names_what_is_there_and_nothing_else(solved):
-    told = {handle.get_label() for handle in handles([scene_of(*solved["open"])])}
-    assert told == {"reached at first", "destroyable obstacle", "start", "goal", "route"}
-    told = {handle.get_label() for handle in handles([scene_of(*solved["two walls"])])}
+    names = {handle.get_label() for handle in handles([scene_of(*solved["open"])])}
+    assert names == {"reached at first", "destroyable obstacle", "start", "goal", "route"}
+    names = {handle.get_label() for handle in handles([scene_of(*solved["two walls"])])}
     assert {
         "seed",
         "contour",
@@ -159,7 +159,7 @@ def test_the_legend_names_what_is_there_and_nothing_else(solved):
         "leg 1",
         "leg 2",
         "leg 3",
-    } < told and "route" not in told
+    } < names and "route" not in names
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])

@@ -28,7 +28,7 @@ def answered():
     open_way = np.where(np.arange(12)[:, None] == 11, -1, labels)
     tasks = [
         NamedTask("wall", make_task(labels, (0, 0), (6, 15))),
-        NamedTask("firm", make_task(labels, (0, 0), (6, 15), destroyable=False)),
+        NamedTask("indestructible", make_task(labels, (0, 0), (6, 15), destroyable=False)),
         NamedTask(NASTY, make_task(open_way, (0, 0), (6, 15))),
         NamedTask("another wall", make_task(labels, (5, 0), (5, 15), removal_cost=2.5)),
         NamedTask("inside", make_task(labels, (0, 8), (6, 15))),
@@ -48,7 +48,7 @@ def test_the_page_holds_everything_and_asks_no_network(answered, tmp_path):
     data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', text, flags=re.DOTALL)[1])
     assert [task["name"] for task in data["tasks"]] == [
         "wall",
-        "firm",
+        "indestructible",
         NASTY,
         "another wall",
         "inside",
@@ -142,10 +142,10 @@ def test_filters_sorting_search_and_details_work_in_a_real_browser(answered, tmp
     write_page(tmp_path / "run.html", *answered, seconds=1.5)
     page = in_browser(tmp_path / "run.html", SCRIPT)
     assert page["title"] == "srt-jax: a run" and page["images"] == 5
-    assert page["first"] == ["wall", "firm", NASTY, "another wall", "inside"]
+    assert page["first"] == ["wall", "indestructible", NASTY, "another wall", "inside"]
     assert page["solved"] == ["wall", "another wall"] and page["pressed"] == ["SOLVED (2)"]
     assert page["blocked"] == ["inside"] and page["count"] == "1 of 5 tasks"
-    assert page["rising"] == [NASTY, "wall", "another wall", "firm", "inside"]
+    assert page["rising"] == [NASTY, "wall", "another wall", "indestructible", "inside"]
     assert page["falling"][:2] == ["another wall", "wall"] and page["sorted"] == ["removal cost ▼"]
     assert page["found"] == ["another wall"] and page["none"] == []
     assert (

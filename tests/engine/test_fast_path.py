@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from sign_model.ground import loops, marks
+from sign_model.ground import marks
 from srt_jax.engine.packing import unpack
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
@@ -175,29 +175,6 @@ def test_the_compiler_takes_every_axis_of_solve_in_every_mode(mode, axis):
     options = {name: value for name, value in axis.items() if name.startswith("max_")}
     task = task_of(**{name: value for name, value in axis.items() if name not in options})
     jax.jit(lambda task: srt_jax.solve(task, mode=mode, **options)).lower(task).compile()
-
-
-@pytest.mark.parametrize("is_marked", [True, False])
-def test_a_total_is_the_same_bits_whatever_zeros_follow(is_marked):
-    values = np.random.default_rng(0).lognormal(0, 5, 3000).astype(np.float32)
-    total = lambda x: jax.jit(marks.compiled_whole(loops.total) if is_marked else loops.total)(x)  # noqa: E731
-    for length in (1, 5, 1024, 1025, 3000):
-        some = values[:length]
-        lanes = np.zeros(1024, np.float32)
-        for first in range(0, length, 1024):
-            lanes[: len(some[first : first + 1024])] += some[first : first + 1024]
-        while len(lanes) > 1:
-            lanes = lanes[: len(lanes) // 2] + lanes[len(lanes) // 2 :]
-        for room in (length, 4096, 5000):
-            assert total(np.pad(some, (0, room - length))) == lanes[0]
-
-
-def test_the_least_of_floats_that_are_not_negative():
-    values = np.array([np.inf, 3.5, 1e-40, 2e38, 1e-45], np.float32)
-    assert [loops.least(values[: i + 1]).item() for i in range(5)] == [
-        values[: i + 1].min().item() for i in range(5)
-    ]
-    assert loops.least(np.append(values, np.float32(0))) == 0
 
 
 def test_obstacles_that_cover_no_cell_change_no_bit_of_the_least_removal():

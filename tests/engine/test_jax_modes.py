@@ -96,8 +96,30 @@ assert all(leaf.devices() == {second} for leaf in jax.tree.leaves(answer)), "sol
 assert srt_jax.reach(ground()[0], (0, 0)).devices() == {jax.devices()[0]}
 """
 
+_MANY_ON_THE_DEFAULT = """
+import jax
+import numpy as np
+import srt_jax
+from srt_jax import many_tasks
+from tests.engine.test_jax_modes import ground
+first, second = jax.devices()
+places = []
+def noted(*args, **options):
+    answer = srt_jax.solve(*args, **options)
+    places.append(answer.num_cells.devices())
+    return answer
+many_tasks.solve = noted
+task = jax.device_put(srt_jax.make_task(ground()[0], (0, 0), (4, 5)), second)
+(answer,) = srt_jax.solve_many([task])
+with jax.default_device(second):
+    (again,) = srt_jax.solve_many([task])
+assert places == [{first}, {second}], places
+for one, other in zip(jax.tree.leaves(answer), jax.tree.leaves(again)):
+    assert isinstance(one, np.ndarray | np.generic) and one.tobytes() == other.tobytes()
+"""
 
-def test_an_input_on_the_second_device_is_answered_there():
+
+def run_on_two_devices(program):
     flags = os.environ.get("XLA_FLAGS", "") + " --xla_force_host_platform_device_count=2"
     env = os.environ | {
         "XLA_FLAGS": flags,
@@ -105,6 +127,14 @@ def test_an_input_on_the_second_device_is_answered_there():
         "PYTHONPATH": str(ROOT),
     }
     done = subprocess.run(
-        [sys.executable, "-c", _ON_THE_SECOND], env=env, cwd=ROOT, capture_output=True, text=True
+        [sys.executable, "-c", program], env=env, cwd=ROOT, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_an_input_on_the_second_device_is_answered_there():
+    run_on_two_devices(_ON_THE_SECOND)
+
+
+def test_many_tasks_are_solved_on_the_default_device_wherever_they_lie():
+    run_on_two_devices(_MANY_ON_THE_DEFAULT)

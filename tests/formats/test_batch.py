@@ -38,7 +38,7 @@ def test_names_and_optimum_may_be_left_out(path):
 
 
 @pytest.mark.parametrize(
-    ("told", "change"),
+    ("message", "change"),
     [
         ("labels must be int32, got float32", {"labels": BATCH.labels.astype(np.float32)}),
         ("labels must be int32, got int64", {"labels": BATCH.labels.astype(np.int64)}),
@@ -71,7 +71,7 @@ def test_names_and_optimum_may_be_left_out(path):
         ("the batch is empty", {}),
     ],
 )
-def test_a_bad_array_is_refused_in_one_sentence(path, told, change):
+def test_a_bad_array_is_refused_in_one_sentence(path, message, change):
     arrays = {name: np.asarray(value) for name, value in BATCH.items()} | change
     if not change:
         arrays = {name: value[:0] for name, value in arrays.items()}
@@ -80,7 +80,7 @@ def test_a_bad_array_is_refused_in_one_sentence(path, told, change):
         read_batch(path)
     assert (
         str(caught.value).startswith(str(path))
-        and told in str(caught.value)
+        and message in str(caught.value)
         and "\n" not in str(caught.value)
     )
 

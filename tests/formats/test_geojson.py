@@ -205,8 +205,8 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_files_are_refused_with_the_place(read, case):
-    text, told = BAD[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = BAD[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text)
     assert "place.geojson" in str(caught.value) and "\n" not in str(caught.value)
 

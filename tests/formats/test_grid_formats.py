@@ -163,12 +163,12 @@ def test_what_is_not_opaque_is_unknown_to_ros_and_colours_are_averaged(here):
     ]
 
 
-def test_turns_and_members_that_are_not_known_are_told(here):
+def test_turns_and_members_that_are_not_known_are_noted(here):
     (here / "m.yaml").write_text(YAML.replace("0.0]", "0.7]") + "colour: blue\n")
     notes = Notes()
     read_ros_map("m.yaml", notes=notes)
-    told = " | ".join(map(str, notes))
-    assert "turn by 0.7 radians is left out" in told and "such as colour" in told
+    noted = " | ".join(map(str, notes))
+    assert "turn by 0.7 radians is left out" in noted and "such as colour" in noted
 
 
 BAD_ROS = {
@@ -198,9 +198,9 @@ BAD_ROS = {
 
 @pytest.mark.parametrize("case", BAD_ROS)
 def test_bad_ros_maps_are_refused_in_one_line(here, case):
-    text, told = BAD_ROS[case]
+    text, message = BAD_ROS[case]
     (here / "m.yaml").write_text(text)
-    with pytest.raises(ValueError, match=told) as caught:
+    with pytest.raises(ValueError, match=message) as caught:
         read_ros_map("m.yaml")
     assert "\n" not in str(caught.value)
 
@@ -255,12 +255,12 @@ def test_bad_pictures_are_refused_in_one_line(here):
     write_image("m.png", np.ones((9, 9), bool))
     assert refusals(read_image, here / "m.png", (here / "m.png").read_bytes(), count=60) > 30
     assert refusals(read_image, here / "m.pgm", pgm(SHADES), count=60) > 10
-    for options, told in (
+    for options, message in (
         ({"threshold": 0}, "threshold"),
         ({"threshold": 256}, "threshold"),
         ({"free": "grey"}, "light or the dark"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             read_image("m.png", **options)
     with pytest.raises(ValueError, match="without losses"):
         write_image("m.jpg", np.ones((2, 2), bool))
@@ -292,7 +292,7 @@ def test_an_xml_map_is_read_back_equal(here):
         assert len(notes) == 0
 
 
-def test_other_moves_and_other_figures_are_told(here):
+def test_other_moves_and_other_figures_are_noted(here):
     (here / "m.xml").write_text(
         XML.replace("<cutcorners>false", "<cutcorners>true").replace(
             "<row>0 0 1 0<", "<row>0 0 5 0<"
@@ -300,8 +300,8 @@ def test_other_moves_and_other_figures_are_told(here):
     )
     notes = Notes()
     assert not read_xml_map("m.xml", notes=notes).free[0, 2]
-    told = " | ".join(map(str, notes))
-    assert "cutcorners = true" in told and "neither 0 nor 1, blocked: 1" in told
+    noted = " | ".join(map(str, notes))
+    assert "cutcorners = true" in noted and "neither 0 nor 1, blocked: 1" in noted
 
 
 def test_an_xml_map_may_lack_its_ends_but_is_not_written_so(here):
@@ -332,9 +332,9 @@ BAD_XML = {
 
 @pytest.mark.parametrize("case", BAD_XML)
 def test_bad_xml_maps_are_refused_in_one_line(here, case):
-    text, told = BAD_XML[case]
+    text, message = BAD_XML[case]
     (here / "m.xml").write_text(text)
-    with pytest.raises(ValueError, match=told) as caught:
+    with pytest.raises(ValueError, match=message) as caught:
         read_xml_map("m.xml")
     assert "\n" not in str(caught.value)
 
@@ -346,7 +346,7 @@ def test_damaged_xml_maps_are_refused_in_one_line(here):
 # --- all of them
 
 
-def test_signs_of_a_benchmark_map_that_others_see_otherwise_are_told(here):
+def test_signs_of_a_benchmark_map_that_others_read_otherwise_are_noted(here):
     (here / "m.map").write_text("type octile\nheight 1\nwidth 4\nmap\n.SW@\n")
     notes = Notes()
     assert read_map("m.map", notes=notes).tolist() == [[True, True, False, False]]

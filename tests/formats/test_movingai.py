@@ -52,7 +52,7 @@ def test_line_ends_trailing_blanks_and_the_order_of_the_header_do_not_matter(fil
 
 
 @pytest.mark.parametrize(
-    ("told", "content"),
+    ("message", "content"),
     [
         (":1: a map starts with", ""),
         (":1: a map starts with", b"\x80\x00\xff" * 30),
@@ -78,15 +78,15 @@ def test_line_ends_trailing_blanks_and_the_order_of_the_header_do_not_matter(fil
         (":5: column 1 holds", HEADER.encode() + b"\xff...\n....\n"),
     ],
 )
-def test_a_bad_map_is_refused_with_file_and_line(file, told, content):
+def test_a_bad_map_is_refused_with_file_and_line(file, message, content):
     path = file(content)
     with pytest.raises(ValueError) as caught:
         read_map(path)
-    assert f"{path}{told}" in str(caught.value) and "\n" not in str(caught.value)
+    assert f"{path}{message}" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("told", "line"),
+    ("message", "line"),
     [
         (":2: a row has 9 fields", "0 a.map 3 3 0 0 1 1"),
         (":2: goal y is 3, outside a map of height 3", "0 a.map 3 3 0 0 1 3 2"),
@@ -97,11 +97,11 @@ def test_a_bad_map_is_refused_with_file_and_line(file, told, content):
         (":2: the optimal length must be a number", "0 a.map 3 3 0 0 1 2 x"),
     ],
 )
-def test_a_bad_scenario_row_is_refused_with_file_and_line(file, told, line):
+def test_a_bad_scenario_row_is_refused_with_file_and_line(file, message, line):
     path = file("version 1\n" + line + "\n")
     with pytest.raises(ValueError) as caught:
         read_scen(path)
-    assert f"{path}{told}" in str(caught.value) and "\n" not in str(caught.value)
+    assert f"{path}{message}" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("content", ["", "version 2\n", "0\ta.map\t3\t3\t0\t0\t1\t1\t1\n"])

@@ -59,14 +59,14 @@ def test_a_scene_is_a_world_in_metres_with_north_up(read):
         read(SCENE, cell_side=0.3)
 
 
-def test_further_robots_and_goals_are_passed_over_and_told(read):
+def test_further_robots_and_goals_are_passed_over_and_noted(read):
     more = SCENE.replace(
         '<goal goal_id="end"/>', '<goal goal_id="end"/><goal goal_id="e2"/>'
     ).replace("</namo_config>", '<agent agent_id="r2"/></namo_config>')
-    told = " | ".join(str(note) for note in read(more)[1])
+    noted = " | ".join(str(note) for note in read(more)[1])
     assert (
-        "robots after the first, passed over: 1, such as r2" in told
-        and "goals after the first, passed over: 1" in told
+        "robots after the first, passed over: 1, such as r2" in noted
+        and "goals after the first, passed over: 1" in noted
     )
 
 
@@ -176,8 +176,8 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_scenes_are_refused_in_one_line(read, case):
-    text, told = BAD[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = BAD[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text)
     assert "scene.svg" in str(caught.value) and "\n" not in str(caught.value)
 

@@ -128,8 +128,8 @@ def test_the_error_names_what_a_ros_map_lacks(here):
     (here / "m.yaml").write_text(yaml_text(occupied_thresh=None, negate=None))
     notes = Notes()
     read_ros_map("m.yaml", notes=notes)
-    told = " | ".join(map(str, notes))
-    assert "lacks occupied_thresh: taken as 0.65" in told and "lacks negate: taken as 0" in told
+    noted = " | ".join(map(str, notes))
+    assert "lacks occupied_thresh: taken as 0.65" in noted and "lacks negate: taken as 0" in noted
 
 
 @pytest.mark.parametrize("value", ["1", "true", "True", "yes", "ON", "'1'"])
@@ -182,9 +182,9 @@ REFUSED_ROS = {
 
 @pytest.mark.parametrize("case", REFUSED_ROS)
 def test_what_map_server_would_not_read_either_is_refused_in_one_line(here, case):
-    text, told = REFUSED_ROS[case]
+    text, message = REFUSED_ROS[case]
     (here / "m.yaml").write_text(text)
-    with pytest.raises(ValueError, match=told) as caught:
+    with pytest.raises(ValueError, match=message) as caught:
         read_ros_map("m.yaml")
     assert "m.yaml" in str(caught.value) and "\n" not in str(caught.value)
 
@@ -273,14 +273,14 @@ def test_pbm_and_pgm_are_read_as_text_and_with_any_white(here):
 
 
 def test_notes_say_how_a_picture_was_converted(here):
-    told = {}
+    found = {}
     for name in ("turned by a half", "a mask of 0 and 1", "floats from 0 to 1"):
         notes = Notes()
         read_image(PICTURES[name](), notes=notes)
-        told[name] = " | ".join(map(str, notes))
-    assert "turned as it says itself" in told["turned by a half"]
-    assert "taken as a mask, 1 is white" in told["a mask of 0 and 1"]
-    assert "floats from 0, black, to 1, white" in told["floats from 0 to 1"]
+        found[name] = " | ".join(map(str, notes))
+    assert "turned as it says itself" in found["turned by a half"]
+    assert "taken as a mask, 1 is white" in found["a mask of 0 and 1"]
+    assert "floats from 0, black, to 1, white" in found["floats from 0 to 1"]
     frames = [Image.fromarray(SHADES), Image.fromarray(255 - SHADES)]
     frames[0].save("two.gif", save_all=True, append_images=frames[1:])
     notes = Notes()
@@ -289,11 +289,11 @@ def test_notes_say_how_a_picture_was_converted(here):
 
 
 @pytest.mark.parametrize(
-    ("shades", "told"), [([[-1.0, 1.0]], "go from -1"), ([[0.0, 1e9]], "go up to")]
+    ("shades", "message"), [([[-1.0, 1.0]], "go from -1"), ([[0.0, 1e9]], "go up to")]
 )
-def test_shades_of_no_known_range_are_refused(here, shades, told):
+def test_shades_of_no_known_range_are_refused(here, shades, message):
     saved("m.tif", np.array(shades, np.float32))
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         read_image("m.tif")
 
 
@@ -396,13 +396,13 @@ def test_rows_are_chosen_by_number_and_by_count(here, capsys):
         assert [name for name, _ in read_tasks("m.scen", reading=how)] == [
             f"m-{number}" for number in expected
         ]
-    for text, told in (
+    for text, message in (
         ("9:", "holds no row: they are numbered 0 to 5"),
         ("3", "two numbers A:B"),
         ("b:c", "two numbers A:B"),
     ):
         code, out, err = printed(capsys, "solve", "m.scen", "--rows", text)
-        assert (code, out) == (2, "") and told in err
+        assert (code, out) == (2, "") and message in err
     assert printed(capsys, "convert", "m.scen", "m.npz", "--rows", "1:5", "--limit", "3")[0] == 0
     assert [name for name, _ in read_tasks("m.npz", reading=Reading(rows=(1, 3)))] == ["m-2", "m-3"]
     code, out, _ = printed(capsys, "scen", "m.scen", "--rows", "1:3", "--json")

@@ -50,17 +50,20 @@ SOLVED_CASES = [
 def test_an_odd_place_has_its_right_answer(monkeypatch, capsys, name, options, status, noted):
     monkeypatch.chdir(PLACES)
     code = run(["solve", name, *options.split(), "--json"])
-    told = json.loads(capsys.readouterr().out)
-    (task,) = told["tasks"]
+    answer = json.loads(capsys.readouterr().out)
+    (task,) = answer["tasks"]
     assert (task["status"], code) == (status, int(status == "UNSOLVABLE"))
     assert len(task["destroyed"]) == (status == "SOLVED")
-    notes = {note["what"]: note["count"] for note in told["notes"]}
+    notes = {note["what"]: note["count"] for note in answer["notes"]}
     assert noted is None or noted in notes
     assert not [what for what in notes if "missing" in what and what != noted]
 
 
 REFUSED_CASES = [
-    ("break_long_integer.geojson", r"features[0]: coordinates must be finite"),
+    (
+        "break_long_integer.geojson",
+        "coordinates must be finite: one is infinite, or has so many digits",
+    ),
     (
         "break_geometries_number.geojson",
         r"features[0]: the geometries of a GeometryCollection must be a list",
@@ -68,12 +71,12 @@ REFUSED_CASES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "told"), REFUSED_CASES)
-def test_a_faulty_place_is_refused_in_one_line(monkeypatch, capsys, name, told):
+@pytest.mark.parametrize(("name", "message"), REFUSED_CASES)
+def test_a_faulty_place_is_refused_in_one_line(monkeypatch, capsys, name, message):
     monkeypatch.chdir(PLACES)
     assert run(["solve", name]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and told in err
+    assert out == "" and err.count("\n") == 1 and message in err
 
 
 def test_a_hole_outside_its_shell_takes_away_nothing_and_adds_nothing(
@@ -444,8 +447,8 @@ REFUSED_OSM = {
 
 @pytest.mark.parametrize("case", REFUSED_OSM)
 def test_what_is_no_extract_is_refused_in_one_line(read, case):
-    text, told = REFUSED_OSM[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = REFUSED_OSM[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text)
     assert "\n" not in str(caught.value) and "town.osm" in str(caught.value)
 
@@ -677,8 +680,8 @@ REFUSED_GEOJSON = {
 
 @pytest.mark.parametrize("case", REFUSED_GEOJSON)
 def test_what_is_no_geojson_is_refused_with_the_feature(read, case):
-    text, told = REFUSED_GEOJSON[case]
-    with pytest.raises(ValueError, match=told) as caught:
+    text, message = REFUSED_GEOJSON[case]
+    with pytest.raises(ValueError, match=message) as caught:
         read(text, "town.geojson")
     assert "\n" not in str(caught.value) and "town.geojson" in str(caught.value)
 
@@ -692,7 +695,7 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ('{"version": 0.6, "elements": [{"type": "node", "id": 1}]}', "Overpass's own JSON"),
         ('{"type": "Topology", "objects": {"a": {"type": "Polygon"}}}', "TopoJSON"),
@@ -702,19 +705,8 @@ def test_geojson_ends_in_any_case(tmp_path, monkeypatch, capsys, name):
         ),
     ],
 )
-def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, told):
+def test_json_of_other_kinds_is_named_with_the_remedy(tmp_path, monkeypatch, capsys, text, message):
     monkeypatch.chdir(tmp_path)
     pathlib.Path("place.json").write_text(text)
     assert run(["solve", "place.json"]) == 2
-    assert f"place.json: this is {told}" in capsys.readouterr().err
-
-
-def test_a_file_that_grows_beyond_measure_is_refused(tmp_path, monkeypatch):
-    import gzip
-
-    from srt_jax.formats.outlines import osm_objects
-
-    monkeypatch.setattr(osm_objects, "_CHUNK", 1 << 12)
-    (tmp_path / "bomb.osm.gz").write_bytes(gzip.compress(b"<osm version='0.6'>" + b" " * (1 << 21)))
-    with pytest.raises(ValueError, match="packed more than 200 times"):
-        read_osm(tmp_path / "bomb.osm.gz")
+    assert f"place.json: this is {message}" in capsys.readouterr().err

@@ -293,12 +293,13 @@ def test_the_rules_of_the_package_are_fit_for_a_robot_on_the_ground(tags, is_obs
 
 
 @pytest.mark.parametrize(
-    ("rules", "told"),
+    ("rules", "message"),
     [
         ("[]", "no rule in it"),
         ('[{"values": []}]', "lacks 'key'"),
         ('[{"key": "a", "colour": 1}]', "unknown member 'colour'"),
-        ('[{"key": "a", "removal_cost": 0}]', "removal_cost must be a positive number"),
+        ('[{"key": "a", "removal_cost": 0}]', "removal_cost must be a positive finite number"),
+        ('[{"key": "a", "removal_cost": 1e999}]', "removal_cost must be a positive finite number"),
         ('[{"key": "a", "values": "x"}]', "values must be a list"),
         ('[{"key": "a", "destroyable": 1}]', "destroyable must be true or false"),
         ('{"key": "a"}', "a list of rules"),
@@ -312,10 +313,10 @@ def test_the_rules_of_the_package_are_fit_for_a_robot_on_the_ground(tags, is_obs
         ('[{"key": "a", "obstacle": "no"}]', "obstacle must be true or false"),
     ],
 )
-def test_a_table_of_rules_with_a_slip_is_refused(tmp_path, rules, told):
+def test_a_table_of_rules_with_a_slip_is_refused(tmp_path, rules, message):
     table = tmp_path / "rules.json"
     table.write_text(f'{{"format": "srt-jax tag rules", "version": 1, "rules": {rules}}}')
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         read_rules(table)
 
 

@@ -77,7 +77,7 @@ def test_every_map_of_cells_gives_the_same_task(here, name):
     assert task.destroyable.all() and len(task.destroyable) == 3
 
 
-def test_a_place_is_laid_on_cells_and_its_ends_are_chosen_and_told(here):
+def test_a_place_is_laid_on_cells_and_its_ends_are_chosen_and_noted(here):
     notes = Notes()
     (named,) = read_tasks("town.geojson", reading=Reading(size=10), notes=notes)
     assert named.name == "town" and named.task.labels.shape == (1, 10, 10)
@@ -86,11 +86,11 @@ def test_a_place_is_laid_on_cells_and_its_ends_are_chosen_and_told(here):
         True,
         True,
     ] and named.task.removal_cost.tolist() == [1, 2, 1]
-    told = " | ".join(map(str, notes))
+    noted = " | ".join(map(str, notes))
     assert (
-        "10 x 10 cells of 10.000 m" in told
-        and "start 0,2 and goal 9,2 chosen" in told
-        and "wholly outside" in told
+        "10 x 10 cells of 10.000 m" in noted
+        and "start 0,2 and goal 9,2 chosen" in noted
+        and "wholly outside" in noted
     )
     (named,) = read_tasks(
         "town.geojson", reading=Reading(cell_side=10, start=(0, 0), goal=(9, 11), rule="centre")
@@ -165,7 +165,7 @@ def test_a_map_without_a_free_cell_has_no_ends(here):
         read_tasks("black.png")
 
 
-# --- written anew
+# --- written again in another format
 
 
 def converted(name, target, **options):
@@ -188,8 +188,8 @@ def test_cells_stay_the_same_in_every_format_of_cells(here, name):
 
 
 def test_a_place_becomes_a_world_with_the_same_cells(here):
-    told = converted("town.geojson", "town.json", size=10, start=(0, 0), goal=(9, 5))
-    assert "radius is set to 4.5 m" in " ".join(told)
+    notes = converted("town.geojson", "town.json", size=10, start=(0, 0), goal=(9, 5))
+    assert "radius is set to 4.5 m" in " ".join(notes)
     world = read_world("town.json")
     assert (
         world.obstacles == TOWN.obstacles
@@ -210,8 +210,8 @@ def test_a_place_becomes_a_world_with_the_same_cells(here):
 
 
 def test_metres_survive_in_formats_that_have_them(here):
-    told = converted("town.geojson", "town.yaml", size=10)
-    assert any("which obstacle covers them" in line for line in told)
+    notes = converted("town.geojson", "town.yaml", size=10)
+    assert any("which obstacle covers them" in line for line in notes)
     read = read_ros_map("town.yaml")
     assert (read.cell_side, read.corner) == (10, (10, 0))
     converted("town.geojson", "town.xml", size=10)
@@ -222,12 +222,12 @@ def test_what_a_format_cannot_hold_is_refused(here):
     converted("m.map", "two.npz")
     batch = read_batch("two.npz")
     np.testing.assert_array_equal(batch.tasks.start, [[2, 0]])
-    for name, target, told in (
+    for name, target, message in (
         ("m.map", "t.geojson", "only cells"),
         ("m.map", "t.docx", "cannot write the ending '.docx'"),
         ("m.map", "nowhere/t.map", "cannot be written"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             converted(name, target)
     assert not list(here.glob("t.*"))
 

@@ -89,7 +89,7 @@ def changed(*places, to):
 
 
 @pytest.mark.parametrize(
-    ("told", "content"),
+    ("message", "content"),
     [
         (":1: no whole JSON file", ""),
         (":1: no whole JSON file", json.dumps(DOCUMENT)[:100]),
@@ -137,11 +137,11 @@ def changed(*places, to):
         (": radius must be a number", changed("agent", "radius", to="0.4")),
     ],
 )
-def test_a_bad_document_is_refused_with_its_place(path, told, content):
+def test_a_bad_document_is_refused_with_its_place(path, message, content):
     path.write_text(content, encoding="utf-8")
     with pytest.raises(ValueError) as caught:
         read_world(path)
-    assert f"{path}{told}" in str(caught.value) and "\n" not in str(caught.value)
+    assert f"{path}{message}" in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_missing_file_and_one_that_is_no_text_are_refused(path):

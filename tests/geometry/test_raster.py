@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from srt_jax.geometry import raster, scanlines
+from srt_jax.geometry import scanlines
 from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize
 from srt_jax.geometry.world import Obstacle, World
 from srt_jax.types import FREE
@@ -263,12 +263,21 @@ def test_both_rules_are_shapelys_cell_by_cell(steps):
         )
 
 
-def test_python_integers_and_64_bits_give_the_same(monkeypatch):
+@pytest.mark.parametrize("rounding", [scanlines._ROUNDING, 1.0])
+def test_floats_near_no_tie_python_integers_and_64_bits_give_the_same(monkeypatch, rounding):
     shapes = [random_polygon(seed, 1) for seed in range(20)]
     expected = [cover(shapes, GRID, rule=rule) for rule in ("touch", "centre")]
-    monkeypatch.setattr(raster, "for_products", lambda values, largest: values.astype(object))
+    monkeypatch.setattr(scanlines, "_FITS", 0)  # whatever the products: floats first
+    monkeypatch.setattr(scanlines, "_ROUNDING", rounding)  # at 1 every quotient is a tie
     for rule, labels in zip(("touch", "centre"), expected):
         np.testing.assert_array_equal(cover(shapes, GRID, rule=rule), labels)
+
+
+@pytest.mark.parametrize(("beyond", "num_cells"), [(0.0, 1), (1e-7, 2)])
+def test_a_tip_just_beyond_a_far_line_between_cells_is_seen(beyond, num_cells):
+    grid = Grid(origin=(0, 3e8), side=1e8, height=3, width=3)
+    wedge = Obstacle.polygon([(0, 1e8), (1e8 + beyond, 1.5e8), (0, 2e8)])
+    assert (cover([wedge], grid) == 0).sum() == num_cells
 
 
 # --- metamorphic

@@ -165,3 +165,16 @@ def test_many_obstacles_at_once_get_the_verdicts_they_get_alone():
     assert rings.conflicts(many) == alone
     assert 20 < alone.count("") < len(many) - 20
     assert rings.conflicts([]) == []
+
+
+def test_the_side_of_a_line_is_exact_where_floats_cannot_tell():
+    rng = np.random.default_rng(0)
+    head, times = rng.integers(1, 10**9, (200, 2)), rng.integers(-(10**9), 10**9, (200, 1))
+    point = head * times + rng.integers(-1, 2, (200, 2))  # on the line, or next to it
+    point[::4] = (head * times)[::4]
+    expected = [
+        (hx * py > hy * px) - (hx * py < hy * px)
+        for (hx, hy), (px, py) in zip(head.tolist(), point.tolist())
+    ]
+    assert rings._side(np.zeros_like(head), head, point).tolist() == expected
+    assert {-1, 0, 1} == set(expected)

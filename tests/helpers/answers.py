@@ -38,30 +38,34 @@ def task_of(
     )
 
 
-def solution_of(task: Task, status: Status, *, room: int = 12, **told) -> Solution:
-    """A solution with what is not told left empty; `contour` as a list of cells."""
+def solution_of(task: Task, status: Status, *, room: int = 12, **fields) -> Solution:
+    """A solution with what is not given left empty; `contour` as a list of cells."""
     height, width = task.labels.shape[-2:]
     contour = np.zeros((height, width), bool)
-    contour[tuple(np.array(told.get("contour", np.zeros((0, 2), int))).T)] = True
+    contour[tuple(np.array(fields.get("contour", np.zeros((0, 2), int))).T)] = True
     padded = lambda values, length: np.array([*values, *[-1] * (length - len(values))], np.int32)  # noqa: E731
-    cells, destroyed, plan = told.get("cells", []), told.get("destroyed", []), told.get("plan", [])
+    cells, destroyed, plan = (
+        fields.get("cells", []),
+        fields.get("destroyed", []),
+        fields.get("plan", []),
+    )
     nothing = 0.0 if status.is_solved else np.inf
     return Solution(
         status=np.int32(status),
-        cost=np.float32(told.get("cost", nothing)),
+        cost=np.float32(fields.get("cost", nothing)),
         cells=np.array([*cells, *[(-1, -1)] * (room - len(cells))], np.int32).reshape(room, 2),
         num_cells=np.int32(len(cells)),
         destroyed=padded(destroyed, 4),
         num_destroyed=np.int32(len(destroyed)),
-        destroyed_at=padded(told.get("destroyed_at", []), 4),
-        removal_cost=np.float32(told.get("removal_cost", nothing)),
-        removal_bound=np.float32(told.get("removal_bound", nothing)),
-        seed=np.array(told.get("seed", (-1, -1)), np.int32),
+        destroyed_at=padded(fields.get("destroyed_at", []), 4),
+        removal_cost=np.float32(fields.get("removal_cost", nothing)),
+        removal_bound=np.float32(fields.get("removal_bound", nothing)),
+        seed=np.array(fields.get("seed", (-1, -1)), np.int32),
         contour=contour,
-        blocking=padded(told.get("blocking", []), len(task.destroyable)),
+        blocking=padded(fields.get("blocking", []), len(task.destroyable)),
         plan=np.array([*[step[:2] for step in plan], *[(-1, -1)] * (13 - len(plan))], np.int32),
         plan_at=padded([at for *_, at in plan], 13),
-        separating=padded(told.get("separating", []), len(task.destroyable)),
+        separating=padded(fields.get("separating", []), len(task.destroyable)),
     )
 
 
@@ -172,8 +176,13 @@ def goal_in_rock():
         ...""",
         G=(0, 2),
     )
-    told = {"seed": (0, 1), "contour": [(0, 1), (1, 1), (1, 2)], "blocking": [0], "separating": [0]}
-    return task, solution_of(task, Status.GOAL_BLOCKED, **told)
+    fields = {
+        "seed": (0, 1),
+        "contour": [(0, 1), (1, 1), (1, 2)],
+        "blocking": [0],
+        "separating": [0],
+    }
+    return task, solution_of(task, Status.GOAL_BLOCKED, **fields)
 
 
 def on_the_spot():

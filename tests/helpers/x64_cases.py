@@ -162,8 +162,8 @@ def symbolic_cases():
 def results():
     """Returns every leaf of the results that compile in a few seconds, NumPy arrays by name."""
     cases = {name: case for name, case in numeric_cases(ground()).items() if name in _QUICK}
-    told = {name: fun(*args) for name, (fun, *args) in cases.items()} | symbolic_cases()
-    leaves = jax.tree_util.tree_flatten_with_path(told)[0]
+    results_text = {name: fun(*args) for name, (fun, *args) in cases.items()} | symbolic_cases()
+    leaves = jax.tree_util.tree_flatten_with_path(results_text)[0]
     return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
 
 

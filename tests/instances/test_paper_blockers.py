@@ -144,7 +144,7 @@ def test_the_blocker_is_the_least_removal_whatever_it_costs():
         ).is_solvable
 
 
-def test_the_blocker_hangs_together():
+def test_the_blocker_is_connected():
     for labels, start, goal, kind in random_tasks(60):
         blocked, blocker = block(labels, start, goal, kind)
         own = (blocked == blocker).any(axis=0)

@@ -90,7 +90,7 @@ def test_astar_equals_dijkstra_and_explores_all_on_failure():
             assert (found.closed == np.isfinite(field)).all()
 
 
-def test_eight_moves_reach_what_hangs_together_by_sides():
+def test_eight_moves_reach_what_is_connected_by_sides():
     for free, start, _ in random_maps(300, seed=3):
         reached = np.zeros_like(free)
         reached[start] = True

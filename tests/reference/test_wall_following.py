@@ -30,7 +30,7 @@ def as_mask(cells, shape):
     return mask
 
 
-def test_the_trace_goes_once_round():
+def test_the_trace_goes_round_once():
     free, at = drawn("""
         .....
         S@@@.

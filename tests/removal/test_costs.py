@@ -12,7 +12,7 @@ import pytest
 from experiments.campaigns import checks
 from experiments.campaigns import costs as cost_campaign
 from experiments.campaigns.cost_oracle import judge
-from experiments.campaigns.costs import LIMITS, batch_of, made, problems_of, solve_and_judge
+from experiments.campaigns.costs import LIMITS, batch_of, make_tasks, problems_of, solve_and_judge
 from srt_jax import Status, check, explain, explanation, make_task, solve, solve_many
 from srt_jax.cli import run
 
@@ -67,7 +67,7 @@ HARD = [*map(chain, CHAINS), dear_and_cheap(), one_or_two(), near_tie()]
 
 @pytest.fixture(scope="module")
 def batch():
-    rest = made(0, COUNT - len(HARD), seed=7)
+    rest = make_tasks(0, COUNT - len(HARD), seed=7)
     return jax.tree.map(lambda a, b: np.concatenate([a, b]), batch_of(HARD), rest)
 
 

@@ -1,11 +1,10 @@
-"""Files packed by gzip or bzip2, tested for how much they unpack to before a reader that unpacks
-them is called.
-"""
+"""Files packed by gzip or bzip2, unpacked piece by piece and only up to a limit."""
 
 import bz2
 import gzip
 import pathlib
-import zlib
+from collections.abc import Iterator
+from typing import Any
 
 from srt_jax.formats.files import PathLike
 
@@ -16,32 +15,31 @@ blanks a thousand and more.
 ALWAYS = 1 << 26
 """Bytes unpacked that are read whatever the ratio."""
 
-_OPENERS = {".gz": gzip.open, ".bz2": bz2.open}
+_OPENERS: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open}
 _CHUNK = 1 << 20
 
 
-def require_packing(path: PathLike) -> None:
-    """Raises ValueError where a file ending in .gz or .bz2 unpacks to more than 200 times its size
-    and 64 MiB.
+class UnpacksTooFarError(ValueError):
+    """A packed file holds far more than its size lets expect; the message names the file."""
 
-    Nothing is kept of what is unpacked. Damaged files pass: their reader tells what is wrong with
-    them.
+
+def unpack(path: PathLike) -> Iterator[bytes]:
+    """Yields the bytes of a file, a MiB at a time, unpacked where it ends in .gz or .bz2.
+
+    Raises:
+      UnpacksTooFarError: it unpacks to more than 200 times its size and 64 MiB; noticed before the
+        piece beyond the limit is handed out.
+      OSError, EOFError, zlib.error: the file is missing, damaged or cut off.
     """
     opener = _OPENERS.get(pathlib.PurePath(path).suffix.lower())
-    if opener is None:
-        return
     most = max(ALWAYS, MOST_RATIO * pathlib.Path(path).stat().st_size)
     total = 0
-    try:
-        with opener(path, "rb") as file:
-            while chunk := file.read(_CHUNK):
-                total += len(chunk)
-                if total > most:
-                    break
-    except (OSError, EOFError, ValueError, zlib.error):
-        return
-    if total > most:
-        raise ValueError(
-            f"{path}: it unpacks to more than {most} bytes, over {MOST_RATIO} times its size, which"
-            " no extract does: unpack it and see what it holds"
-        )
+    with (opener or open)(path, "rb") as file:
+        while chunk := file.read(_CHUNK):
+            total += len(chunk)
+            if opener and total > most:
+                raise UnpacksTooFarError(
+                    f"{path}: it unpacks to more than {most} bytes, over {MOST_RATIO} times its"
+                    " size, which no extract does: unpack it and see what it holds"
+                )
+            yield chunk

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import ParseError
 
-from srt_jax.formats.files import PathLike, needed, read_bytes
+from srt_jax.formats.files import PathLike, read_bytes, require_module
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -16,8 +16,8 @@ def read_xml(path: PathLike, kind: str) -> "Element":
       ValueError: the file is missing or no XML; entities, which plain files have no use for, are
         refused in every encoding.
     """
-    defused = needed("defusedxml", extra="xml", what=f"reading a {kind}")
-    parser = needed("defusedxml.ElementTree", extra="xml", what=f"reading a {kind}")
+    defused = require_module("defusedxml", extra="xml", what=f"reading a {kind}")
+    parser = require_module("defusedxml.ElementTree", extra="xml", what=f"reading a {kind}")
     content = read_bytes(path, kind)
     try:
         return parser.fromstring(content)

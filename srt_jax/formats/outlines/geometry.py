@@ -2,12 +2,13 @@
 counted and reported.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import needed
+from srt_jax.formats.files import require_module
 from srt_jax.formats.notes import Notes
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, as_rings, conflicts, repaired
@@ -45,14 +46,21 @@ def obstacles_of_shapes(shapes: Sequence[Shape], notes: Notes) -> list[Obstacle 
     """
     checked = iter(as_rings([ring for shape in shapes for part in shape.parts for ring in part]))
     rings = [_rings(shape, checked, notes) for shape in shapes]
-    return [_obstacle(*each, notes) for each in zip(shapes, rings, conflicts(rings))]
+    is_crossing = [bool(reason) for reason in conflicts(rings)]
+    # What crosses is repaired, and the repaired are checked again, all at once.
+    rings = [repaired(one) if crosses else one for one, crosses in zip(rings, is_crossing)]
+    again = iter(conflicts(list(itertools.compress(rings, is_crossing))))
+    is_valid = [not (crosses and next(again)) for crosses in is_crossing]
+    return [_obstacle(*each, notes) for each in zip(shapes, rings, is_crossing, is_valid)]
 
 
 def wall_parts(line: Any, width: float, *, called: str, notes: Notes) -> list[list[np.ndarray]]:
     """Returns the polygons a line makes, `width` metres wide, half of that beyond its ends; []
     where it has no length.
     """
-    shapely = needed("shapely", extra="world", what="making a line, such as a fence, an obstacle")
+    shapely = require_module(
+        "shapely", extra="world", what="making a line, such as a fence, an obstacle"
+    )
     points = as_metres(f"a point of {called}", line, (-1, 2))
     if len(np.unique(points, axis=0)) < 2:
         notes.add("lines left out: fewer than two different points", example=called)
@@ -72,7 +80,7 @@ def obstacles_of(
 
     Points are passed over and counted.
     """
-    shapely = needed("shapely", extra="world", what="reading shapely geometries")
+    shapely = require_module("shapely", extra="world", what="reading shapely geometries")
     polygons: list[list[np.ndarray]] = []
     shapes = [Shape(polygons, called, options)]
     for one in _leaves(shapely, shape):
@@ -147,8 +155,8 @@ def count_outside(place: Place, notes: Notes) -> None:
 
 
 def _rings(shape: Shape, checked: Iterator[Ring | None], notes: Notes) -> Parts:
-    """Returns the rings of a shape that have at least three different points; `checked` goes on
-    with `as_rings` of them.
+    """Returns the rings of a shape that have at least three different points; `checked`
+    continues with `as_rings` of them.
     """
     kept = []
     for part in shape.parts:
@@ -169,15 +177,15 @@ def _ring(points: Any, called: str, notes: Notes) -> Ring:
     return ()
 
 
-def _obstacle(shape: Shape, rings: Parts, reason: str, notes: Notes) -> Obstacle | None:
-    if reason:
-        notes.add(CROSSING, example=shape.called)
-        rings = repaired(rings)
+def _obstacle(
+    shape: Shape, rings: Parts, was_crossing: bool, is_valid: bool, notes: Notes
+) -> Obstacle | None:
+    notes.add(CROSSING, int(was_crossing), example=shape.called)
     if not rings:
         notes.add(EMPTY, int(bool(shape.parts)), example=shape.called)
         return None
     try:
-        return Obstacle(rings, **shape.options, checked=not reason)
+        return Obstacle(rings, **shape.options, checked=is_valid)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{shape.called}: {error}") from error
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import needed
+from srt_jax.formats.files import require_module
 from srt_jax.formats.outlines.osm_objects import Location, Objects, Relation, Way
 
 
@@ -53,7 +53,7 @@ def area_of_way(way: Way, nodes: Mapping[int, Location]) -> Area:
         return Area([], has_losses, is_open=True)
     if len(set(places)) < 3:
         return Area([], has_losses, is_open=not has_losses)
-    return _made([(places, False)], has_losses, False)
+    return _area_of_rings([(places, False)], has_losses, False)
 
 
 def _may_close(way: Way, nodes: Mapping[int, Location]) -> bool:
@@ -80,9 +80,9 @@ def area_of_relation(relation: Relation, objects: Objects) -> Area:
         # An open inner chain would take away what may well be blocked: only the outer ones are
         # joined.
         rest = [_located(chain, objects.nodes) for chain in broken if not chain.is_inner]
-        rings.append((_joined([places for places in rest if places]), False))
+        rings.append((_join([places for places in rest if places]), False))
     rings = [(places, is_inner) for places, is_inner in rings if len(set(places)) >= 3]
-    return _made(rings, has_losses, bool(broken) or not rings)
+    return _area_of_rings(rings, has_losses, bool(broken) or not rings)
 
 
 def _located(chain: _Chain, nodes: Mapping[int, Location]) -> list[Location]:
@@ -119,13 +119,13 @@ def _chains(ways: Sequence[_Chain]) -> list[_Chain]:
 def _next(
     candidates: Sequence[int], is_used: Sequence[bool], ways: Sequence[_Chain], is_inner: bool
 ) -> int | None:
-    """Returns the way to go on with, one of the same role before others."""
+    """Returns the way to continue with, one of the same role before others."""
     free = [index for index in candidates if not is_used[index]]
     return min(free, key=lambda index: (ways[index].is_inner != is_inner, index), default=None)
 
 
-def _joined(chains: list[list[Location]]) -> list[Location]:
-    """Returns one ring through all chains, each going on at the end that is nearest."""
+def _join(chains: list[list[Location]]) -> list[Location]:
+    """Returns one ring through all chains, each joined at the end that is nearest."""
     ring: list[Location] = list(chains.pop(0)) if chains else []
     while chains:
         ends = np.array([(chain[0], chain[-1]) for chain in chains])
@@ -136,9 +136,11 @@ def _joined(chains: list[list[Location]]) -> list[Location]:
     return ring
 
 
-def _made(rings: Sequence[tuple[list[Location], bool]], has_losses: bool, is_open: bool) -> Area:
+def _area_of_rings(
+    rings: Sequence[tuple[list[Location], bool]], has_losses: bool, is_open: bool
+) -> Area:
     """Returns what rings enclose, from the largest to the smallest."""
-    shapely = needed("shapely", extra="osm", what="reading areas of OpenStreetMap")
+    shapely = require_module("shapely", extra="osm", what="reading areas of OpenStreetMap")
     polygons = [(shapely.Polygon(_without_wrap(places)), is_inner) for places, is_inner in rings]
     crosses = not all(polygon.is_valid for polygon, _ in polygons)
     if len(rings) == 1 and not crosses:

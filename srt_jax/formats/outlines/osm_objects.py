@@ -6,24 +6,18 @@ files are read by osmium. Either way the nodes come last, and only those that so
 """
 
 import array
-import bz2
-import contextlib
-import gzip
-import pathlib
+import itertools
 import xml.parsers.expat
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import IO, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, needed
+from srt_jax.formats.containers.packed import UnpacksTooFarError, unpack
+from srt_jax.formats.files import PathLike, require_module
 
 ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
-_CHUNK = 1 << 20
-"""Bytes of XML read at once."""
-_MOST_RATIO = 200
-"""By which a packed file may grow: maps as text become ten to thirty times smaller."""
 _NO_PLACE = (np.nan, np.nan)
 _DEGREES = (180.0, 90.0)
 """Beyond these no longitude and no latitude lies."""
@@ -72,7 +66,9 @@ def read_objects(path: PathLike, keys: Collection[str]) -> Objects:
       ValueError: the file is cut off, damaged, or of another kind than its ending says.
     """
     is_packed = str(path).lower().endswith(".pbf")
-    osmium: Any = needed("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
+    osmium: Any = (
+        require_module("osmium", extra="osm", what="reading OpenStreetMap") if is_packed else None
+    )
     faults: tuple[type[Exception], ...] = (
         RuntimeError,
         OSError,
@@ -84,6 +80,8 @@ def read_objects(path: PathLike, keys: Collection[str]) -> Objects:
     faults += (xml.parsers.expat.ExpatError, *([osmium.InvalidLocationError] if is_packed else []))
     try:
         return _read_pbf(osmium, str(path), keys) if is_packed else _read_xml(path)
+    except UnpacksTooFarError:
+        raise
     except faults as error:
         raise ValueError(
             f"{path}: no whole OpenStreetMap extract: it is cut off, damaged, or of another kind "
@@ -205,38 +203,24 @@ class _XmlReader:
 def _read_xml(path: PathLike) -> Objects:
     parser = xml.parsers.expat.ParserCreate()
     reader = _XmlReader(parser)
-    with _opened(path) as file:
-        try:
-            spent, most = 0, _MOST_RATIO * max(_CHUNK, pathlib.Path(path).stat().st_size)
-            while chunk := file.read(_CHUNK):
-                spent += len(chunk)
-                if spent > most:
-                    raise ValueError(
-                        f"it is packed more than {_MOST_RATIO} times, which no map is: unpack and"
-                        " look at it"
-                    )
-                parser.Parse(chunk, False)
-            parser.Parse(b"", True)
-        except KeyError as error:
-            where = f"line {parser.CurrentLineNumber}"
-            raise ValueError(f"{where}: an element lacks {error}") from error
-        except OverflowError as error:
-            raise ValueError(
-                f"line {parser.CurrentLineNumber}: an id has more than 64 bits"
-            ) from error
-        except ValueError as error:
-            raise ValueError(f"line {parser.CurrentLineNumber}: {error}") from error
+    for chunk in itertools.chain(unpack(path), [b""]):
+        _parse(parser, chunk)
     ways, relations = reader.ways.items(), reader.relations.items()
     nodes = reader.inside.located(ways.values()) | reader.nodes.located(ways.values())
     return Objects(ways, relations, nodes, reader.boxes, reader.remarks)
 
 
-@contextlib.contextmanager
-def _opened(path: PathLike) -> Iterator[IO[bytes]]:
-    name = str(path).lower()
-    opener: Any = gzip.open if name.endswith(".gz") else bz2.open if name.endswith(".bz2") else open
-    with opener(path, "rb") as file:
-        yield file
+def _parse(parser: xml.parsers.expat.XMLParserType, chunk: bytes) -> None:
+    """Parses the next piece of a file, an empty one at its end; errors name the line."""
+    try:
+        parser.Parse(chunk, not chunk)
+    except KeyError as error:
+        where = f"line {parser.CurrentLineNumber}"
+        raise ValueError(f"{where}: an element lacks {error}") from error
+    except OverflowError as error:
+        raise ValueError(f"line {parser.CurrentLineNumber}: an id has more than 64 bits") from error
+    except ValueError as error:
+        raise ValueError(f"line {parser.CurrentLineNumber}: {error}") from error
 
 
 def _location(given: dict[str, str]) -> Location:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import needed
+from srt_jax.formats.files import require_module
 
 _PIECES = 16
 """Lines to a curve, or to a quarter of an arc's circle."""
@@ -29,7 +29,7 @@ def outlines(text: str) -> list[np.ndarray]:
     Raises:
       ValueError: a command that is not known, or a number that is missing, none or too large.
     """
-    svg = needed("svg.path", extra="svg", what="reading SVG paths")
+    svg = require_module("svg.path", extra="svg", what="reading SVG paths")
     place = _PATH.match(text).end()  # type: ignore[union-attr]
     if place < len(text):
         if not text[:place].strip():

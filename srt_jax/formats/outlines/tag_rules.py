@@ -162,7 +162,9 @@ def _rule(where: str, item: object) -> TagRule:
             raise ValueError(f"{where}: {name} must be true or false, got {fields[name]!r}")
     for name in ("removal_cost", "width"):
         if fields[name] is not None and not _is_positive(fields[name]):
-            raise ValueError(f"{where}: {name} must be a positive number, got {fields[name]!r}")
+            raise ValueError(
+                f"{where}: {name} must be a positive finite number, got {fields[name]!r}"
+            )
     if not isinstance(fields["and"], dict):
         raise ValueError(
             f"{where}: and must be an object of tags and what fits, got {fields['and']!r}"

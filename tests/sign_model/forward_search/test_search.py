@@ -71,6 +71,6 @@ def test_hmax_never_overestimates_and_infinity_means_unreachable():
         assert (estimates["hmax"] <= estimates["hadd"]).all()
 
 
-def test_a_spent_budget_is_told():
+def test_a_spent_budget_is_a_status():
     task = random_blocks_tasks(7, 1, seed=3)[0]
     assert plan(task, planner="astar", max_expansions=3).status == PlanStatus.BUDGET_SPENT

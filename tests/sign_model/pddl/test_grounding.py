@@ -99,7 +99,7 @@ def test_equality_filters_bindings(test, kept):
     assert list(load(domain, problem).action_names) == kept
 
 
-def test_costs_count_only_where_the_problem_asks_for_them():
+def test_costs_count_only_where_the_problem_has_a_metric():
     domain = """(define (domain c) (:predicates (p)) (:functions (total-cost) - number)
       (:action dear :effect (and (p) (increase (total-cost) 7))))"""
     problem = "(define (problem t) (:domain c) (:init) (:goal (p)) (:metric minimize (total-cost)))"
@@ -213,19 +213,19 @@ def test_grounding_by_joins_finds_what_trying_every_combination_finds():
         }, seed
         for row, action in enumerate(task.actions):
             needs, never, adds, deletes = found[action]
-            told = [
+            messages = [
                 {task.features[f] for f in np.flatnonzero(m[row])}
                 for m in (task.conditions, task.adds, task.deletes)
             ]
-            assert told[0] == {f for f in needs if f[0] in fluents} | {
+            assert messages[0] == {f for f in needs if f[0] in fluents} | {
                 ("not", *f) for f in never if f[0] in fluents
             }, seed
-            assert {f for f in told[1] if f[0] != "not"} == adds, seed
-            assert {f for f in told[2] if f[0] != "not"} == deletes & features, seed
-            assert {f for f in told[1] if f[0] == "not"} == {
+            assert {f for f in messages[1] if f[0] != "not"} == adds, seed
+            assert {f for f in messages[2] if f[0] != "not"} == deletes & features, seed
+            assert {f for f in messages[1] if f[0] == "not"} == {
                 ("not", *f) for f in deletes
             } & features, seed
-            assert {f for f in told[2] if f[0] == "not"} == {
+            assert {f for f in messages[2] if f[0] == "not"} == {
                 ("not", *f) for f in adds
             } & features, seed
         num_actions += len(found)

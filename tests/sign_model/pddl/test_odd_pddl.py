@@ -109,13 +109,13 @@ REFUSED = (
 )
 
 
-@pytest.mark.parametrize(("domain_file", "problem_file", "place", "told"), REFUSED)
+@pytest.mark.parametrize(("domain_file", "problem_file", "place", "message"), REFUSED)
 def test_files_beyond_strips_are_refused_in_one_line(
-    domain_file, problem_file, place, told, capsys
+    domain_file, problem_file, place, message, capsys
 ):
     assert run(["plan", *(str(ODD / f"{name}.pddl") for name in (domain_file, problem_file))]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and place in err and told in err
+    assert out == "" and err.count("\n") == 1 and place in err and message in err
 
 
 # Refusals: file, line, feature -------------------------------------------------------------------
@@ -383,12 +383,12 @@ BEYOND = {
 
 @pytest.mark.parametrize("kind", BEYOND)
 def test_what_is_not_understood_is_named_with_file_and_line(kind):
-    domain_text, problem_text, told = BEYOND[kind]
+    domain_text, problem_text, expected = BEYOND[kind]
     with pytest.raises(PddlError) as caught:
         load(domain_text, problem_text)
     message = str(caught.value)
     assert (
-        told in message and "\n" not in message and len(message) < 300 and message.isprintable()
+        expected in message and "\n" not in message and len(message) < 300 and message.isprintable()
     ), message
 
 
@@ -452,7 +452,7 @@ def test_every_encoding_and_line_end_is_read(encoding, end, tmp_path):
         load(tmp_path / "d.pddl", tmp_path / "p.pddl")
 
 
-def test_bytes_of_another_encoding_are_read_over_in_comments_and_told_elsewhere(tmp_path):
+def test_bytes_of_another_encoding_are_skipped_in_comments_and_refused_elsewhere(tmp_path):
     path = tmp_path / "d.pddl"
     path.write_bytes(b"; stra\xdfe\n" + MOVE.encode())
     assert plan(load(path, problem())).actions == ("(a o)",)
@@ -683,7 +683,7 @@ def test_a_limit_of_time_is_a_number_from_0_up():
 
 def test_a_spent_budget_hints_at_what_else_to_try(capsys):
     files = [str(ODD / name) for name in ("two_hands_domain.pddl", "two_hands_6.pddl")]
-    for arguments, told in (
+    for arguments, answer in (
         (
             ["--max-expansions", "1"],
             "; try another planner, --planner gbfs, or raise --max-expansions",
@@ -694,11 +694,13 @@ def test_a_spent_budget_hints_at_what_else_to_try(capsys):
         assert run(["plan", *files, *arguments]) == 3
         out, err = capsys.readouterr()
         assert (
-            out == "" and err.startswith("; BUDGET_SPENT") and err.splitlines()[1].startswith(told)
+            out == ""
+            and err.startswith("; BUDGET_SPENT")
+            and err.splitlines()[1].startswith(answer)
         )
     assert run(["plan", *files, "--max-seconds", "0", "--json"]) == 3
-    told = json.loads(capsys.readouterr().out)
-    assert told["status"] == "BUDGET_SPENT" and set(told["seconds"]) == {
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["status"] == "BUDGET_SPENT" and set(answer["seconds"]) == {
         "parse",
         "build",
         "search",

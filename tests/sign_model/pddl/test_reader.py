@@ -1,4 +1,4 @@
-"""PDDL in: what is read, and how each kind of error is told."""
+"""PDDL in: what is read, and the message of each kind of error."""
 
 import pytest
 
@@ -213,11 +213,11 @@ MALFORMED = {
 
 @pytest.mark.parametrize("kind", MALFORMED)
 def test_an_error_is_one_line_with_file_line_and_rule(kind):
-    domain, problem, place, told = MALFORMED[kind]
+    domain, problem, place, expected = MALFORMED[kind]
     with pytest.raises(PddlError) as caught:
         load(domain, problem)
     message = str(caught.value)
-    assert message.startswith(place) and told in message and "\n" not in message, message
+    assert message.startswith(place) and expected in message and "\n" not in message, message
 
 
 def test_a_missing_file_is_an_error_that_names_it(tmp_path):
@@ -231,7 +231,7 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
         load(tmp_path / "picture.pddl", PROBLEM)
 
 
-def test_an_empty_file_is_told(tmp_path):
+def test_an_empty_file_is_refused_by_name(tmp_path):
     (tmp_path / "empty.pddl").write_text("; nothing\n")
     with pytest.raises(PddlError, match="the file is empty"):
         load(tmp_path / "empty.pddl", PROBLEM)

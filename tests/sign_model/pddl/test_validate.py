@@ -17,7 +17,7 @@ def test_a_right_plan_passes_in_any_case():
 
 
 @pytest.mark.parametrize(
-    "actions,told",
+    "actions,message",
     [
         ([], "the goal (on a b) is not reached"),
         (["(stack a b)"], "step 1 (stack a b): (holding a) does not hold"),
@@ -26,8 +26,8 @@ def test_a_right_plan_passes_in_any_case():
         (["(pick-up a b)"], "step 1 (pick-up a b): 2 argument(s), the action takes 1"),
     ],
 )
-def test_a_wrong_plan_is_told_in_a_sentence(actions, told):
-    assert validate(load(DOMAIN, PROBLEM), actions) == [told]
+def test_a_wrong_plan_is_refused_in_a_sentence(actions, message):
+    assert validate(load(DOMAIN, PROBLEM), actions) == [message]
 
 
 def test_types_equalities_and_negative_conditions_are_checked():
