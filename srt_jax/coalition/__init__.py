@@ -1,3 +1,49 @@
 """A coalition: several agents with different abilities on one map, who help each other by
 destroying obstacles (PY16 [18]: Panov & Yakovlev, RiTA 2016).
+
+Names are loaded when first used, as in `srt_jax`.
 """
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from srt_jax.coalition.reach import coalition_reach
+    from srt_jax.coalition.records import CoalitionReach, Help
+    from srt_jax.coalition.task import (
+        CoalitionTask,
+        make_coalition,
+        stack_coalitions,
+        unstack_coalitions,
+    )
+
+__all__ = [
+    "CoalitionReach",
+    "CoalitionTask",
+    "Help",
+    "coalition_reach",
+    "make_coalition",
+    "stack_coalitions",
+    "unstack_coalitions",
+]
+
+_MODULES = {
+    "coalition.reach": ("coalition_reach",),
+    "coalition.records": ("CoalitionReach", "Help"),
+    "coalition.task": (
+        "CoalitionTask",
+        "make_coalition",
+        "stack_coalitions",
+        "unstack_coalitions",
+    ),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    """Returns a public name from the module it lives in."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'srt_jax.coalition' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"srt_jax.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value

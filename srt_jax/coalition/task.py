@@ -241,9 +241,7 @@ def _goals(goal: object, num_agents: int) -> list:
             f"goal has {len(goals)} entries, but there are {num_agents} agents: give one cell for"
             " all, or a cell or None for each agent"
         )
-    return [
-        None if cell is None or (np.asarray(cell) == NOWHERE).all() else cell for cell in goals
-    ]
+    return [None if cell is None or (np.asarray(cell) == NOWHERE).all() else cell for cell in goals]
 
 
 def _abilities(able: object, num_agents: int) -> list:
