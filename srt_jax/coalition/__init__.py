@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from srt_jax.coalition.reach import coalition_reach
-    from srt_jax.coalition.records import CoalitionReach, Help
+    from srt_jax.coalition.records import CoalitionReach, CoalitionSolution, Help
+    from srt_jax.coalition.solve import solve_coalition
     from srt_jax.coalition.task import (
         CoalitionTask,
         make_coalition,
@@ -19,17 +20,20 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CoalitionReach",
+    "CoalitionSolution",
     "CoalitionTask",
     "Help",
     "coalition_reach",
     "make_coalition",
+    "solve_coalition",
     "stack_coalitions",
     "unstack_coalitions",
 ]
 
 _MODULES = {
     "coalition.reach": ("coalition_reach",),
-    "coalition.records": ("CoalitionReach", "Help"),
+    "coalition.records": ("CoalitionReach", "CoalitionSolution", "Help"),
+    "coalition.solve": ("solve_coalition",),
     "coalition.task": (
         "CoalitionTask",
         "make_coalition",

@@ -3,6 +3,7 @@ shapes, in parts on all cores, and cropped again.
 """
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 import jax
@@ -66,30 +67,43 @@ def call(
     task: CoalitionTask,
     options: Any,
     axes: dict[str, str],
+    *,
+    room: int | None = None,
 ) -> Any:
     """Returns what a kernel gives for a task or a batch of tasks.
 
     Args:
       kernel: (options, is_part) -> a jitted function of a batch with one leading axis, which
-        returns a record; the same function for equal options.
+        returns a record; the same function for equal options. Where `room` is given, it is the
+        second argument, int32 [B].
       options: hashable.
       axes: for each array of the record whose axes after the first are padded: "A", "M", "H", "W"
-        for those to crop, "." for others.
+        for those to crop, "N" for the room, "." for others.
     """
     batch = coalition_batch(task)
     flat = jax.tree.map(
         fold, task, CoalitionTask(**{name: rank for name, (_, rank) in _FORM.items()})
     )
     if is_traced(task):
-        out = kernel(options, False)(flat)
+        out = kernel(options, False)(flat, *_rooms(room, len(flat.start), jnp))
     else:
         out = cores.at_device_of(
-            lambda: _in_buckets(kernel, flat, options, axes), *jax.tree.leaves(task)
+            lambda: _in_buckets(kernel, flat, options, axes, room), *jax.tree.leaves(task)
         )
     return jax.tree.map(lambda array: unfold(array, batch), out)
 
 
-def _in_buckets(kernel: Callable, task: CoalitionTask, options: Any, axes: dict[str, str]) -> Any:
+def _rooms(room: int | None, count: int, xp: ModuleType) -> tuple:
+    return () if room is None else (xp.full(count, room, np.int32),)
+
+
+def _in_buckets(
+    kernel: Callable,
+    task: CoalitionTask,
+    options: Any,
+    axes: dict[str, str],
+    room: int | None,
+) -> Any:
     B, L, H, W = task.labels.shape
     A, M = task.able.shape[1:]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), batch_bucket(A))
@@ -97,11 +111,11 @@ def _in_buckets(kernel: Callable, task: CoalitionTask, options: Any, axes: dict[
     is_on_host = cores.is_on_host(*jax.tree.leaves(task))
     size = cores.part_size(bucket[0], A * H * W * L, cores.SOLVE) if is_on_host else bucket[0]
     run_bucket = kernel(options, size < B)
-    sides = {"A": A, "M": M, "H": H, "W": W}
+    sides = {"A": A, "M": M, "H": H, "W": W, "N": room}
 
     def run(part: CoalitionTask) -> Any:
         count = len(part.start)
-        out = run_bucket(pad_batch(part, (size, *shape[1:])))
+        out = run_bucket(pad_batch(part, (size, *shape[1:])), *_rooms(room, size, np))
         cropped = {
             name: np.asarray(array)[
                 (slice(count), *(slice(sides.get(axis)) for axis in axes.get(name, "")))
@@ -110,7 +124,7 @@ def _in_buckets(kernel: Callable, task: CoalitionTask, options: Any, axes: dict[
         }
         return out.replace(**cropped)
 
-    out = run(task) if size >= B else cores.in_parts(run, task, size, (run_bucket, shape))
+    out = run(task) if size >= B else cores.in_parts(run, task, size, (run_bucket, shape, room))
     return jax.tree.map(jnp.asarray, out)
 
 
