@@ -8,6 +8,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from srt_jax.check.coalition import check_coalition
+    from srt_jax.coalition.generate import helpers
     from srt_jax.coalition.reach import coalition_reach
     from srt_jax.coalition.records import CoalitionReach, CoalitionSolution, Help
     from srt_jax.coalition.solve import solve_coalition
@@ -23,7 +25,9 @@ __all__ = [
     "CoalitionSolution",
     "CoalitionTask",
     "Help",
+    "check_coalition",
     "coalition_reach",
+    "helpers",
     "make_coalition",
     "solve_coalition",
     "stack_coalitions",
@@ -31,6 +35,8 @@ __all__ = [
 ]
 
 _MODULES = {
+    "check.coalition": ("check_coalition",),
+    "coalition.generate": ("helpers",),
     "coalition.reach": ("coalition_reach",),
     "coalition.records": ("CoalitionReach", "CoalitionSolution", "Help"),
     "coalition.solve": ("solve_coalition",),
