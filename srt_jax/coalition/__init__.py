@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from srt_jax.coalition.generate import helpers
     from srt_jax.coalition.reach import coalition_reach
     from srt_jax.coalition.records import CoalitionReach, CoalitionSolution, Help
+    from srt_jax.coalition.schedule import Schedule, schedule_coalition
     from srt_jax.coalition.solve import solve_coalition
     from srt_jax.coalition.task import (
         CoalitionTask,
@@ -25,10 +26,12 @@ __all__ = [
     "CoalitionSolution",
     "CoalitionTask",
     "Help",
+    "Schedule",
     "check_coalition",
     "coalition_reach",
     "helpers",
     "make_coalition",
+    "schedule_coalition",
     "solve_coalition",
     "stack_coalitions",
     "unstack_coalitions",
@@ -39,6 +42,7 @@ _MODULES = {
     "coalition.generate": ("helpers",),
     "coalition.reach": ("coalition_reach",),
     "coalition.records": ("CoalitionReach", "CoalitionSolution", "Help"),
+    "coalition.schedule": ("Schedule", "schedule_coalition"),
     "coalition.solve": ("solve_coalition",),
     "coalition.task": (
         "CoalitionTask",
