@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from srt_jax.check.coalition import check_coalition
+    from srt_jax.coalition.explain import coalition_record, explain_coalition, help_edges
+    from srt_jax.coalition.files import read_coalitions, write_coalitions
     from srt_jax.coalition.generate import helpers
     from srt_jax.coalition.reach import coalition_reach
     from srt_jax.coalition.records import CoalitionReach, CoalitionSolution, Help
@@ -20,6 +22,14 @@ if TYPE_CHECKING:
         stack_coalitions,
         unstack_coalitions,
     )
+    from srt_jax.draw.coalition import animate_coalition, draw_coalition
+    from srt_jax.symbols.scene_of_coalition import (
+        coalition_lines,
+        coalition_messages,
+        coalition_texts,
+        planned_by_map,
+        signs_of,
+    )
 
 __all__ = [
     "CoalitionReach",
@@ -27,18 +37,40 @@ __all__ = [
     "CoalitionTask",
     "Help",
     "Schedule",
+    "animate_coalition",
     "check_coalition",
+    "coalition_lines",
+    "coalition_messages",
     "coalition_reach",
+    "coalition_record",
+    "coalition_texts",
+    "draw_coalition",
+    "explain_coalition",
+    "help_edges",
     "helpers",
     "make_coalition",
+    "planned_by_map",
+    "read_coalitions",
     "schedule_coalition",
+    "signs_of",
     "solve_coalition",
     "stack_coalitions",
     "unstack_coalitions",
+    "write_coalitions",
 ]
 
 _MODULES = {
     "check.coalition": ("check_coalition",),
+    "coalition.explain": ("coalition_record", "explain_coalition", "help_edges"),
+    "coalition.files": ("read_coalitions", "write_coalitions"),
+    "draw.coalition": ("animate_coalition", "draw_coalition"),
+    "symbols.scene_of_coalition": (
+        "coalition_lines",
+        "coalition_messages",
+        "coalition_texts",
+        "planned_by_map",
+        "signs_of",
+    ),
     "coalition.generate": ("helpers",),
     "coalition.reach": ("coalition_reach",),
     "coalition.records": ("CoalitionReach", "CoalitionSolution", "Help"),
