@@ -13,9 +13,9 @@ import numpy as np
 from sign_model.ground.marks import jitted
 from srt_jax.coalition import batches, regions
 from srt_jax.coalition.plan import Plan, list_schedule
-from srt_jax.coalition.reach import feasible, prepare
+from srt_jax.coalition.reach import Feasible, feasible, prepare
 from srt_jax.coalition.records import CoalitionSolution, Help
-from srt_jax.coalition.regions import Scratch
+from srt_jax.coalition.regions import Graph, Scratch
 from srt_jax.coalition.search import Team, search
 from srt_jax.coalition.task import CoalitionTask
 from srt_jax.engine.arguments import is_traced
@@ -134,17 +134,18 @@ def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolu
     batch, agents, obstacles = task.able.shape
     height, width = task.labels.shape[2:]
     capacity = options.max_cells or 2 * max_path_cells(height, width)
-    search_one = functools.partial(_search, max_branches=options.max_branches)
+    arrays = (task.able, task.start, task.goal)
+    # A marked call has no operand that it does not use: the compiler would end the process.
     if agents == 1:  # then every task is one of `search_least`
-        search_one = functools.partial(_search, max_branches=None)
+        search_one = _only_feasible
+    else:
+        search_one = functools.partial(_search, max_branches=options.max_branches)
+        arrays = (*arrays, task.removal_cost)
     found = batches.of_all(
         search_one,
         lambda: regions.scratch(height * width, obstacles, 2 * agents),
         task.labels,
-        task.able,
-        task.removal_cost,
-        task.start,
-        task.goal,
+        *arrays,
     )
 
     # What is destroyed, and whether it fits into the answer.
@@ -178,45 +179,68 @@ def _search(
     labels: Labels,
     room: Scratch,
     able: Array,
-    cost: Array,
     start: Array,
     goal: Array,
+    cost: Array,
     *,
-    max_branches: int | None,
+    max_branches: int,
 ) -> tuple[_Found, Scratch]:
-    """The search on one map; without `max_branches` only whether all goals can be reached: then 0
-    stands for the bound and the cost.
+    """The search on one map."""
+    begin, graph, known = _known(labels, room, able, start, goal)
+    costs = sums.costs_of(cost, able.any(axis=0))
+    gone = begin.together.gone
+    team = Team(begin.begin, begin.goal, known.able, known.never | ~gone, costs)
+    least, graph = search(graph, team, known.is_solvable, max_branches)
+    bound, total = sums.to_float32(jnp.stack([least.bound, least.cost], axis=1), costs)
+    chosen = regions.members(least.chosen, len(cost)) & jnp.isfinite(total)
+    return _Found(chosen, bound=bound, cost=total, **_reported(begin, known, len(cost))), graph.room
+
+
+def _only_feasible(
+    labels: Labels, room: Scratch, able: Array, start: Array, goal: Array
+) -> tuple[_Found, Scratch]:
+    """Whether all goals of one map can be reached; then 0 stands for the bound and the cost."""
+    begin, graph, known = _known(labels, room, able, start, goal)
+    nothing = jnp.where(known.is_solvable, jnp.float32(0), jnp.inf)
+    chosen = jnp.zeros(able.shape[1], bool)
+    reported = _reported(begin, known, able.shape[1])
+    return _Found(chosen, bound=nothing, cost=nothing, **reported), graph.room
+
+
+class _Known(NamedTuple):
+    """able: uint32 [A, Z]. never: uint32 [Z], what nobody is able to destroy. The others: bool [],
+    about one map.
     """
-    num_obstacles = len(cost)
+
+    able: Array
+    never: Array
+    is_solvable: Array
+    is_inside: Array
+    is_blocked: Array
+
+
+def _known(
+    labels: Labels, room: Scratch, able: Array, start: Array, goal: Array
+) -> tuple[Feasible, Graph, _Known]:
     graph, able_words, never = prepare(labels, able, start, room)
     found, graph = feasible(labels, graph, able_words, never, start, goal)
     has_goal = (goal >= 0).any(axis=1)
     is_never = jnp.any(jnp.take(graph.room.own, found.goal.clip(0), axis=0) & never != 0, axis=1)
     is_inside = has_goal & ((found.goal < 0) | is_never)
     is_blocked = (found.help == Help.START_BLOCKED) & has_goal
-    is_stuck = (found.help == Help.NEVER) | is_blocked
-    firm = ~regions.members(found.together.gone, num_obstacles)
-    if max_branches is None:
-        bound = total = jnp.where(jnp.any(is_stuck), jnp.inf, jnp.float32(0))
-        chosen = jnp.zeros(num_obstacles, bool)
-        begins = found.begin >= 0
-        return _Found(
-            chosen, firm, bound, total, found.help, begins, jnp.any(is_inside), jnp.any(is_blocked)
-        ), graph.room
-    costs = sums.costs_of(cost, able.any(axis=0))
-    team = Team(found.begin, found.goal, able_words, never | ~found.together.gone, costs)
-    least, graph = search(graph, team, ~jnp.any(is_stuck), max_branches)
-    bound, total = sums.to_float32(jnp.stack([least.bound, least.cost], axis=1), costs)
-    return _Found(
-        regions.members(least.chosen, num_obstacles) & jnp.isfinite(total),
-        firm,
-        bound,
-        total,
-        found.help,
-        found.begin >= 0,
-        jnp.any(is_inside),
-        jnp.any(is_blocked),
-    ), graph.room
+    is_solvable = ~jnp.any((found.help == Help.NEVER) | is_blocked)
+    flags = (is_solvable, jnp.any(is_inside), jnp.any(is_blocked))
+    return found, graph, _Known(able_words, never, *flags)
+
+
+def _reported(found: Feasible, known: _Known, num_obstacles: int) -> dict[str, Array]:
+    return {
+        "firm": ~regions.members(found.together.gone, num_obstacles),
+        "help": found.help,
+        "begins": found.begin >= 0,
+        "is_inside": known.is_inside,
+        "is_blocked": known.is_blocked,
+    }
 
 
 def _lone(
