@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands import options
 from srt_jax.commands.console import note, say, say_json, show_progress, waiting
 from srt_jax.commands.options import JsonOption
@@ -89,6 +90,15 @@ def draw(
     """
     frame = PolarFrame(metres_per_cell, heading) if polar else None
     _check(out, show, ending)
+    if any(holds_coalitions(path) for path in inputs):
+        from srt_jax.commands.coalitions import draw_files
+
+        files = draw_files(inputs, out, ending=ending, max_destroyed=max_destroyed)
+        if as_json:
+            say_json({"files": [str(file) for file in files]})
+        else:
+            say(f"Drew {len(files)} task{'s' if len(files) > 1 else ''} of coalitions: {files[0]}")
+        return 0
     # What --only names may lie beyond the first tasks: the limit is then one on what was chosen.
     how = dataclasses.replace(reading, limit=None) if only else reading
 

@@ -18,7 +18,7 @@ def generate(
         str,
         typer.Argument(
             metavar="KIND",
-            help="half, quarter, bagel-K, rooms, fences, rings or mixed",
+            help="half, quarter, bagel-K, rooms, fences, rings, mixed, or helpers (coalitions)",
             show_default=False,
         ),
     ],
@@ -39,15 +39,37 @@ def generate(
     if out.suffix.lower() != ".npz":
         raise ValueError(f"--out {out}: a batch is an .npz file: end the name in .npz")
     sizes = sides(size)
+    if kind == "helpers":
+        return _helpers(out, count, sizes, seed, as_json)
     with waiting("generating", quiet=as_json):
         names, tasks, optima = zip(*made(kind, count=count, size=sizes, seed=seed))
     write_batch(out, stack(tasks), names=names, optimum=np.array(optima, np.float32))
     known = int(np.sum(~np.isnan(optima)))
+    return _told(out, len(tasks), known, as_json)
+
+
+def _helpers(
+    out: pathlib.Path, count: int, size: int | tuple[int, int], seed: int, as_json: bool
+) -> int:
+    """Tasks of coalitions, all of one size."""
+    from srt_jax.coalition.files import write_coalitions
+    from srt_jax.coalition.generate import helpers
+    from srt_jax.coalition.task import stack_coalitions
+
+    if not isinstance(size, int):
+        raise ValueError("--size: tasks of kind helpers have one size: give one number")
+    with waiting("generating", quiet=as_json):
+        names, tasks, optima = zip(*helpers(count=count, size=size, seed=seed))
+    write_coalitions(out, stack_coalitions(tasks), names=names, optimum=optima)
+    return _told(out, len(tasks), int(np.sum(~np.isnan(optima))), as_json)
+
+
+def _told(out: pathlib.Path, number: int, known: int, as_json: bool) -> int:
     if as_json:
-        say_json({"file": str(out), "tasks": len(tasks), "known_optimum": known})
+        say_json({"file": str(out), "tasks": number, "known_optimum": known})
     else:
         say(
-            f"Wrote {len(tasks)} tasks to {out}; the least removal is known for {known}. Next:"
+            f"Wrote {number} tasks to {out}; the least removal is known for {known}. Next:"
             f" srt-jax solve {out}"
         )
     return 0

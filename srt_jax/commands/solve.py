@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from srt_jax.answers.results_file import require_name
+from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands import options
 from srt_jax.commands.console import BAD_INPUT, show_progress
 from srt_jax.commands.options import JsonOption
@@ -70,6 +71,14 @@ def solve(
     require_page_name(page)
     if results:
         require_name(results)
+    coalitions = [path for path in inputs if holds_coalitions(path)]
+    if coalitions:
+        _require_alone(coalitions, inputs, page, results)
+        from srt_jax.commands.coalitions import solve_files
+
+        return solve_files(
+            inputs, max_destroyed=max_destroyed, out=out, pictures=pictures, as_json=as_json
+        )
 
     def read(path: str, notes: Notes) -> list[NamedTask]:
         return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
@@ -98,3 +107,23 @@ def solve(
         mode=mode,
     )
     return BAD_INPUT if failed else exit_code(records)
+
+
+def _require_alone(
+    coalitions: list[str],
+    inputs: list[str],
+    page: pathlib.Path | None,
+    results: pathlib.Path | None,
+) -> None:
+    """Raises ValueError where tasks of coalitions come with what is for other tasks only."""
+    others = [path for path in inputs if path not in coalitions]
+    if others:
+        raise ValueError(
+            f"{coalitions[0]} holds a coalition's task, {others[0]} does not: solve them one after"
+            " the other"
+        )
+    if page or results:
+        name = "--report" if page else "--results"
+        raise ValueError(
+            f"{coalitions[0]}: {name} is not for tasks of coalitions: use --out or --json"
+        )

@@ -1,0 +1,270 @@
+"""Pictures and animations of a coalition's task: one colour an agent, what is destroyed numbered in
+order.
+"""
+
+import os
+import pathlib
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from sign_model.ground.legible import legible
+from srt_jax.coalition.records import CoalitionSolution
+from srt_jax.coalition.task import CoalitionTask
+from srt_jax.draw.canvas import save_gif
+from srt_jax.draw.colours import PALETTE, Kind, shrunk
+from srt_jax.draw.picture import page
+from srt_jax.types import Status
+
+AGENTS = ("#0072b2", "#d55e00", "#009e73", "#000000", "#cc79a7", "#7a4a00")
+"""Colours of agents, in turn."""
+
+_SIDE, _PIXELS, _FRAMES = 7.0, 480, 48
+_QUICK, _LAST = 110, 2500
+
+
+def draw_coalition(
+    task: CoalitionTask,
+    solution: CoalitionSolution,
+    path: str | os.PathLike,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of one task and its answer; the ending of `path` decides the format (.png,
+    .svg, .pdf).
+
+    Each agent has a colour: a circle where it starts, a star where its goal is, its route, and a
+    numbered diamond where it destroys an obstacle.
+
+    Raises:
+      ImportError: matplotlib is missing. ValueError: a batch was given, or another ending.
+
+    Examples:
+      >>> import os
+      >>> import tempfile
+      >>> import numpy as np
+      >>> from srt_jax.coalition import draw_coalition, make_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> path = os.path.join(tempfile.mkdtemp(), "one.png")
+      >>> draw_coalition(task, solve_coalition(task), path)
+      >>> os.path.exists(path)
+      True
+    """
+    kinds = _kinds(task, solution)
+    height, width = kinds.shape
+    heading = [
+        *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
+        _headline(solution),
+    ]
+    size = (_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + 1.4 + 0.18 * len(heading))
+    with page(path, size=size) as figure:
+        axes = figure.add_subplot()
+        small = shrunk(kinds, 1050)
+        n = -(-max(height, width) // 1050)
+        extent = (-0.5, small.shape[1] * n - 0.5, small.shape[0] * n - 0.5, -0.5)
+        axes.imshow(PALETTE[small], interpolation="nearest", extent=extent)
+        axes.set_xlim(-0.5, width - 0.5)
+        axes.set_ylim(height - 0.5, -0.5)
+        for agent in _agents(task):
+            _draw_agent(axes, task, solution, agent)
+        for number, (agent, cell) in enumerate(_places(solution)):
+            axes.plot(
+                cell[1],
+                cell[0],
+                "D",
+                color=_colour(agent),
+                markersize=11,
+                markeredgecolor="white",
+                zorder=6,
+            )
+            axes.text(
+                cell[1],
+                cell[0],
+                str(number + 1),
+                color="white",
+                fontsize=7,
+                ha="center",
+                va="center",
+                zorder=7,
+            )
+        axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
+        axes.set_xlabel("column")
+        axes.set_ylabel("row")
+        figure.legend(
+            handles=_legend(task, kinds),
+            loc="outside lower center",
+            ncols=4,
+            fontsize=8,
+            frameon=False,
+        )
+
+
+def animate_coalition(
+    task: CoalitionTask,
+    solution: CoalitionSolution,
+    path: str | os.PathLike,
+    *,
+    title: str = "",
+) -> None:
+    """Writes an animated GIF: all agents walk at one pace, wait where they must, and what is
+    destroyed disappears.
+
+    Raises:
+      ImportError: Pillow is missing. ValueError: a batch was given, another ending than .gif, or an
+        answer without routes.
+    """
+    if pathlib.Path(path).suffix.lower() != ".gif":
+        raise ValueError(f"{path}: an animation is a GIF: end the name in .gif")
+    kinds = _kinds(task, solution)
+    if not Status(int(solution.status)).is_solved:
+        raise ValueError("the answer has no routes to animate: draw a picture of it instead")
+    try:
+        from PIL import Image, ImageDraw, ImageFont
+    except ImportError as error:
+        raise ImportError("animations need Pillow: pip install 'srt-jax[draw]'") from error
+    times, when = _clock(solution)
+    ids = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
+    labels = np.asarray(task.labels)[:, : kinds.shape[0], : kinds.shape[1]]
+    n = -(-max(kinds.shape) // (2 * _PIXELS))
+    scale = max(1, _PIXELS // -(-max(kinds.shape) // n))
+    font = ImageFont.load_default(12)
+
+    def at(cell: Any) -> tuple[float, float]:
+        return (cell[1] + 0.5) / n * scale, 24 + (cell[0] + 0.5) / n * scale
+
+    shown = []
+    end = float(np.max(np.asarray(solution.finish)))
+    for now in np.linspace(0, end, _FRAMES).tolist():
+        gone = [i for i, time in zip(ids, when) if time <= now + 1e-6]
+        here = np.where(
+            np.isin(labels, gone).any(axis=0) & (np.isin(labels, [-1, *gone]).all(axis=0)),
+            np.uint8(Kind.UNREACHED),
+            kinds,
+        )
+        small = shrunk(here, -(-max(kinds.shape) // n))
+        cells = PALETTE[small.repeat(scale, axis=0).repeat(scale, axis=1)]
+        image = Image.new("RGB", (cells.shape[1], cells.shape[0] + 24), "white")
+        image.paste(Image.fromarray(cells), (0, 24))
+        pen = ImageDraw.Draw(image)
+        text = f"{legible(title)}  time {now:.1f}, {len(gone)} of {len(ids)} destroyed".strip()
+        pen.text((4, 6), text, fill="black", font=font)
+        for agent in _agents(task):
+            route = np.asarray(solution.cells)[agent, : int(solution.num_cells[agent])]
+            if not len(route):
+                continue
+            index = int(np.searchsorted(times[agent], now + 1e-6, side="right")) - 1
+            if index > 0:
+                pen.line([at(c) for c in route[: index + 1]], fill=_colour(agent), width=2)
+            x, y = at(route[index])
+            pen.ellipse((x - 5, y - 5, x + 5, y + 5), fill=_colour(agent), outline="white")
+        shown.append((image.quantize(64), _QUICK))
+    shown[-1] = (shown[-1][0], _LAST)
+    save_gif(path, shown)
+
+
+def _kinds(task: CoalitionTask, solution: CoalitionSolution) -> np.ndarray:
+    if np.ndim(solution.status):
+        raise ValueError("a picture shows one task and its answer, not a batch")
+    height, width = np.asarray(task.size).tolist()
+    labels = np.asarray(task.labels)[:, :height, :width]
+    number = int(solution.num_destroyed) if Status(int(solution.status)).is_solved else 0
+    destroyed = np.asarray(solution.destroyed)[:number]
+    able = np.flatnonzero(np.asarray(task.able).any(axis=0))
+    kinds = np.full((height, width), Kind.UNREACHED, np.uint8)
+    kinds[(labels != -1).any(axis=0)] = Kind.DESTROYABLE
+    kinds[np.isin(labels, destroyed).any(axis=0)] = Kind.DESTROYED
+    kinds[((labels != -1) & ~np.isin(labels, able)).any(axis=0)] = Kind.INDESTRUCTIBLE
+    return kinds
+
+
+def _agents(task: CoalitionTask) -> list[int]:
+    return [a for a, cell in enumerate(np.asarray(task.start).tolist()) if min(cell) >= 0]
+
+
+def _colour(agent: int) -> str:
+    return AGENTS[agent % len(AGENTS)]
+
+
+def _headline(solution: CoalitionSolution) -> str:
+    status = Status(int(solution.status))
+    if not status.is_solved:
+        return f"{status.name}: {status.meaning}"
+    return (
+        f"{status.name}: {int(solution.num_destroyed)} destroyed, removal cost"
+        f" {float(solution.removal_cost):g} (bound {float(solution.removal_bound):g}), done at"
+        f" {float(np.max(np.asarray(solution.finish))):.1f}"
+    )
+
+
+def _places(solution: CoalitionSolution) -> list[tuple[int, list[int]]]:
+    if not Status(int(solution.status)).is_solved:
+        return []
+    cells = np.asarray(solution.cells)
+    pairs = zip(
+        np.asarray(solution.destroyed_by).tolist(), np.asarray(solution.destroyed_at).tolist()
+    )
+    return [(agent, cells[agent, at].tolist()) for agent, at in pairs if agent >= 0]
+
+
+def _draw_agent(axes: Any, task: CoalitionTask, solution: CoalitionSolution, agent: int) -> None:
+    colour, options = _colour(agent), {"markeredgecolor": "white", "linestyle": "none", "zorder": 5}
+    route = np.asarray(solution.cells)[agent]
+    route = route[route[:, 0] >= 0]
+    if len(route) > 1:
+        axes.plot(route[:, 1], route[:, 0], color="white", linewidth=3.6, zorder=3)
+        axes.plot(route[:, 1], route[:, 0], color=colour, linewidth=2, zorder=3.5)
+    (row, col), (to_row, to_col) = np.asarray(task.start)[agent], np.asarray(task.goal)[agent]
+    axes.plot(col, row, "o", color=colour, markersize=9, **options)
+    if to_row >= 0:
+        axes.plot(to_col, to_row, "*", color=colour, markersize=15, **options)
+
+
+def _legend(task: CoalitionTask, kinds: np.ndarray) -> list[Any]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    shown: list[Any] = [
+        Patch(
+            facecolor=kind.colour,
+            edgecolor="0.55",
+            linewidth=0.5,
+            label="free" if kind is Kind.UNREACHED else kind.called,
+        )
+        for kind in map(Kind, np.unique(kinds).tolist())
+    ]
+    for agent in _agents(task):
+        shown.append(
+            Line2D(
+                [],
+                [],
+                color=_colour(agent),
+                linewidth=2.2,
+                marker="o",
+                markeredgecolor="white",
+                label=f"agent {agent}",
+            )
+        )
+    return shown
+
+
+def _clock(solution: CoalitionSolution) -> tuple[dict[int, np.ndarray], list[float]]:
+    """When each agent is at each cell of its route, and when each obstacle is gone."""
+    cells, needed = np.asarray(solution.cells), np.asarray(solution.needed)
+    by, at = np.asarray(solution.destroyed_by), np.asarray(solution.destroyed_at)
+    when: list[float] = []
+
+    def times(agent: int) -> np.ndarray:
+        route = cells[agent, : int(solution.num_cells[agent])]
+        steps = np.where(abs(np.diff(route, axis=0)).sum(axis=1) == 2, 2**0.5, 1.0)
+        now = [0.0]
+        for index, step in enumerate(steps.tolist()):
+            waits = [time for k, time in enumerate(when) if needed[agent, k] == index]
+            now.append(max([now[-1], *waits]) + step)
+        return np.array(now[: max(1, len(route))])
+
+    for k in range(int(solution.num_destroyed)):
+        when.append(float(times(int(by[k]))[int(at[k])]))
+    return {agent: times(agent) for agent in range(len(cells))}, when
