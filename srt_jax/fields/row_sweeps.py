@@ -118,7 +118,7 @@ def _sweep(field: Array, straight: Array, diagonal: Array, *, upwards: bool) -> 
         y = rows - 2 - step if upwards else 1 + step
         new = _relax_row(sweep.line, sweep.bare, row_of(sweep.field, y), straight, diagonal)
         # its ends, the border, stay: a pad is slower by 40 %
-        line = lax.dynamic_update_slice(sweep.line, new, (1,))
+        line = lax.dynamic_update_slice(sweep.line, new, (np.int32(1),))
         return _Sweep(line, new, lax.dynamic_update_slice(sweep.field, line[None], (y, zero)))
 
     line = row_of(field, jnp.int32(rows - 1 if upwards else 0))

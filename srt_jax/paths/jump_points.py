@@ -568,7 +568,7 @@ def walk_back(
         )
 
     cells = jnp.full((max_cells, 2), -1, jnp.int32)
-    cells = lax.dynamic_update_slice(cells, goal[None], (max_cells - 1, 0))
+    cells = lax.dynamic_update_slice(cells, goal[None], (np.int32(max_cells - 1), np.int32(0)))
     here = jnp.where(best.cost == NO_COST, jnp.uint32(0), best.cost)
     walk = _Walk(goal[0], goal[1], here, best.leg, run_of(best.leg), jnp.int32(1), cells)
     walk = lax.while_loop(lambda walk: walk.here != 0, step, walk)

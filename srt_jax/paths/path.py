@@ -178,7 +178,7 @@ def _walk(
     # the walk begins at the goal; where that is not reached, it ends at once
     at_goal = at(goal[0], goal[1])
     cells = jnp.full((max_cells, 2), -1, jnp.int32)
-    cells = lax.dynamic_update_slice(cells, goal[None], (max_cells - 1, 0))
+    cells = lax.dynamic_update_slice(cells, goal[None], (np.int32(max_cells - 1), np.int32(0)))
     is_reached = at_goal < at(jnp.int32(-1), jnp.int32(-1))
     here = jnp.where(is_reached, at_goal, jnp.zeros_like(at_goal))
     walk = _Walk(goal[0], goal[1], here, jnp.int32(1), cells)
