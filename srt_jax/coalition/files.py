@@ -198,7 +198,9 @@ def _rows(path: PathLike, rows: object) -> np.ndarray:
     wrong = np.argwhere((signs != ".") & (signs != "@"))
     if len(wrong):
         row, col = wrong[0].tolist()
-        raise ValueError(f"{path}: map has {signs[row, col]!r} at ({row}, {col}): use '.' and '@'")
+        raise ValueError(
+            f"{path}: map has {str(signs[row, col])!r} at ({row}, {col}): use '.' and '@'"
+        )
     return signs == "."
 
 
