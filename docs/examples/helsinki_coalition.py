@@ -13,12 +13,12 @@ import numpy as np
 
 from srt_jax.coalition import (
     check_coalition,
-    draw_coalition,
     explain_coalition,
     make_coalition,
     solve_coalition,
 )
 from srt_jax.data import helsinki
+from srt_jax.draw.coalition import draw_coalition
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.instances.paper_blockers import block, pick_start_goal
 

@@ -8,8 +8,6 @@ import pytest
 
 from srt_jax.cli import run
 from srt_jax.coalition import (
-    animate_coalition,
-    draw_coalition,
     helpers,
     make_coalition,
     read_coalitions,
@@ -18,6 +16,7 @@ from srt_jax.coalition import (
 )
 from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands import coalitions
+from srt_jax.draw.coalition import animate_coalition, draw_coalition
 
 TASK = {
     "map": ["...@...", "...@...", "...@..."],
