@@ -32,7 +32,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from sign_model.ground.files import written
+from sign_model.ground.files import atomic_write
 
 MOST_BYTES = 1 << 30
 """Of all programs in the folder; the solver for one size of map takes about 2 MB."""
@@ -211,7 +211,7 @@ def _write(file: pathlib.Path, compiled: Any, out_structure: Any) -> None:
     payload, in_tree, _ = serialize(compiled)
     pattern = jax.tree.unflatten(out_structure, range(out_structure.num_leaves))
     content = pickle.dumps((payload, in_tree.num_leaves, pattern))
-    with written(file, "wb") as draft:
+    with atomic_write(file, "wb") as draft:
         draft.write(content)
     _make_room(file.parent)
 

@@ -125,7 +125,8 @@ class _World:
         """Whether every agent with a goal reaches it with what is allowed."""
         agents = list(range(len(self.start)))
         floods, _ = self.reach(agents, allowed)
-        return all(self.goal[a] is None or holds_at(floods[a], self.goal[a]) for a in agents)
+        goals = zip(agents, self.goal)
+        return all(goal is None or holds_at(floods[agent], goal) for agent, goal in goals)
 
 
 def _check_one(task: SimpleNamespace, solution: SimpleNamespace) -> list[str]:
@@ -183,7 +184,7 @@ def _truth(world: _World) -> tuple[Status, list[int], np.ndarray]:
     at_most = free_cells(world.labels, world.any_able)
     if any(help[agent] == _START_BLOCKED for agent in wanting):
         status = Status.START_BLOCKED
-    elif any(not holds_at(at_most, world.goal[agent]) for agent in wanting):
+    elif any(goal and not holds_at(at_most, goal) for goal in world.goal):
         status = Status.GOAL_BLOCKED
     elif any(help[agent] == _NEVER for agent in wanting):
         status = Status.UNSOLVABLE

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         stack_coalitions,
         unstack_coalitions,
     )
-    from srt_jax.draw.coalition import animate_coalition, draw_coalition
     from srt_jax.symbols.scene_of_coalition import (
         coalition_lines,
         coalition_messages,
@@ -37,14 +36,12 @@ __all__ = [
     "CoalitionTask",
     "Help",
     "Schedule",
-    "animate_coalition",
     "check_coalition",
     "coalition_lines",
     "coalition_messages",
     "coalition_reach",
     "coalition_record",
     "coalition_texts",
-    "draw_coalition",
     "explain_coalition",
     "help_edges",
     "helpers",
@@ -63,7 +60,6 @@ _MODULES = {
     "check.coalition": ("check_coalition",),
     "coalition.explain": ("coalition_record", "explain_coalition", "help_edges"),
     "coalition.files": ("read_coalitions", "write_coalitions"),
-    "draw.coalition": ("animate_coalition", "draw_coalition"),
     "symbols.scene_of_coalition": (
         "coalition_lines",
         "coalition_messages",

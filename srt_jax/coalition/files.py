@@ -15,7 +15,7 @@ from srt_jax.coalition.task import (
 )
 from srt_jax.formats.containers.arrays import read_arrays
 from srt_jax.formats.containers.json_text import fields_of, read_json
-from srt_jax.formats.files import PathLike, read_bytes, written
+from srt_jax.formats.files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE
 
 _FIELDS = {
@@ -77,7 +77,7 @@ def write_coalitions(
     if optimum is not None:
         arrays["optimum"] = np.asarray(optimum, np.float32)
     _of_arrays(str(path), arrays)
-    with written(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         np.savez_compressed(file, **arrays)
 
 
@@ -198,7 +198,9 @@ def _rows(path: PathLike, rows: object) -> np.ndarray:
     wrong = np.argwhere((signs != ".") & (signs != "@"))
     if len(wrong):
         row, col = wrong[0].tolist()
-        raise ValueError(f"{path}: map has {signs[row, col]!r} at ({row}, {col}): use '.' and '@'")
+        raise ValueError(
+            f"{path}: map has {str(signs[row, col])!r} at ({row}, {col}): use '.' and '@'"
+        )
     return signs == "."
 
 

@@ -218,22 +218,30 @@ def _paint(labels: Labels, graph: Graph, epochs: Array) -> tuple[Array, Scratch]
     flags = jnp.zeros((num_cells + 1, words), jnp.uint32)
     flags, room = lax.fori_loop(jnp.int32(0), graph.num_runs, of_run, (flags, room))
 
-    def of_cell(cell: Array, state: _Painting) -> _Painting:
-        run = state.run + (regions.at(state.first, state.run + 1) == cell).astype(jnp.int32)
-        out = regions.put_row(state.out, regions.row(state.flags, run), cell)
-        return _Painting(run, state.first, state.flags, out)
+    # Row by row: which run each cell belongs to, and the bits of that run.
+    which = jnp.arange(packing.num_words(width), dtype=jnp.int32)
+    up_to = (jnp.uint32(2) << jnp.arange(32, dtype=jnp.uint32)) - jnp.uint32(1)
 
-    begin = _Painting(jnp.int32(0), room.first, flags, jnp.zeros((num_cells, words), jnp.uint32))
-    end = lax.fori_loop(jnp.int32(0), jnp.int32(num_cells), of_cell, begin)
-    return end.out, room._replace(first=end.first)
+    def of_row(row: Array, state: _Painting) -> _Painting:
+        starts = packing.pack(regions.run_starts(labels, row)[None, None])[0, 0]
+        counts = lax.population_count(starts).astype(jnp.int32)
+        earlier = jnp.sum(
+            jnp.where(which[None] < which[:, None], counts[None], 0), axis=1, dtype=jnp.int32
+        )
+        inside = lax.population_count(starts[:, None] & up_to[None]).astype(jnp.int32)
+        run = (state.before + earlier[:, None] + inside - 1).reshape(-1)[:width]
+        bits = jnp.take(state.flags, run, axis=0)
+        out = lax.dynamic_update_slice(state.out, bits, (row * width, jnp.int32(0)))
+        return _Painting(run[-1] + 1, state.flags, out)
+
+    begin = _Painting(jnp.int32(0), flags, jnp.zeros((num_cells, words), jnp.uint32))
+    end = lax.fori_loop(jnp.int32(0), jnp.int32(height), of_row, begin)
+    return end.out, room
 
 
 class _Painting(NamedTuple):
-    """run: int32 [], that of the cell painted last. first: of each run. flags, out: uint32 [runs or
-    cells, words].
-    """
+    """before: int32 [], the runs of the rows painted. flags, out: uint32 [runs or cells, words]."""
 
-    run: Array
-    first: Array
+    before: Array
     flags: Array
     out: Array

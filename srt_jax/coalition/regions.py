@@ -164,19 +164,26 @@ class _Ends(NamedTuple):
     first: Array
 
 
+def run_starts(labels: Labels, row: Array) -> Array:
+    """Returns where in a row a run begins, which is where the label of any layer changes: bool
+    [W].
+    """
+    _, num_layers, _, width = labels.all.shape
+    changes = jnp.arange(width, dtype=jnp.int32) == 0
+    for layer in range(num_layers):
+        ids = labels.row(layer, row)
+        changes = changes | (ids != jnp.pad(ids[:-1], (1, 0)))
+    return changes
+
+
 def _list_runs(labels: Labels, room: Scratch) -> tuple[Array, Array, Scratch]:
     """The number of runs, the first run of the second row, and the first cell of each; every run is
     a region of its own as yet.
     """
-    _, num_layers, height, width = labels.all.shape
+    _, _, height, width = labels.all.shape
 
     def begins(row: Array) -> Array:
-        # One call for all layers: a run begins where any of them changes.
-        changes = jnp.arange(width, dtype=jnp.int32) == 0
-        for layer in range(num_layers):
-            ids = labels.row(layer, row)
-            changes = changes | (ids != jnp.pad(ids[:-1], (1, 0)))
-        return packing.pack(changes[None, None])[0, 0]
+        return packing.pack(run_starts(labels, row)[None, None])[0, 0]
 
     starts = lax.map(begins, jnp.arange(height, dtype=jnp.int32))
 

@@ -256,7 +256,7 @@ def _least_length(maps: _Maps, given: list[Deed], max_steps: int) -> tuple[list[
         return float(np.sum(whole))
 
     begin = tuple(maps.start[agent] for agent in maps.agents)
-    queue = [(rest(begin), next(counter), 0.0, frozenset(), begin, ())]
+    queue: list[tuple] = [(rest(begin), next(counter), 0.0, frozenset(), begin, ())]
     settled = set()
     steps = 0
     while queue:

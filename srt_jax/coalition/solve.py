@@ -95,7 +95,7 @@ class _Options(NamedTuple):
 
 def _are_lone(start: Array) -> Array:
     """Returns which tasks have one agent, the others being padding: bool [...]."""
-    return (start >= 0).all(axis=-1).sum(axis=-1) == 1
+    return (start >= 0).all(axis=-1).sum(axis=-1, dtype=np.int32) == 1
 
 
 @functools.cache
@@ -159,7 +159,7 @@ def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolu
     is_solved = jnp.isfinite(found.cost)
     count = found.chosen.sum(axis=1, dtype=jnp.int32)
     fits = is_solved & (count <= options.max_destroyed)
-    if agents == 1:
+    if agents == 1 and plan_lone is not None:
         plan = plan_lone
     else:
         acts = found.begins & (fits & ~is_lone)[:, None]
@@ -225,7 +225,9 @@ def _known(
     graph, able_words, never = prepare(labels, able, start, room)
     found, graph = feasible(labels, graph, able_words, never, start, goal)
     has_goal = (goal >= 0).any(axis=1)
-    is_never = jnp.any(jnp.take(graph.room.own, found.goal.clip(0), axis=0) & never != 0, axis=1)
+    is_never = jnp.any(
+        jnp.take(graph.room.own, found.goal.clip(0), axis=0) & never[None] != 0, axis=1
+    )
     is_inside = has_goal & ((found.goal < 0) | is_never)
     is_blocked = (found.help == Help.START_BLOCKED) & has_goal
     is_solvable = ~jnp.any((found.help == Help.NEVER) | is_blocked)
@@ -268,10 +270,10 @@ def _lone(
     least = search_least(one, room, among, capacity=capacity, max_nodes=options.max_branches)
     needed, path = least.needed, least.route
     chosen = needed < NEVER
+    ids_of = jnp.arange(needed.shape[1], dtype=jnp.int32)
     # the place of each obstacle in the order of need, ties by id
     later = (needed[:, None] < needed[:, :, None]) | (
-        (needed[:, None] == needed[:, :, None])
-        & (jnp.arange(needed.shape[1])[None] < jnp.arange(needed.shape[1])[:, None])[None]
+        (needed[:, None] == needed[:, :, None]) & (ids_of[None] < ids_of[:, None])[None]
     )
     order = jnp.where(chosen, (later & chosen[:, None]).sum(axis=2, dtype=jnp.int32), -1)
     is_mine = (jnp.arange(agents, dtype=jnp.int32)[None] == agent[:, None]) & among[:, None]
@@ -313,7 +315,7 @@ def _as_solution(
 ) -> CoalitionSolution:
     num_slots, num_obstacles = options.max_destroyed, found.chosen.shape[1]
     is_short = (plan.num_cells <= room[:, None]).all(axis=1)
-    is_there = fits & is_short & ((plan.order >= 0).sum(axis=1) == count)
+    is_there = fits & is_short & ((plan.order >= 0).sum(axis=1, dtype=jnp.int32) == count)
 
     # The obstacles in the order of the plan.
     slots = jnp.arange(num_slots, dtype=jnp.int32)[None, :, None]
@@ -321,7 +323,9 @@ def _as_solution(
     some = is_at.any(axis=2)
 
     def in_slots(values: Array) -> Array:
-        return jnp.where(some, jnp.where(is_at, values[:, None], 0).sum(axis=2), -1)
+        return jnp.where(
+            some, jnp.where(is_at, values[:, None], 0).sum(axis=2, dtype=jnp.int32), -1
+        )
 
     ids = jnp.arange(num_obstacles, dtype=jnp.int32)[None]
     destroyed = in_slots(jnp.broadcast_to(ids, plan.order.shape))

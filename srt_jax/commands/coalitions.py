@@ -17,7 +17,7 @@ from srt_jax.coalition.task import NamedCoalition, stack_coalitions
 from srt_jax.commands.console import counted, fitted, printer, say_json, say_wrapped
 from srt_jax.commands.report import exit_code
 from srt_jax.draw.coalition import animate_coalition, draw_coalition
-from srt_jax.formats.files import make_folder, written
+from srt_jax.formats.files import atomic_write, make_folder
 
 _COLUMNS = (
     ("task", 0),
@@ -59,7 +59,7 @@ def solve_files(
     records = [coalition_record(name, task, one) for (name, task), one in zip(tasks, solutions)]
     if out:
         make_folder(out)
-        with written(out / "results.json") as file:
+        with atomic_write(out / "results.json") as file:
             json.dump({"coalitions": records}, file, indent=1)
         for (name, task), solution in list(zip(tasks, solutions))[:pictures]:
             draw_coalition(task, solution, out / f"{_file_name(name)}.png", title=name)

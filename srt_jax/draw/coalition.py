@@ -44,7 +44,8 @@ def draw_coalition(
       >>> import os
       >>> import tempfile
       >>> import numpy as np
-      >>> from srt_jax.coalition import draw_coalition, make_coalition, solve_coalition
+      >>> from srt_jax.coalition import make_coalition, solve_coalition
+      >>> from srt_jax.draw.coalition import draw_coalition
       >>> free = np.ones((5, 7), bool)
       >>> free[:, 3] = False
       >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])

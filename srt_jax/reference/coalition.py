@@ -107,7 +107,8 @@ def coalition_reach(
     grid = _Grid(labels, able.shape[1])
     may = able if allowed is None else able & np.asarray(allowed)
     floods, destroys = _fixpoint(grid, may, start)
-    return Reach(np.stack([grid.mask(cells) for cells in floods]), destroys, ~destroys.any(axis=0))
+    firm = np.logical_not(np.any(destroys, axis=0, keepdims=True))[0]
+    return Reach(np.stack([grid.mask(cells) for cells in floods]), destroys, firm)
 
 
 def coalition_removal(
@@ -139,7 +140,7 @@ def coalition_removal(
             break
         allowed = np.isin(np.arange(able.shape[1]), chosen)
         floods, destroys = _fixpoint(grid, able & allowed, start)
-        is_done = destroys.any(axis=0)[list(chosen)].all()
+        is_done = destroys[:, list(chosen)].any(axis=0).all()
         for cells, end in zip(floods, np.asarray(goal).tolist()):
             is_done &= end == [-1, -1] or bool(cells & grid.bit(tuple(end)))
         if is_done:

@@ -13,6 +13,7 @@ REFERENCE = ROOT / "docs" / "reference"
 PAGES = {
     "srt_jax": "srt_jax.md",
     "sign_model": "sign_model.md",
+    "srt_jax.coalition": "coalition.md",
     "srt_jax.envs": "envs.md",
     "srt_jax.dataset": "dataset.md",
     "srt_jax.draw": "draw.md",
