@@ -30,6 +30,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jaxlib
 import numpy as np
 
 from sign_model.ground.files import atomic_write
@@ -157,7 +158,7 @@ def _world() -> str:
         for path in sorted((root / package).rglob("*.py")):
             digest.update(str(path.relative_to(root)).encode())
             digest.update(path.read_bytes())
-    versions = (sys.version, jax.__version__, jax.lib.__version__, platform.machine())
+    versions = (sys.version, jax.__version__, jaxlib.__version__, platform.machine())
     digest.update(repr((versions, _processor())).encode())
     return digest.hexdigest()
 

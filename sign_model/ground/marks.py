@@ -35,7 +35,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
-from jax import lax
+from jax import core, lax
 
 from sign_model.ground import kept_programs
 
@@ -162,7 +162,7 @@ def _runs_on_cpu(args: tuple) -> bool:
     if jax.default_backend() != "cpu" or default is not None:
         return False
     for leaf in jax.tree.leaves(args):
-        if isinstance(leaf, jax.core.Tracer):
+        if isinstance(leaf, core.Tracer):
             return False
         if hasattr(leaf, "devices") and any(d.platform != "cpu" for d in leaf.devices()):
             return False

@@ -14,7 +14,7 @@ from srt_jax.coalition.files import read_coalitions
 from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.solve import solve_coalition
 from srt_jax.coalition.task import NamedCoalition, stack_coalitions
-from srt_jax.commands.console import counted, fitted, printer, say_json, say_wrapped
+from srt_jax.commands.console import fit_table, printer, say_json, say_wrapped, show_progress
 from srt_jax.commands.report import exit_code
 from srt_jax.draw.coalition import animate_coalition, draw_coalition
 from srt_jax.formats.files import atomic_write, make_folder
@@ -48,7 +48,7 @@ def solve_files(
     begin = time.perf_counter()
     solutions = solved(tasks, max_destroyed)
     seconds = time.perf_counter() - begin
-    with counted("replaying", len(tasks), quiet=as_json) as progress:
+    with show_progress("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
             problems = check_coalition(task, solution)
             if problems:
@@ -126,7 +126,7 @@ def _print(records: list[dict[str, Any]], seconds: float, out: pathlib.Path | No
         ]
         for record in records[:_MOST_ROWS]
     ]
-    console.print(fitted(_COLUMNS, rows, console.width))
+    console.print(fit_table(_COLUMNS, rows, console.width))
     if len(records) > _MOST_ROWS:
         more = len(records) - _MOST_ROWS
         say_wrapped(console, f"... and {more} more tasks (all of them in --json or --out)")

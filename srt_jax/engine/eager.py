@@ -13,6 +13,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jax import core
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import arguments, cores, packing
@@ -167,7 +168,7 @@ def unfold(array: Array, batch: tuple[int, ...]) -> jax.Array:
 
 
 def _on_host(array: Array) -> Array:
-    is_traced = isinstance(array, jax.core.Tracer)
+    is_traced = isinstance(array, core.Tracer)
     return np.asarray(array) if not is_traced and cores.is_on_host(array) else array
 
 

@@ -88,7 +88,8 @@ def nearest(
     jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair;
     here a scan over rows keeps two rows a column.
     """
-    height, width = reached.shape[0], width or reached.shape[1]
+    height = reached.shape[0]
+    width = width or reached.shape[1]
     # the narrower, the more columns in one step
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
