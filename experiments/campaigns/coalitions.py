@@ -17,6 +17,7 @@ Parts; with none named all of them. Exit code 1 if anything differs.
 """
 
 import argparse
+import importlib.util
 import pathlib
 import subprocess
 import sys
@@ -256,12 +257,11 @@ def _pyperplan(domain: str, problem: str) -> list[str] | None:
 
 
 def _fast_downward(domain: str, problem: str) -> list[str] | None:
-    try:
-        import up_fast_downward
-    except ImportError:
+    # the package itself needs unified_planning, the driver in it does not
+    found = importlib.util.find_spec("up_fast_downward")
+    if found is None or found.origin is None:
         return None
-    home = pathlib.Path(up_fast_downward.__file__).parent
-    (driver,) = list(home.rglob("fast-downward.py"))[:1]
+    (driver,) = list(pathlib.Path(found.origin).parent.rglob("fast-downward.py"))[:1]
     with tempfile.TemporaryDirectory() as folder:
         for name, text in (("domain.pddl", domain), ("problem.pddl", problem)):
             pathlib.Path(folder, name).write_text(text)
