@@ -183,7 +183,7 @@ def speed(tally: Tally, seed: int, count: int) -> None:
     rng = np.random.default_rng([seed, 6])
     streets = [_on_street(path, rng) for path in sorted(_STREETS.glob("*_256.map"))]
     if streets:
-        batch = stack_coalitions(streets * 4)
+        batch = stack_coalitions((streets * 13)[:64])
         cost = _milliseconds(lambda: coalition_reach(batch), len(batch.size))
         print(f"speed: reach, 4 agents, streets of 256x256: {cost:.2f} ms of CPU a task")
     batch = stack_coalitions(tasks_of_64(seed, count))
