@@ -17,6 +17,7 @@ Parts; with none named all of them. Exit code 1 if anything differs.
 """
 
 import argparse
+import importlib.util
 import pathlib
 import subprocess
 import sys
@@ -182,7 +183,7 @@ def speed(tally: Tally, seed: int, count: int) -> None:
     rng = np.random.default_rng([seed, 6])
     streets = [_on_street(path, rng) for path in sorted(_STREETS.glob("*_256.map"))]
     if streets:
-        batch = stack_coalitions(streets * 4)
+        batch = stack_coalitions((streets * 13)[:64])
         cost = _milliseconds(lambda: coalition_reach(batch), len(batch.size))
         print(f"speed: reach, 4 agents, streets of 256x256: {cost:.2f} ms of CPU a task")
     batch = stack_coalitions(tasks_of_64(seed, count))
@@ -256,12 +257,11 @@ def _pyperplan(domain: str, problem: str) -> list[str] | None:
 
 
 def _fast_downward(domain: str, problem: str) -> list[str] | None:
-    try:
-        import up_fast_downward
-    except ImportError:
+    # the package itself needs unified_planning, the driver in it does not
+    found = importlib.util.find_spec("up_fast_downward")
+    if found is None or found.origin is None:
         return None
-    home = pathlib.Path(up_fast_downward.__file__).parent
-    (driver,) = list(home.rglob("fast-downward.py"))[:1]
+    (driver,) = list(pathlib.Path(found.origin).parent.rglob("fast-downward.py"))[:1]
     with tempfile.TemporaryDirectory() as folder:
         for name, text in (("domain.pddl", domain), ("problem.pddl", problem)):
             pathlib.Path(folder, name).write_text(text)

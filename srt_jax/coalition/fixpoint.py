@@ -167,14 +167,28 @@ def fixpoint(graph: Graph, powers: Powers) -> tuple[Outcome, Graph]:
     return end.out, graph._replace(room=end.room._replace(epoch=epoch))
 
 
-def are_reached(graph: Graph, flood: Array, region: Array) -> Array:
+def are_reached(graph: Graph, flood: Array, region: Array) -> tuple[Array, Graph]:
     """Returns whether the floods of the last fixpoint, from `flood` on, reached the regions (int32
     [A], one each): bool [A]; not where that is -1.
+
+    The marks are carried along and come back with the graph: what reads them beside the loops that
+    write them would make XLA copy them.
     """
     num_cells = graph.room.head.shape[0] - 1
-    first = (flood + jnp.arange(len(region), dtype=jnp.int32)) * num_cells
-    was = jnp.take(graph.room.mark, first + region.clip(0))
-    return (region >= 0) & (was == graph.room.epoch)
+    epoch = graph.room.epoch
+
+    def look(agent: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        mark, reached = state
+        place = at(region, agent)
+        was = at(mark, (flood + agent) * num_cells + place.clip(0))
+        is_in = (place >= 0) & (was == epoch)
+        return mark, put(reached, is_in.astype(jnp.int32), agent)
+
+    none = jnp.zeros(len(region), jnp.int32)
+    mark, reached = lax.fori_loop(
+        jnp.int32(0), jnp.int32(len(region)), look, (graph.room.mark, none)
+    )
+    return reached != 0, graph._replace(room=graph.room._replace(mark=mark))
 
 
 def _lowest(words: Array) -> Array:

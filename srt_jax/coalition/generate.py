@@ -63,7 +63,7 @@ def helpers(
       >>> from srt_jax.coalition import helpers
       >>> ((name, task, optimum),) = helpers(count=1, size=24, seed=3)
       >>> name, task.able.shape, optimum
-      ('helpers-0000', (3, 12), 4.0)
+      ('helpers-0000', (3, 13), 18.0)
     """
     if count < 1 or seed < 0 or first < 0 or agents < 1:
         raise ValueError(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from sign_model.ground.marks import jitted
@@ -61,10 +62,9 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
             _reach, lambda: regions.scratch(height * width, obstacles, 2 * agents), *arrays
         )
         shape = (len(labels), agents, height, width)
-        each = [_bit(flags, flood).reshape(-1, 1, *shape[2:]) for flood in range(2 * agents)]
         return CoalitionReach(
-            reached=jnp.concatenate(each[:agents], axis=1),
-            alone=jnp.concatenate(each[agents:], axis=1),
+            reached=_bits(flags, 0, agents).reshape(shape),
+            alone=_bits(flags, agents, 2 * agents).reshape(shape),
             destroys=destroys,
             firm=firm,
             help=help,
@@ -75,8 +75,17 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
     )
 
 
-def _bit(flags: Array, flood: int) -> Array:
-    return flags[..., flood // 32] >> (flood % 32) & jnp.uint32(1) != 0
+def _bits(flags: Array, first: int, last: int) -> Array:
+    """Returns the bits from `first` on before `last` of uint32 [B, N, words] as bool [B, last -
+    first, N].
+    """
+    floods = np.arange(first, last)
+    parts = [
+        flags[:, None, :, word]
+        >> jnp.asarray(floods[floods // 32 == word] % 32, jnp.uint32)[None, :, None]
+        for word in range(first // 32, (last - 1) // 32 + 1)
+    ]
+    return jnp.concatenate(parts, axis=1) & jnp.uint32(1) != 0
 
 
 class Feasible(NamedTuple):
@@ -144,7 +153,8 @@ def feasible(
         flood = jnp.where(is_last, 0, num_agents)
         powers = Powers(jnp.where(acts, begin, -1), able, ~never, never, flood)
         out, graph = fixpoint(state.graph, powers)
-        there = are_reached(graph, flood, ends) & acts & has_goal
+        there, graph = are_reached(graph, flood, ends)
+        there = there & acts & has_goal
         is_own = jnp.where(
             jnp.arange(2 * num_agents, dtype=jnp.int32) < num_agents, is_last, False
         ) | (jnp.arange(2 * num_agents, dtype=jnp.int32) == num_agents + number)

@@ -246,9 +246,15 @@ def _compare(
         is_apart = (kind == 3) & (at(room.first, other) % width == 0)
         are_alike = jnp.all(row(room.own, one) == row(room.own, other))
         by_side = kind % 3 == 0
+        # Alike they are joined, by sides; else linked. What is seldom done stands in a loop of one
+        # step or none, which leaves the arrays in place.
         joins = ~links & by_side & are_alike & ~is_apart
-        num_links, room = _relate(
-            one, other, joins, links & ~is_apart, by_side, never, num_links, room
+        matters = joins | (links & ~are_alike & ~is_apart)
+        num_links, room = lax.fori_loop(
+            jnp.int32(0),
+            matters.astype(jnp.int32),
+            lambda _, both: _relate(one, other, joins, by_side, never, *both),
+            (num_links, room),
         )
 
         # The next two. Both rows are covered by runs, so the one that ends first is left behind.
@@ -297,16 +303,12 @@ def _relate(
     one: Array,
     other: Array,
     joins: Array,
-    links: Array,
     by_side: Array,
     never: Array,
     num_links: Array,
     room: Scratch,
 ) -> tuple[Array, Scratch]:
-    """Joins or links the regions of two runs that touch.
-
-    What is seldom done stands in a loop of one step or none, which leaves the arrays in place.
-    """
+    """Joins or links the regions of two runs that touch."""
     roots = lax.while_loop(
         lambda state: (
             (at(state.parent, state.one) != state.one)
@@ -325,7 +327,7 @@ def _relate(
     # What each region has beside it, and the way between them, once for most pairs.
     slot = (low * 31 + high) & (_CACHE - 1)
     was_low, was_high = at(room.low, slot), at(room.high, slot)
-    is_new = links & (low != high) & ((was_low != low) | (was_high != high) | ~by_side)
+    is_new = ~joins & (low != high) & ((was_low != low) | (was_high != high) | ~by_side)
     is_kept = is_new & by_side
     room = room._replace(
         parent=parent,

@@ -140,7 +140,8 @@ def search(graph: Graph, team: Team, is_solvable: Array, max_nodes: int) -> tupl
         never = team.never | node.stays
         powers = Powers(team.begin, team.able, free, never, jnp.int32(0))
         out, graph = fixpoint(graph, powers)
-        is_there = are_reached(graph, jnp.int32(0), team.goal) | (team.goal < 0)
+        is_there, graph = are_reached(graph, jnp.int32(0), team.goal)
+        is_there = is_there | (team.goal < 0)
         is_answer = jnp.all(is_there)
 
         # The bound grows, or an obstacle is left out or kept.
