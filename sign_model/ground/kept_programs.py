@@ -27,10 +27,10 @@ import platform
 import stat
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from typing import Any
 
 import jax
-import jaxlib
 import numpy as np
 
 from sign_model.ground.files import atomic_write
@@ -158,7 +158,7 @@ def _world() -> str:
         for path in sorted((root / package).rglob("*.py")):
             digest.update(str(path.relative_to(root)).encode())
             digest.update(path.read_bytes())
-    versions = (sys.version, jax.__version__, jaxlib.__version__, platform.machine())
+    versions = (sys.version, jax.__version__, version("jaxlib"), platform.machine())
     digest.update(repr((versions, _processor())).encode())
     return digest.hexdigest()
 

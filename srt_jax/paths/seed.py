@@ -89,7 +89,7 @@ def nearest(
     here a scan over rows keeps two rows a column.
     """
     height = reached.shape[0]
-    width = width or reached.shape[1]
+    num_columns = width or reached.shape[1]
     # the narrower, the more columns in one step
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
@@ -105,12 +105,12 @@ def nearest(
         ), None
 
     # two candidates a column
-    start = _Best(jnp.full(width, -1, dtype), jnp.full(width, none, dtype))
+    start = _Best(jnp.full(num_columns, -1, dtype), jnp.full(num_columns, none, dtype))
     (above, below), _ = lax.scan(row_step, start, (jnp.arange(height, dtype=jnp.int32), reached))
     # the nearest of them; among equals the first in row order
     rows = jnp.concatenate([above, below]).astype(jnp.int32)
-    cols = jnp.tile(jnp.arange(width, dtype=jnp.int32), 2)
+    cols = jnp.tile(jnp.arange(num_columns, dtype=jnp.int32), 2)
     h = jnp.where((rows >= 0) & (rows < height), octile_order(rows - goal[0], cols - goal[1]), _FAR)
     least = jnp.min(h)
-    place = jnp.min(jnp.where(h == least, rows * width + cols, _FAR))
-    return jnp.where(least < _FAR, jnp.stack([place // width, place % width]), -1)
+    place = jnp.min(jnp.where(h == least, rows * num_columns + cols, _FAR))
+    return jnp.where(least < _FAR, jnp.stack([place // num_columns, place % num_columns]), -1)
