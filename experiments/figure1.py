@@ -60,11 +60,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given.size or (50 if given.quick else 96),
     )
     outcome = Outcome("figure1", given, sys.argv[1:] if arguments is None else arguments)
+    # One world from the goal's sign to the executed plan: the figure and its table.
     with style():
         outcome.progress("Figure 1: a world from its goal's sign to the executed plan")
         story = plan_and_walk()
         outcome.figure(draw(story), "figure1", _CAPTION)
     outcome.add(_story_table(story))
+    # What the greedy loop costs beside the least removal, on random tasks.
     batches = _pad(kinds(count, size, seed=given.seed, log=outcome.progress))
     rows, num_wrong = _compare(batches, 1 if given.quick else 5, outcome)
     outcome.keep(goal=GOAL, plan=story.plan, modes=rows, problems=num_wrong)

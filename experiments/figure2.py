@@ -68,11 +68,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     most_blocks = given.most_blocks or (6 if given.quick else 15)
     packages = ("pyperplan", "up-fast-downward")
     outcome = Outcome("figure2", given, sys.argv[1:] if arguments is None else arguments, *packages)
+    # Our planners, and the peers that are installed.
     others = {} if given.no_peers else peers(given.most_seconds or (5.0 if given.quick else 20.0))
     for name in [name for name, planner in others.items() if planner is None]:
         outcome.progress(f"{name} is not installed and left out (pip install 'srt-jax[bench]')")
     planners = own_planners(budget) | {name: planner for name, planner in others.items() if planner}
     with style():
+        # The three tasks of the paper, then a series of growing ones; the tables and figures of both.
         first = {
             task.name: _row(task, planners, 3 if given.quick else 9, outcome)
             for task in paper_tasks()
@@ -89,6 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         outcome.figure(figure2(first), "figure2", CAPTION)
         outcome.figure(figure_of_series(rows, list(planners)), "figure2-series", SERIES_CAPTION)
     outcome.save()
+    # The lengths of the paper are met.
     is_same = all(
         first[task][name]["length"] == length
         for task, entry in PAPER.items()

@@ -54,17 +54,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
     outcome = Outcome("figure3", given, sys.argv[1:] if arguments is None else arguments, "scipy")
     with style():  # at once, so that a missing matplotlib does not cost the measurements
+        # City fragments, cut off in five ways.
         cases = list(cut_off(_fragments(given, outcome.progress), given.seed, outcome.progress))
         if not cases:
             raise ValueError(
                 "no fragment has room for start and goal: try more --windows, a larger --size or"
                 " another --seed"
             )
+        # What it takes to find that there is no path, by each method; the paper's empty map apart.
         rows = [measure(case, outcome.progress) for case in cases]
         kernels = measured_kernels(cases, rows, 3 if given.quick else 7, outcome.progress)
         outcome.progress(f"the empty map of {given.size} x {given.size}")
         empty = _empty_map(given.size)
         found = checks(rows, empty, given.size)
+        # Keep the numbers, and make the tables, the figure and the pictures.
         outcome.keep(cases=rows, kernels=kernels, empty=empty, checks=found)
         tables = (
             times_table(rows, kernels),

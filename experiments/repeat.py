@@ -44,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if unknown := sorted(set(given.names) - set(NAMES)):
         raise ValueError(f"no experiment is called {unknown[0]!r}: choose from {', '.join(NAMES)}")
+    # Each experiment twice with one seed, and with another order of Python's sets.
     num_different = 0
     for name in given.names or NAMES:
         first, second = (_data(name, given, hash_seed) for hash_seed in (0, 1))

@@ -94,6 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--no-run", action="store_true", help="write the page from the results there are"
     )
     given = parser.parse_args(arguments)
+    # Run what is requested; what fails keeps its older result.
     began = time.perf_counter()
     failed = [] if given.no_run else [name for name in given.only if not _ran(name, given)]
     records = {
@@ -103,6 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell(f"all runs took {time.perf_counter() - began:.0f} s")
     if not records:
         raise ValueError(f"{given.results} holds no results: run without --no-run first")
+    # Write the page from all results that are there.
     make_folder(given.page.parent / given.page.stem)
     summary = _summary(given.page)
     with atomic_write(given.page) as file:

@@ -48,6 +48,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--branches", type=int, nargs="+", default=[1, 16, 64, 256, 1024])
     options = parser.parse_args()
+    # The tasks of each kind, and the head of the table.
     chosen = tasks_of(options.count, options.side, options.seed)
     print(
         "| kind | branches | to be opened | cost > bound | mean gap of these | ms a task"
@@ -55,6 +56,7 @@ def main() -> None:
     )
     for kind, tasks in chosen.items():
         for branches in options.branches:
+            # The first run compiles, the second is timed.
             solve_many(tasks, max_destroyed=16, max_branches=branches)
             begin = time.perf_counter()
             solutions = solve_many(tasks, max_destroyed=16, max_branches=branches)
@@ -63,6 +65,7 @@ def main() -> None:
                 np.array([getattr(s, f) for s in solutions])
                 for f in ("removal_cost", "removal_bound")
             )
+            # How many answers are left without a proof, and by how much.
             is_blocked = np.isfinite(cost) & (cost > 0)
             is_open = is_blocked & (cost > bound * (1 + 1e-6))
             gap = (

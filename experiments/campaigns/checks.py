@@ -38,6 +38,7 @@ def main(argv: list[str] | None = None) -> int:
     for _ in progress(
         "wrong answers", iter(lambda: seen.total() < options.count, False), options.count
     ):
+        # Right answers first: the check must pass them.
         batch = make_tasks(first, AT_ONCE, options.seed)
         solutions = jax.tree.map(np.asarray, solve(batch, **limits._asdict()))
         for place in range(AT_ONCE):
@@ -49,6 +50,7 @@ def main(argv: list[str] | None = None) -> int:
                     file=sys.stderr,
                     flush=True,
                 )
+            # Each is spoilt in many ways: the check must notice every one.
             for what, fields, changed in spoilt(rng, task, solution, PER_TASK):
                 if seen.total() == options.count:
                     break

@@ -294,6 +294,7 @@ def main() -> int:
     unknown = [part for part in options.parts if part not in _PARTS]
     if unknown:
         parser.error(f"there is no part {unknown[0]!r}: choose from {', '.join(_PARTS)}")
+    # Run the parts one after the other; each adds its checks to the tally.
     tally = Tally()
     for name in options.parts or _PARTS:
         part, count = _PARTS[name]

@@ -152,8 +152,10 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--at-once", type=int, default=2048, help="tasks in a batch")
     parser.add_argument("--only", type=int, help="this task alone, with all limits")
     options = parser.parse_args(argv)
+    # One task alone, to look at a failure.
     if options.only is not None:
         return int(sum(run(options.only, 1, limits, options.seed)[0] for limits in LIMITS) > 0)
+    # All tasks, batch by batch, each batch with the next of the limits.
     begin, wrong, counts = time.process_time(), 0, dict[str, int]()
     firsts = range(0, options.count, options.at_once)
     for number, first in enumerate(progress("costs", firsts, len(firsts))):

@@ -311,6 +311,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--data", type=pathlib.Path, default=os.environ.get("SRT_SHARED_DATA"), metavar="DIR"
     )
     options = parser.parse_args(arguments)
+    # Run the parts one after the other; each adds its checks to the tally.
     parts, tally = options.only.split(","), Tally()
     if unknown := sorted(set(parts) - set(PARTS)):
         parser.error(f"--only: there is no part {unknown[0]!r}, only {', '.join(PARTS)}")

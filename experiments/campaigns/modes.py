@@ -114,6 +114,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", default=list(KINDS))
     options = parser.parse_args()
+    # The head of the table.
     head = [
         "kind",
         "tasks",
@@ -128,6 +129,7 @@ def main() -> int:
         for outcome in ("solved", "more obstacles", "more cost")
     ]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    # A row for each kind: its tasks solved in every mode, the answers judged.
     wrong = []
     for kind in options.kinds:
         tasks = [

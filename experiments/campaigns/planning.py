@@ -238,6 +238,7 @@ def main() -> int:
     parser.add_argument("--others", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=30.0)
     given = parser.parse_args()
+    # The parts that need no data; then those on tasks with known optima, where these are there.
     parts: list[Callable[[], Iterator[tuple[str, Problems]]]] = [
         lambda: other_domains(given.seconds)
     ]
@@ -255,6 +256,7 @@ def main() -> int:
             lambda: known_optima(given.data, given.seconds, sign),
         ]
         parts += [lambda: large_blocks(given.data)]
+    # Each part yields summaries with what was wrong.
     total = 0
     for part in parts:
         for summary, wrong in part():

@@ -108,6 +108,7 @@ def main() -> int:
     parser.add_argument("--parts", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    # Connected and disjoint obstacles: the answer is exact.
     sizes = {"max_side": 20, "max_obstacles": 8}
     seed, half = options.seed, options.count // 2
     whole = [
@@ -115,8 +116,10 @@ def main() -> int:
         *random_tasks([seed, 1], options.count - half, overlap=False, **sizes),
     ]
     wrong = compare("connected and disjoint, brute force", whole, by_brute_force, is_exact=True)
+    # Overlaps and parts: the bound holds and the answer is no dearer than it says.
     parts = random_tasks([seed, 2], options.count, overlap=True, **sizes)
     wrong += compare("overlaps and parts, brute force", parts, by_brute_force, is_exact=False)
+    # More obstacles than brute force can try: an integer program judges.
     scattered = random_tasks(
         [seed, 3], options.parts // 2, overlap=True, max_side=24, max_obstacles=20
     )

@@ -163,6 +163,7 @@ def main() -> int:
     rows, num_wrong, num_alone, num_different = defaultdict(Counter), 0, 0, 0
     solving = judging = 0.0
     for first in range(0, options.count, AT_ONCE):
+        # Solve many at once, and judge every answer.
         instances = make_tasks(
             first, min(AT_ONCE, options.count - first), (int(low), int(high or low)), options.seed
         )
@@ -173,6 +174,7 @@ def main() -> int:
         middle = time.perf_counter()
         num_wrong += judge(instances, solutions, options.mode, rows)
         solving, judging = solving + middle - begin, judging + time.perf_counter() - middle
+        # Some of them once more, each alone: the same answer.
         answered = list(zip(instances, solutions))[
             :: max(1, options.count // max(1, options.alone))
         ]
@@ -185,6 +187,7 @@ def main() -> int:
             f"{first + len(instances)} tasks: solved in {solving:.0f} s, judged in {judging:.0f} s",
             flush=True,
         )
+    # The totals, by kind and altogether.
     for kind, row in sorted(rows.items()):
         print(f"{kind:16s}", ", ".join(f"{count} {name}" for name, count in row.items() if count))
     total = sum(rows.values(), Counter())

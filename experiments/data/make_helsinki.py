@@ -37,10 +37,12 @@ def main() -> None:
     def projected(places: ArrayLike) -> np.ndarray:
         return np.rint((np.array(places) - corners.mean(axis=0)) * scale).astype(np.int32)
 
+    # Every building in centimetres, made valid once more: rounding may make rings cross.
     buildings, counts = read_buildings(source)
     kept = [[[projected(ring) for ring in part] for part in parts] for parts, _ in buildings]
     for parts in kept:
         Obstacle(parts=as_parts(parts))  # raises where rounding made rings cross
+    # The file, and what it holds.
     save(kept, [name for _, name in buildings], projected(corners).ravel())
     print(f"{source}: {dict(counts)}")
     print(
