@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         outcome.progress(f"{name} is not installed and left out (pip install 'srt-jax[bench]')")
     planners = own_planners(budget) | {name: planner for name, planner in others.items() if planner}
     with style():
-        # The three tasks of the paper, then a series of growing ones; the tables and figures of both.
+        # The three tasks of the paper, then a series of growing ones; tables and figures of both.
         first = {
             task.name: _row(task, planners, 3 if given.quick else 9, outcome)
             for task in paper_tasks()

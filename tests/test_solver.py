@@ -34,7 +34,7 @@ def test_an_open_way_is_walked_and_nothing_is_destroyed():
     """)
     solution = solve(task)
     assert Status(int(solution.status)) is Status.PATH_EXISTS
-    assert cells_of(solution) == [(0, 0), (1, 0), (2, 1), (2, 2), (2, 3)]
+    assert cells_of(solution) == [(0, 0), (1, 1), (2, 1), (2, 2), (2, 3)]
     assert float(solution.removal_bound) == 0
     assert not check(task, solution)
 

@@ -68,7 +68,7 @@ def test_the_list_of_commands_is_that_of_the_commands_themselves(arguments, caps
     monkeypatch.setenv("COLUMNS", "100")
     cli.run(arguments)
     seen = capsys.readouterr().out
-    monkeypatch.setattr(cli, "_listed", cli._function)
+    monkeypatch.setattr(cli, "_placeholder", cli._function)
     cli.run(arguments)
     assert seen == capsys.readouterr().out and "smart relocation" in seen
     assert list(get_command(cli.app).commands) == list(cli._EXAMPLES)
