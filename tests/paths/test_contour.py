@@ -98,13 +98,13 @@ def test_the_cell_ahead_is_the_diagonal_one_or_a_blocked_side():
     """)
     ahead = obstacle_ahead(
         jnp.asarray(free)[None].repeat(4, 0),
-        jnp.array([[0, 0], [1, 0], [2, 0], [2, 2]]),
-        jnp.array([[2, 3]] * 4),
+        jnp.array([[0, 0], [1, 0], [2, 0], [2, 2]], jnp.int32),
+        jnp.array([[2, 3]] * 4, jnp.int32),
     )
     assert ahead.tolist() == [[1, 1], [1, 1], [-1, -1], [-1, -1]]
     free[1, 1] = True
     assert obstacle_ahead(
-        jnp.asarray(free)[None], jnp.array([[0, 0]]), jnp.array([[2, 3]])
+        jnp.asarray(free)[None], jnp.array([[0, 0]], jnp.int32), jnp.array([[2, 3]], jnp.int32)
     ).tolist() == [[0, 1]]
     assert places["G"] == (2, 3)
 

@@ -156,10 +156,12 @@ def test_a_cell_of_each_map_is_set_where_it_is_free_and_none_outside_the_map():
     free = np.ones((4, 4, 40), bool)
     free[1, 0, 0] = False
     lanes = packing.to_lanes(packing.pack(jnp.asarray(free)), 4)[0]
-    marks = cells_in_group(lanes, jnp.array([[2, 33], [0, 0], [-1, 5], [3, 39]]))
+    cells = jnp.array([[2, 33], [0, 0], [-1, 5], [3, 39]], jnp.int32)
+    marks = cells_in_group(lanes, cells)
     mask = np.asarray(packing.unpack(packing.from_lanes(marks[None], 4, 4), 40))
     assert [np.argwhere(one).tolist() for one in mask] == [[[2, 33]], [], [], [[3, 39]]]
-    assert not cells_in_group(lanes, jnp.array([[3, 40], [4, 0], [0, 2**31 - 1], [0, -1]])).any()
+    outside = jnp.array([[3, 40], [4, 0], [0, 2**31 - 1], [0, -1]], jnp.int32)
+    assert not cells_in_group(lanes, outside).any()
 
 
 @pytest.mark.parametrize("through_corners", [False, True])
