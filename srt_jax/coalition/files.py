@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.files import require_regular
 from srt_jax.coalition.task import (
     NOWHERE,
     CoalitionTask,
@@ -14,7 +15,7 @@ from srt_jax.coalition.task import (
     unstack_coalitions,
 )
 from srt_jax.formats.containers.arrays import read_arrays
-from srt_jax.formats.containers.json_text import fields_of, read_json
+from srt_jax.formats.containers.json_text import fields_of, may_have_member, read_json
 from srt_jax.formats.files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE
 
@@ -35,9 +36,13 @@ def holds_coalitions(path: PathLike) -> bool:
     ending = pathlib.Path(path).suffix.lower()
     try:
         if ending == ".npz":
+            require_regular(path)
             with np.load(path, allow_pickle=False) as file:
                 return "able" in file.files
         if ending == ".json":
+            # a large world is parsed once, by its own reader
+            if not may_have_member(read_bytes(path, "task"), "agents"):
+                return False
             document = read_json(path, "task")
             return isinstance(document, dict) and "agents" in document
     except Exception:  # whoever reads it as something else says what is wrong

@@ -1,6 +1,7 @@
 """Tasks of coalitions in files, on the command line and in pictures."""
 
 import json
+import os
 
 import jax
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from srt_jax.cli import run
 from srt_jax.coalition import (
+    files,
     helpers,
     make_coalition,
     read_coalitions,
@@ -56,6 +58,37 @@ def test_a_json_task_that_breaks_a_rule_is_refused_by_name(tmp_path, change, mes
     path.write_text(json.dumps(TASK | change))
     with pytest.raises(ValueError, match=f"bad.json.*{message}"):
         read_coalitions(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "is_one"),
+    [
+        (json.dumps(TASK), True),
+        (json.dumps(TASK).replace("agents", "\\u0061gents"), True),
+        (json.dumps(TASK).encode("utf-16-le"), True),
+        (json.dumps({"format": "srt-jax world", "name": "secret agents"}), False),
+        (json.dumps({"format": "srt-jax world"}), False),
+        ("agents", False),
+    ],
+)
+def test_a_document_of_a_coalition_is_recognised_by_its_members(tmp_path, content, is_one):
+    path = tmp_path / "task.json"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert holds_coalitions(path) is is_one
+
+
+def test_a_document_that_cannot_be_one_is_not_parsed(tmp_path, monkeypatch):
+    path = tmp_path / "world.json"
+    path.write_text(json.dumps({"format": "srt-jax world"}))
+    monkeypatch.setattr(files, "read_json", lambda *_: pytest.fail("parsed"))
+    assert not holds_coalitions(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
+@pytest.mark.parametrize("name", ["pipe.npz", "pipe.json"])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    assert not holds_coalitions(tmp_path / name)
 
 
 def test_a_batch_is_written_and_read_back_equal(tmp_path):

@@ -96,15 +96,16 @@ def test_what_declares_too_much_is_refused_in_one_line(here, capsys, name, messa
 
 
 @pytest.mark.parametrize("command", [["solve"], ["draw"], ["convert"], ["scen"], ["plan"]])
-@pytest.mark.parametrize("form", ["missing", "pipe", "device", "folder"])
+@pytest.mark.parametrize("form", ["missing", "pipe", "pipe of arrays", "device", "folder"])
 def test_only_regular_files_are_read_by_any_command(here, capsys, command, form):
     name = {
         "missing": "none.map",
         "pipe": "pipe.map",
+        "pipe of arrays": "pipe.npz",
         "device": "/dev/zero",
         "folder": "folder.map",
     }[form]
-    if form == "pipe":
+    if form.startswith("pipe"):
         os.mkfifo(here / name)
     if form == "folder":
         (here / name).mkdir()
@@ -114,6 +115,7 @@ def test_only_regular_files_are_read_by_any_command(here, capsys, command, form)
     assert {
         "missing": "no such file",
         "pipe": "a pipe",
+        "pipe of arrays": "a pipe",
         "device": "a device",
         "folder": "a folder",
     }[form] in err

@@ -48,6 +48,15 @@ def read_json(path: PathLike, kind: str, *, takes_nan: bool = False) -> Any:
         raise ValueError(f"{path}: {error}") from error
 
 
+def may_have_member(content: bytes, name: str) -> bool:
+    """Returns False where no object of a document has a member of that name, without parsing it.
+
+    A name may also be written in escapes, or in an encoding of several bytes a letter.
+    """
+    is_wide = b"\0" in content[:4]
+    return name.encode() in content or b"\\u" in content or is_wide
+
+
 def fields_of(where: str, value: object, *required: str, **defaults: object) -> dict[str, Any]:
     """Returns the members of a JSON object in the requested order; ValueError for one that is
     missing or not known.
