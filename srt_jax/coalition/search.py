@@ -29,6 +29,15 @@ from srt_jax.coalition import numbers, regions
 from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
 from srt_jax.coalition.regions import Graph
 from srt_jax.removal import sums
+from srt_jax.removal.nodes import (
+    Nodes,
+    decisions_at,
+    first_nodes,
+    following,
+    paid_at,
+    with_bound,
+    with_children,
+)
 from srt_jax.removal.sums import Costs
 from srt_jax.types import Array
 
@@ -55,21 +64,6 @@ class Least(NamedTuple):
 
     chosen: Array
     cost: Array
-    bound: Array
-
-
-class _Nodes(NamedTuple):
-    """Nodes in the order they were made; each settles one obstacle more than its parent, the first
-    none.
-
-    parent, obstacle: int32 [n]. is_paid: bool [n], else it stays.
-    paid, bound: uint32 [WORDS, n], `never` where a node is closed.
-    """
-
-    parent: Array
-    obstacle: Array
-    is_paid: Array
-    paid: Array
     bound: Array
 
 
@@ -101,7 +95,7 @@ class _State(NamedTuple):
     """num: int32 [], nodes expanded. low: the least bound of the open nodes. continues: bool []."""
 
     num: Array
-    nodes: _Nodes
+    nodes: Nodes
     node: _Node
     thinning: _Thinning
     best: Least
@@ -115,12 +109,8 @@ def search(graph: Graph, team: Team, is_solvable: Array, max_nodes: int) -> tupl
     none = jnp.zeros_like(team.never)
 
     # The first node settles nothing.
-    size = 2 * max_nodes + 1
-    minus = jnp.full(size, -1, jnp.int32)
-    closed = jnp.broadcast_to(sums.never()[:, None], (sums.WORDS, size))
     low = jnp.where(is_solvable, sums.zero(), sums.never())
-    nodes = _Nodes(minus, minus, jnp.zeros(size, bool), jnp.zeros_like(closed), closed)
-    nodes = nodes._replace(bound=_put_column(closed, low, jnp.int32(0)))
+    nodes = first_nodes(max_nodes, low)
     begin = _State(
         num=jnp.int32(0),
         nodes=nodes,
@@ -219,29 +209,17 @@ def _close(state: _State, team: Team, max_nodes: int) -> _State:
     unsettled = thinning.chosen & ~node.paid
     branch = _dearest(unsettled, team.costs)
     is_open = is_answer & jnp.any(unsettled != 0) & sums.is_less(bound, best.cost)
-    nodes = nodes._replace(bound=_put_column(nodes.bound, sums.never(), node.at))
-    paid = _column(nodes.paid, node.at)
+    nodes = with_bound(nodes, sums.never(), node.at)
     child_bound = jnp.where(is_open, bound, sums.never())
-    for child, cost in enumerate((paid, sums.with_cost(paid, team.costs, branch))):
-        place = 2 * state.num + 1 + child
-        nodes = _Nodes(
-            _put(nodes.parent, node.at, place),
-            _put(nodes.obstacle, branch, place),
-            _put(nodes.is_paid, jnp.bool_(child == 1), place),
-            _put_column(nodes.paid, cost, place),
-            _put_column(nodes.bound, child_bound, place),
-        )
+    nodes = with_children(nodes, state.num, node.at, branch, child_bound, team.costs)
 
     # The node of the least bound, the latest of several.
-    everything = jnp.ones(nodes.bound.shape[1], bool)
-    low, are_least = sums.least(nodes.bound, everything, team.costs.num_words)
-    ids = jnp.arange(nodes.bound.shape[1], dtype=jnp.int32)
-    following = jnp.max(jnp.where(are_least, ids, -1))
+    low, after = following(nodes, team.costs)
     num = state.num + 1
     return state._replace(
         num=num,
         nodes=nodes,
-        node=_opened(nodes, following, team),
+        node=_opened(nodes, after, team),
         thinning=thinning._replace(is_on=jnp.bool_(False)),
         best=best,
         low=low,
@@ -249,38 +227,16 @@ def _close(state: _State, team: Team, max_nodes: int) -> _State:
     )
 
 
-class _Settling(NamedTuple):
-    """On the way from a node to the first one. at: int32 []. paid, stays: sets."""
-
-    at: Array
-    paid: Array
-    stays: Array
-
-
-def _opened(nodes: _Nodes, at: Array, team: Team) -> _Node:
+def _opened(nodes: Nodes, at: Array, team: Team) -> _Node:
     """The node `at` before its bound has grown."""
-    words = len(team.never)
-
-    def note(state: _Settling) -> _Settling:
-        one = _single(_entry(nodes.obstacle, state.at), words)
-        none = jnp.zeros_like(one)
-        is_paid = _entry(nodes.is_paid, state.at)
-        return _Settling(
-            _entry(nodes.parent, state.at),
-            state.paid | jnp.where(is_paid, one, none),
-            state.stays | jnp.where(is_paid, none, one),
-        )
-
-    none = jnp.zeros_like(team.never)
-    # Ends: every parent was made before its children; the first node settles nothing.
-    end = lax.while_loop(lambda state: state.at > 0, note, _Settling(at, none, none))
     num_obstacles = len(team.costs.digits)
+    is_paid, stays = decisions_at(nodes, at, num_obstacles)
     empty = jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
-    to_pay = ~regions.members(end.paid, num_obstacles)
+    to_pay = ~is_paid
     left = sums.with_costs(empty, to_pay, sums.zero(), team.costs)
     is_free = ~to_pay | (team.costs.digits == 0)
-    free = regions.set_of(jnp.pad(is_free, (0, 1)))
-    return _Node(at, end.paid, end.stays, left, free, _column(nodes.paid, at.clip(0)))
+    paid, stays, free = (regions.set_of(jnp.pad(x, (0, 1))) for x in (is_paid, stays, is_free))
+    return _Node(at, paid, stays, left, free, paid_at(nodes, at.clip(0)))
 
 
 def _select(is_one: Array, one: _Node, other: _Node) -> _Node:
@@ -302,25 +258,4 @@ def _union(sets: Array, which: Array) -> Array:
 
 def _dearest(words: Array, costs: Costs) -> Array:
     """Returns which obstacle of a set costs most, the first of several; 0 of an empty set."""
-    num_obstacles = len(costs.digits)
-    among = regions.members(words, num_obstacles)
-    # Digits have no zeros at the end cut off, so the place decides, then the digits.
-    dearness = (costs.place - jnp.min(costs.place)).astype(jnp.uint32) << 24
-    dearness = jnp.where(among, jnp.uint32(1) + (dearness | costs.digits), jnp.uint32(0))
-    return lax.argmax(dearness, 0, jnp.int32)
-
-
-def _entry(array: Array, at: Array) -> Array:
-    return lax.dynamic_index_in_dim(array, at, keepdims=False)
-
-
-def _put(array: Array, value: Array, at: Array) -> Array:
-    return lax.dynamic_update_index_in_dim(array, value, at, 0)
-
-
-def _column(columns: Array, at: Array) -> Array:
-    return lax.dynamic_index_in_dim(columns, at, axis=1, keepdims=False)
-
-
-def _put_column(columns: Array, number: Array, at: Array) -> Array:
-    return lax.dynamic_update_slice(columns, number[:, None], (jnp.int32(0), at))
+    return sums.dearest(costs, regions.members(words, len(costs.digits)))

@@ -36,6 +36,15 @@ from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.obstacles import Labels
 from srt_jax.removal import sums
+from srt_jax.removal.nodes import (
+    Nodes,
+    decisions_at,
+    first_nodes,
+    following,
+    paid_at,
+    with_bound,
+    with_children,
+)
 from srt_jax.removal.prices import Prices, Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.removal.sums import Costs
@@ -86,23 +95,6 @@ class _Best(NamedTuple):
     needed: Array
 
 
-class _Nodes(NamedTuple):
-    """Nodes in the order they were made; each settles one obstacle more than its parent, the first
-    none.
-
-    parent: int32 [n], a node, -1 of the first. obstacle: int32 [n]. is_gone: bool [n], else it
-      stays.
-    paid, bound: uint32 [WORDS, n], numbers of `sums`: what is gone costs, and the bound, `never`
-      where a node is closed.
-    """
-
-    parent: Array
-    obstacle: Array
-    is_gone: Array
-    paid: Array
-    bound: Array
-
-
 class _State(NamedTuple):
     """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed.
     is_too_long: bool [].
@@ -111,7 +103,7 @@ class _State(NamedTuple):
     """
 
     num: Array
-    nodes: _Nodes
+    nodes: Nodes
     best: _Best
     reached: Array
     is_too_long: Array
@@ -139,13 +131,12 @@ class _Walk(NamedTuple):
 class _Map(NamedTuple):
     """What does not change during the search on one map.
 
-    may_go: bool [M]. cost: float32 [M], and `costs`, the same as whole numbers. start, goal: int32
-      [2]. room: int32 [], the cells a route may use.
+    may_go: bool [M]. costs: of M obstacles. start, goal: int32 [2]. room: int32 [], the cells a
+      route may use.
     """
 
     labels: Labels
     may_go: Array
-    cost: Array
     costs: Costs
     start: Array
     goal: Array
@@ -177,7 +168,7 @@ def _search(
     """The search on one map; may_go bool [M], cost float32 [M]."""
     num_obstacles = len(cost)
     height, width = labels.all.shape[2:]
-    given = _Map(labels, may_go, cost, sums.costs_of(cost, may_go), start, goal, room)
+    given = _Map(labels, may_go, sums.costs_of(cost, may_go), start, goal, room)
     nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 
     def is_unfinished(state: _State) -> Array:
@@ -187,12 +178,8 @@ def _search(
 
     # The first node settles nothing. Its bound is 0; a task that is not requested has it closed, so
     # the search ends before it begins.
-    size = 2 * max_nodes + 1
-    none = jnp.full(size, -1, jnp.int32)
-    closed = jnp.broadcast_to(sums.never()[:, None], (sums.WORDS, size))
     low = jnp.where(is_requested, sums.zero(), sums.never())
-    bounds = _put_column(closed, low, jnp.int32(0))
-    nodes = _Nodes(none, none, jnp.zeros(size, bool), jnp.zeros_like(closed), bounds)
+    nodes = first_nodes(max_nodes, low)
     best = _Best(sums.never(), *nowhere)
     reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
     begin = _State(jnp.int32(0), nodes, best, reached, jnp.bool_(False), low, jnp.int32(0))
@@ -211,8 +198,8 @@ def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
 
     # The bound of the node: what it has paid and the price of the goal from there. It is never
     # below its parent's bound, the least of the open ones.
-    gone, stays = _decisions_at(nodes, at, len(given.cost))
-    paid = _column(nodes.paid, at)
+    gone, stays = decisions_at(nodes, at, len(given.may_go))
+    paid = paid_at(nodes, at)
     terms = Terms(given.start, given.goal, given.costs, given.may_go & ~stays)
     prices = prices_of(given.labels, terms, gone, paid, best.cost)
     bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
@@ -229,14 +216,12 @@ def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
     )
 
     # The node is closed, unless the search ends here: then its bound must still count.
-    nodes = nodes._replace(
-        bound=_put_column(nodes.bound, jnp.where(answer.is_too_long, bound, sums.never()), at)
-    )
+    nodes = with_bound(nodes, jnp.where(answer.is_too_long, bound, sums.never()), at)
     child_bound = jnp.where(answer.branch >= 0, bound, sums.never())
-    nodes = _add_children(nodes, state.num, at, paid, answer.branch, child_bound, given.costs)
+    nodes = with_children(nodes, state.num, at, answer.branch, child_bound, given.costs)
     reached = jnp.where(state.num == 0, prices.reached, state.reached)
-    following = _next(nodes.bound, given.costs)
-    return _State(state.num + 1, nodes, answer.best, reached, answer.is_too_long, *following)
+    low, after = following(nodes, given.costs)
+    return _State(state.num + 1, nodes, answer.best, reached, answer.is_too_long, low, after)
 
 
 def _answer_at(
@@ -248,7 +233,7 @@ def _answer_at(
     bound: Array,
 ) -> _Answer:
     """The best answer with that of this node, and the obstacle to branch on."""
-    none = jnp.zeros(len(given.cost), bool)
+    none = jnp.zeros(len(given.may_go), bool)
     begin = _Walk(
         jnp.int32(0),
         *nowhere,
@@ -288,13 +273,14 @@ def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Arr
     then without the dearest one that may not be needed.
     """
     # Which obstacles are open this time, and the route over them.
-    spared = _dearest(state.left, given.cost)
+    ids = jnp.arange(len(given.may_go), dtype=jnp.int32)
+    spared = (ids == sums.dearest(given.costs, state.left)) & state.left
     without = (state.needed < NEVER) & ~spared
     tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
     opened = jnp.where(state.is_thinning, without, tight_or_more)
     capacity = state.route.cells.shape[0]
     free = obstacles.open_cells(given.labels, opened)
-    found = route_through(given.labels, free, given.start, given.goal, len(given.cost), capacity)
+    found = route_through(given.labels, free, given.start, given.goal, len(given.may_go), capacity)
 
     # If nothing leads round the spared obstacle, the route before it is kept.
     is_there = found[0].num_cells > 0
@@ -313,83 +299,6 @@ def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Arr
     )
     continues = is_thinning | (~is_there & (state.num_tried == 0))
     return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, continues)
-
-
-def _dearest(among: Array, cost: Array) -> Array:
-    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several: bool
-    [M].
-    """
-    # As whole numbers the bits of floats that are not negative have the same order.
-    dearness = lax.bitcast_convert_type(cost, jnp.uint32) // 2 + 1
-    return (
-        jnp.arange(len(cost), dtype=jnp.int32)
-        == lax.argmax(jnp.where(among, dearness, jnp.uint32(0)), 0, jnp.int32)
-    ) & among
-
-
-class _Settling(NamedTuple):
-    """On the way from a node to the first one. at: int32 []. settled: uint8 [M], 1 gone, 2
-    stays.
-    """
-
-    at: Array
-    settled: Array
-
-
-def _decisions_at(nodes: _Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
-    """The obstacles that are gone at a node, and those that stay there: bool [M] each."""
-
-    def note(state: _Settling) -> _Settling:
-        what = jnp.where(_entry(nodes.is_gone, state.at), jnp.uint8(1), jnp.uint8(2))
-        settled = _put(state.settled, what, _entry(nodes.obstacle, state.at))
-        return _Settling(_entry(nodes.parent, state.at), settled)
-
-    begin = _Settling(at, jnp.zeros(num_obstacles, jnp.uint8))
-    # Ends: every parent was made before its children; the first node settles nothing.
-    end = lax.while_loop(lambda state: state.at > 0, note, begin)
-    return end.settled == 1, end.settled == 2
-
-
-def _add_children(
-    nodes: _Nodes, num: Array, at: Array, paid: Array, branch: Array, bound: Array, costs: Costs
-) -> _Nodes:
-    """Adds both children of node `at`, the `num`-th expanded, closed ones where `bound` is; the one
-    with more gone is later.
-    """
-    more_paid = sums.with_cost(paid, costs, branch.clip(0))
-    for child, (is_gone, cost) in enumerate(((False, paid), (True, more_paid))):
-        place = 2 * num + 1 + child
-        nodes = _Nodes(
-            _put(nodes.parent, at, place),
-            _put(nodes.obstacle, branch, place),
-            _put(nodes.is_gone, jnp.bool_(is_gone), place),
-            _put_column(nodes.paid, cost, place),
-            _put_column(nodes.bound, bound, place),
-        )
-    return nodes
-
-
-def _next(bound: Array, costs: Costs) -> tuple[Array, Array]:
-    """The least bound, and the latest of the nodes that have it."""
-    low, are_least = sums.least(bound, jnp.ones(bound.shape[1], bool), costs.num_words)
-    ids = jnp.arange(bound.shape[1], dtype=jnp.int32)
-    return low, jnp.max(jnp.where(are_least, ids, -1))
-
-
-def _entry(array: Array, at: Array) -> Array:
-    return lax.dynamic_index_in_dim(array, at, keepdims=False)
-
-
-def _put(array: Array, value: Array, at: Array) -> Array:
-    return lax.dynamic_update_index_in_dim(array, value, at, 0)
-
-
-def _column(numbers: Array, at: Array) -> Array:
-    return lax.dynamic_index_in_dim(numbers, at, axis=1, keepdims=False)
-
-
-def _put_column(numbers: Array, number: Array, at: Array) -> Array:
-    return lax.dynamic_update_slice(numbers, number[:, None], (jnp.int32(0), at))
 
 
 def _nowhere(capacity: int) -> Route:

@@ -189,6 +189,15 @@ def total(costs: Costs, which: Array) -> Array:
     return lax.fori_loop(jnp.int32(0), costs.num_words, one_word, begin).total
 
 
+def dearest(costs: Costs, among: Array) -> Array:
+    """Returns which of the obstacles `among` (bool [M]) costs most, the first of several, int32 [];
+    0 where there is none.
+    """
+    # the bits of the float32 again: as whole numbers they have the order of the costs
+    bits = ((costs.place + costs.lowest).astype(jnp.uint32) << 23) + costs.digits
+    return lax.argmax(jnp.where(among, bits + jnp.uint32(1), jnp.uint32(0)), 0, jnp.int32)
+
+
 def to_float32(numbers: Array, costs: Costs) -> Array:
     """Returns the greatest float32 that is no more than each of the numbers, inf for `never`:
     [WORDS, many] -> [many].

@@ -160,3 +160,16 @@ def test_without_the_marks_the_sums_have_the_same_bits(monkeypatch):
     monkeypatch.setenv("SRT_JAX_PLAIN", "1")
     plain = np.asarray(jax.jit(lambda *args: sums.totals(*args))(cost, which))
     assert plain.tobytes() == expected.tobytes()
+
+
+def test_the_dearest_is_found_among_costs_of_all_sizes_and_one_step_apart():
+    cost = np.array([1e-45, 3, np.nextafter(np.float32(3), np.float32(4)), 1e-39, 3e38, 3e38, 2])
+    cost, every = jnp.asarray(cost, jnp.float32), jnp.ones(7, bool)
+    costs = sums.costs_of(cost, every)
+    left = np.ones(7, bool)
+    order = []
+    while left.any():
+        order.append(int(sums.dearest(costs, jnp.asarray(left))))
+        left[order[-1]] = False
+    assert order == [4, 5, 2, 1, 6, 3, 0]
+    assert int(sums.dearest(costs, jnp.zeros(7, bool))) == 0
