@@ -14,7 +14,7 @@ import numpy as np
 
 from sign_model.ground.marks import jitted
 from srt_jax.engine import cores, eager
-from srt_jax.engine.arguments import common_batch, fold, is_traced, unfold
+from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import unpack
@@ -375,18 +375,7 @@ def task_batch(task: Task) -> tuple[int, ...]:
         "removal_cost": (np.float32, 1),
     }
     wanted |= dict.fromkeys(("start", "goal", "size"), (np.int32, 1))
-    for name, (dtype, core_rank) in wanted.items():
-        array = getattr(task, name)
-        if getattr(array, "dtype", None) != dtype:
-            raise TypeError(
-                f"task.{name} must be an array of {np.dtype(dtype)}, got"
-                f" {getattr(array, 'dtype', type(array))}"
-            )
-        if array.ndim < core_rank or 0 in array.shape[array.ndim - core_rank :]:
-            raise ValueError(
-                f"task.{name} must have at least {core_rank} dimensions, none empty, got"
-                f" {list(array.shape)}"
-            )
+    require_forms(task, wanted)
     for name, length in (
         ("start", 2),
         ("goal", 2),

@@ -14,8 +14,8 @@ from jax import lax
 from sign_model.ground.loops import hidden_zero
 from sign_model.ground.marks import compiled_whole
 from srt_jax.coalition.task import NOWHERE, CoalitionTask
-from srt_jax.engine import cores
-from srt_jax.engine.arguments import common_batch, fold, is_traced, unfold
+from srt_jax.engine import cores, eager
+from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.obstacles import Labels
 from srt_jax.types import FREE, OUTSIDE, Array
@@ -35,18 +35,7 @@ def coalition_batch(task: CoalitionTask) -> tuple[int, ...]:
     """Returns the batch dimensions of a task; TypeError or ValueError that names the array that
     does not fit the others.
     """
-    for name, (dtype, rank) in _FORM.items():
-        array = getattr(task, name)
-        if getattr(array, "dtype", None) != dtype:
-            raise TypeError(
-                f"task.{name} must be an array of {np.dtype(dtype)}, got"
-                f" {getattr(array, 'dtype', type(array))}"
-            )
-        if array.ndim < rank or 0 in array.shape[array.ndim - rank :]:
-            raise ValueError(
-                f"task.{name} must have at least {rank} dimensions, none empty, got"
-                f" {list(array.shape)}"
-            )
+    require_forms(task, _FORM)
     agents, obstacles = task.able.shape[-2:]
     for name, core in (
         ("removal_cost", (obstacles,)),
@@ -81,16 +70,18 @@ def call(
         for those to crop, "N" for the room, "." for others.
     """
     batch = coalition_batch(task)
-    flat = jax.tree.map(
-        fold, task, CoalitionTask(**{name: rank for name, (_, rank) in _FORM.items()})
-    )
+    ranks = CoalitionTask(**{name: rank for name, (_, rank) in _FORM.items()})
     if is_traced(task):
+        flat = jax.tree.map(fold, task, ranks)
         out = kernel(options, False)(flat, *_rooms(room, len(flat.start), jnp))
-    else:
-        out = cores.at_device_of(
-            lambda: _in_buckets(kernel, flat, options, axes, room), *jax.tree.leaves(task)
-        )
-    return jax.tree.map(lambda array: unfold(array, batch), out)
+        return jax.tree.map(lambda array: unfold(array, batch), out)
+    flat = jax.tree.map(eager.fold, task, ranks)
+
+    def run() -> Any:
+        out = _in_buckets(kernel, flat, options, axes, room)
+        return jax.tree.map(lambda array: eager.unfold(array, batch), out)
+
+    return cores.at_device_of(run, *jax.tree.leaves(task))
 
 
 def _rooms(room: int | None, count: int, xp: ModuleType) -> tuple:
@@ -124,8 +115,7 @@ def _in_buckets(
         }
         return out.replace(**cropped)
 
-    out = run(task) if size >= B else cores.in_parts(run, task, size, (run_bucket, shape, room))
-    return jax.tree.map(jnp.asarray, out)
+    return run(task) if size >= B else cores.in_parts(run, task, size, (run_bucket, shape, room))
 
 
 def pad_batch(task: CoalitionTask, shape: tuple[int, ...]) -> CoalitionTask:

@@ -71,7 +71,9 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
         )
 
     return jitted(
-        lambda task: of_arrays(task.labels, task.able, task.start, task.goal), is_part=is_part
+        lambda task: of_arrays(task.labels, task.able, task.start, task.goal),
+        is_part=is_part,
+        name=("coalition_reach", is_part),
     )
 
 

@@ -109,6 +109,7 @@ def _solver(options: _Options, is_part: bool) -> Callable:
     return jitted(
         lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
         is_part=is_part,
+        name=("solve_coalition", options, is_part),
     )
 
 

@@ -2,7 +2,8 @@
 folded into one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -68,6 +69,27 @@ def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
             f"the batch is empty (batch dimensions {list(batch)}): give at least one map"
         )
     return batch
+
+
+def require_forms(task: Any, forms: Mapping[str, tuple[Any, int]]) -> None:
+    """Raises TypeError or ValueError that names the first array of a task whose dtype is another,
+    or that has too few dimensions or an empty one.
+
+    Args:
+      forms: dtype and rank of each array of one task.
+    """
+    for name, (dtype, rank) in forms.items():
+        array = getattr(task, name)
+        if getattr(array, "dtype", None) != dtype:
+            raise TypeError(
+                f"task.{name} must be an array of {np.dtype(dtype)}, got"
+                f" {getattr(array, 'dtype', type(array))}"
+            )
+        if array.ndim < rank or 0 in array.shape[array.ndim - rank :]:
+            raise ValueError(
+                f"task.{name} must have at least {rank} dimensions, none empty, got"
+                f" {list(array.shape)}"
+            )
 
 
 def fold(array: Array, core_rank: int) -> Array:
