@@ -1,10 +1,11 @@
 """The result of planning: a status, the plan, and the effort spent."""
 
-import enum
 from dataclasses import dataclass, field
 
+from sign_model.ground.meanings import WithMeaning
 
-class PlanStatus(enum.IntEnum):
+
+class PlanStatus(WithMeaning):
     """How planning ended. The numbers are the exit codes of `srt-jax plan`; `meaning` explains them
     in words.
 
@@ -20,14 +21,6 @@ class PlanStatus(enum.IntEnum):
         3,
         "the budget was exhausted before a plan or a proof: raise max_expansions or max_seconds",
     )
-
-    meaning: str
-
-    def __new__(cls, value: int, meaning: str) -> "PlanStatus":
-        member = int.__new__(cls, value)
-        member._value_ = value
-        member.meaning = meaning
-        return member
 
 
 @dataclass(frozen=True)

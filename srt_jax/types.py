@@ -7,6 +7,7 @@ N the cells a route may have, P the steps of a plan. A cell is (row, col), row 0
 
 import enum
 
+from sign_model.ground.meanings import WithMeaning
 from sign_model.ground.records import Array, Record, record
 
 __all__ = [
@@ -33,7 +34,7 @@ Cell = tuple[int, int]
 """A cell on the host, (row, col), row 0 on top."""
 
 
-class Status(enum.IntEnum):
+class Status(WithMeaning):
     """How a task ended. The text says what it means for the person who set the task.
 
     Examples:
@@ -55,14 +56,6 @@ class Status(enum.IntEnum):
             " paper and least find a way"
         ),
     )
-
-    meaning: str
-
-    def __new__(cls, value: int, meaning: str) -> "Status":
-        member = int.__new__(cls, value)
-        member._value_ = value
-        member.meaning = meaning
-        return member
 
     @property
     def is_solved(self) -> bool:

@@ -2,12 +2,11 @@
 obstacles that may be destroyed, N cells a route may have.
 """
 
-import enum
-
+from sign_model.ground.meanings import WithMeaning
 from srt_jax.types import Array, Record, record
 
 
-class Help(enum.IntEnum):
+class Help(WithMeaning):
     """What one agent needs to reach its goal.
 
     Examples:
@@ -21,14 +20,6 @@ class Help(enum.IntEnum):
     NEVER = 2, "cannot reach its goal, whatever the agents destroy"
     HELPER = 3, "has no goal, and may help the others"
     START_BLOCKED = 4, "stands outside the map or inside an obstacle, and does nothing"
-
-    meaning: str
-
-    def __new__(cls, value: int, meaning: str) -> "Help":
-        member = int.__new__(cls, value)
-        member._value_ = value
-        member.meaning = meaning
-        return member
 
 
 @record

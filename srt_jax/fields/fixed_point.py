@@ -99,6 +99,11 @@ def _finest_of(num_free: Array, num_path: Array) -> Array:
 _LONGEST = tuple(MAX_COST // straight for straight, _ in moves.FIXED_POINTS)
 
 
+def length_where(is_there: Array, cost: Array, scale: Array) -> Array:
+    """Returns `to_length`, inf where `is_there` is False and `cost` has no meaning."""
+    return jnp.where(is_there, to_length(jnp.where(is_there, cost, 0), scale), jnp.inf)
+
+
 def to_length(cost: Array, scale: Array | int) -> Array:
     """Returns a cost as float32, in cell sides: exact where that is whole, else within 1.5 units in
     the last place.

@@ -61,10 +61,7 @@ def trace_field(field: Field, goal: Array, *, max_cells: int) -> Path:
     def run(cost: Array, scale: Array, goal: Array) -> dict[str, Array]:
         straight, diagonal = fixed_point.pairs(scale)
         cells, num_cells, at_goal = _trace(cost, goal, straight, diagonal, UNREACHED, max_cells)
-        reached = num_cells > 0
-        length = jnp.where(
-            reached, fixed_point.to_length(jnp.where(reached, at_goal, 0), scale), jnp.inf
-        )
+        length = fixed_point.length_where(num_cells > 0, at_goal, scale)
         return {"cells": cells, "num_cells": num_cells, "cost": length}
 
     return Path(**run(field.cost, field.scale, goal))

@@ -141,7 +141,7 @@ def path_of_map(
     best, corners = jump_points.search(free, start, goal, straight, diagonal, width)
     is_there = best.cost != jump_points.NO_COST
     cells, num = jump_points.walk_back(best, corners, goal, straight, diagonal, width, max_cells)
-    cost = _length(best.cost.astype(jnp.int32), scale, is_there)
+    cost = fixed_point.length_where(is_there, best.cost.astype(jnp.int32), scale)
     return at_front(cells, num, is_there), jnp.where(is_there, num, 0), cost
 
 
@@ -151,7 +151,8 @@ def length_of_map(free: Array, start: Array, goal: Array, width: int) -> Array:
         return _length_at(*solve_map(packing.unpack(free[None], width)[0], start), goal)
     straight, diagonal, scale = _fixed_point(free, width)
     best = jump_points.search(free, start, goal, straight, diagonal, width)[0]
-    return _length(best.cost.astype(jnp.int32), scale, best.cost != jump_points.NO_COST)
+    is_there = best.cost != jump_points.NO_COST
+    return fixed_point.length_where(is_there, best.cost.astype(jnp.int32), scale)
 
 
 def _is_by_jump_points(height: int, width: int) -> bool:
@@ -170,8 +171,4 @@ def _length_at(cost: Array, scale: Array, goal: Array) -> Array:
     """The length at `goal` of one map's exact costs; inf where it is not reached or outside."""
     is_inside = is_on_map(goal[0], goal[1], *cost.shape)
     at_goal = lax.dynamic_slice(cost, (goal[0], goal[1]), (1, 1))[0, 0]
-    return _length(at_goal, scale, is_inside & (at_goal != UNREACHED))
-
-
-def _length(cost: Array, scale: Array, is_there: Array) -> Array:
-    return jnp.where(is_there, fixed_point.to_length(jnp.where(is_there, cost, 0), scale), jnp.inf)
+    return fixed_point.length_where(is_inside & (at_goal != UNREACHED), at_goal, scale)
