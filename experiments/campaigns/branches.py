@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from experiments.campaigns.labelled_maps import scattered, task_on, walled_tasks
+from experiments.campaigns.inputs.labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Task, solve_many
 from srt_jax.instances.generate import generate
 

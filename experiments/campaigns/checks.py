@@ -16,8 +16,8 @@ import jax
 import numpy as np
 
 from experiments.campaigns.costs import LIMITS, make_tasks
-from experiments.campaigns.spoilt_answers import spoilt
-from experiments.campaigns.tally import progress
+from experiments.campaigns.inputs.spoilt_answers import spoilt
+from experiments.campaigns.judges.tally import progress
 from srt_jax import check, solve
 
 AT_ONCE = 64

@@ -29,8 +29,8 @@ import jax
 import numpy as np
 
 import sign_model
-from experiments.campaigns.coalition_tasks import lone_coalition, random_coalition
-from experiments.campaigns.tally import Tally
+from experiments.campaigns.inputs.coalition_tasks import lone_coalition, random_coalition
+from experiments.campaigns.judges.tally import Tally
 from srt_jax import Status, solve, stack
 from srt_jax.coalition import (
     check_coalition,

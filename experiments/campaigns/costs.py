@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from experiments.campaigns.cost_oracle import Truth, judge
-from experiments.campaigns.cost_tasks import MOST_OBSTACLES, random_task
-from experiments.campaigns.tally import progress
+from experiments.campaigns.inputs.cost_tasks import MOST_OBSTACLES, random_task
+from experiments.campaigns.judges.cost_oracle import Truth, judge
+from experiments.campaigns.judges.tally import progress
 from srt_jax import Solution, Status, Task, check, make_task, solve, stack
 
 REPLAYED = 50

@@ -32,10 +32,10 @@ import jax.numpy as jnp
 import numpy as np
 
 import srt_jax
-from experiments.campaigns import kernel_judges as judges
-from experiments.campaigns import kernel_maps as maps
-from experiments.campaigns import kernel_truth as truth
-from experiments.campaigns.tally import Tally, progress
+from experiments.campaigns.inputs import kernel_maps as maps
+from experiments.campaigns.judges import kernel_judges as judges
+from experiments.campaigns.judges import kernel_truth as truth
+from experiments.campaigns.judges.tally import Tally, progress
 from srt_jax import components
 from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells

@@ -25,8 +25,8 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from experiments.campaigns.damage import mutate
-from experiments.campaigns.seed_files import DOMAIN, MAP, PGM, PROBLEM, SEEDS
+from experiments.campaigns.inputs.damage import mutate
+from experiments.campaigns.inputs.seed_files import DOMAIN, MAP, PGM, PROBLEM, SEEDS
 
 AT_ONCE = 500
 """Mutations that one child process reads."""

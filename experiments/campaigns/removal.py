@@ -16,8 +16,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from experiments.campaigns.integer_programming import exact_removal
-from experiments.campaigns.labelled_maps import random_tasks, walled_tasks
+from experiments.campaigns.inputs.labelled_maps import random_tasks, walled_tasks
+from experiments.campaigns.judges.integer_programming import exact_removal
 from srt_jax import Solution, Status, Task, check, solve_many
 from srt_jax.reference.brute_force import brute_force_removal
 

@@ -24,7 +24,7 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from experiments.campaigns.labelled_maps import scattered, task_on, walled_tasks
+from experiments.campaigns.inputs.labelled_maps import scattered, task_on, walled_tasks
 from srt_jax import Solution, Status, Task, check, solve, solve_many
 from srt_jax.instances.generate import Instance, generate
 

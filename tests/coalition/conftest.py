@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.campaigns.coalition_tasks import lone_coalition, random_coalition
+from experiments.campaigns.inputs.coalition_tasks import lone_coalition, random_coalition
 from srt_jax.coalition import make_coalition
 from tests.helpers.coalitions import Solved, solved
 

@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from experiments.campaigns.coalition_tasks import random_coalition
+from experiments.campaigns.inputs.coalition_tasks import random_coalition
 from srt_jax.coalition import Help, coalition_reach, make_coalition, stack_coalitions
 from srt_jax.reference import coalition as twin
 

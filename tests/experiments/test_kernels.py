@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import srt_jax
-from experiments.campaigns import kernel_maps as maps
 from experiments.campaigns import kernels
 from experiments.campaigns.compile_seconds import call_kernel
-from experiments.campaigns.kernel_truth import reached_by_scipy, route_problem
+from experiments.campaigns.inputs import kernel_maps as maps
+from experiments.campaigns.judges.kernel_truth import reached_by_scipy, route_problem
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from experiments.campaigns.coalition_tasks import random_coalition
+from experiments.campaigns.inputs.coalition_tasks import random_coalition
 from srt_jax.coalition import (
     CoalitionSolution,
     CoalitionTask,

@@ -1,6 +1,6 @@
 """Random labelled maps for tests, those of the campaigns."""
 
-from experiments.campaigns.labelled_maps import (
+from experiments.campaigns.inputs.labelled_maps import (
     connected,
     random_tasks,
     scattered,

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.campaigns.integer_programming import exact_removal
+from experiments.campaigns.judges.integer_programming import exact_removal
 from srt_jax import Status, check, solve, stack
 from srt_jax.obstacles import Labels
 from srt_jax.reference.brute_force import brute_force_removal

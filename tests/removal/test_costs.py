@@ -11,8 +11,8 @@ import pytest
 
 from experiments.campaigns import checks
 from experiments.campaigns import costs as cost_campaign
-from experiments.campaigns.cost_oracle import judge
 from experiments.campaigns.costs import LIMITS, batch_of, make_tasks, problems_of, solve_and_judge
+from experiments.campaigns.judges.cost_oracle import judge
 from srt_jax import Status, check, explain, explanation, make_task, solve, solve_many
 from srt_jax.cli import run
 

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 import srt_jax
-from experiments.campaigns import kernel_maps as maps
-from experiments.campaigns import kernel_truth as truth
-from experiments.campaigns.tally import Tally
+from experiments.campaigns.inputs import kernel_maps as maps
+from experiments.campaigns.judges import kernel_truth as truth
+from experiments.campaigns.judges.tally import Tally
 from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
 from srt_jax.reference.astar import astar

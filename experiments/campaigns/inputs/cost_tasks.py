@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from experiments.campaigns.labelled_maps import scattered, walled
+from experiments.campaigns.inputs.labelled_maps import scattered, walled
 from srt_jax import Task, make_task
 
 MOST_OBSTACLES = 10
