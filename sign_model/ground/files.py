@@ -202,7 +202,7 @@ def _settled(path: PathLike) -> pathlib.Path:
     """
     try:
         target = pathlib.Path(os.path.realpath(path))
-        mode = os.stat(target).st_mode if target.exists() else stat.S_IFREG
+        mode = os.stat(target).st_mode if os.path.exists(target) else stat.S_IFREG
     except ValueError as error:  # a null byte, or signs that the file system cannot express
         raise FileError(f"{path!r}: is no name of a file ({error}): give another") from error
     if not stat.S_ISREG(mode):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import pathlib
 from typing import Any
 
@@ -106,7 +107,7 @@ def require_name(path: PathLike) -> None:
     `path`.
     """
     _is_parquet(path)
-    if not pathlib.Path(path).parent.is_dir():
+    if not os.path.isdir(pathlib.Path(path).parent):
         raise ValueError(
             f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that"
             " exists"

@@ -1,6 +1,7 @@
 """`srt-jax draw`: pictures, contact sheets and animations of tasks and their solutions."""
 
 import dataclasses
+import os
 import pathlib
 from typing import Annotated
 
@@ -138,7 +139,7 @@ def _check(out: pathlib.Path, show: str, ending: str) -> None:
     if f".{ending}" not in FORMATS:
         raise ValueError(f"--format must be png, svg or pdf, got {ending!r}")
     suffix = out.suffix.lower()
-    if suffix and not out.is_dir() and suffix not in (*FORMATS, ".gif"):
+    if suffix and not os.path.isdir(out) and suffix not in (*FORMATS, ".gif"):
         raise ValueError(
             f"--out {out}: cannot draw a file with the ending {suffix!r}: use .png, .svg, .pdf,"
             " .gif, or a folder"

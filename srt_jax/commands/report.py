@@ -2,6 +2,7 @@
 web page as asked.
 """
 
+import os
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -93,7 +94,7 @@ def require_page_name(html: pathlib.Path | None) -> None:
     """Raises ValueError, before anything is solved, where the page could not be written."""
     if html and html.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"--report {html}: a report is a web page: end the name in .html")
-    if html and not html.parent.is_dir():
+    if html and not os.path.isdir(html.parent):
         raise ValueError(
             f"--report {html}: there is no folder {html.parent}: name a file in a folder that"
             " exists"

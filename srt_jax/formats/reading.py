@@ -3,6 +3,7 @@ it.
 """
 
 import dataclasses
+import os
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
@@ -145,7 +146,7 @@ def require_file(path: str) -> None:
     """Raises ValueError where there is no such file, or it is a folder, a device or a pipe;
     opens nothing.
     """
-    if pathlib.Path(path).is_dir():
+    if os.path.isdir(path):
         raise ValueError(
             f"{path} is a folder: name the files in it, such as {pathlib.Path(path) / '*.map'}"
         )
@@ -179,7 +180,7 @@ def scenario_maps(
                 is_single or pathlib.Path(map_path).name == row.map_name
             )
             where = str(map_path) if is_given else str(folder / row.map_name)
-            if not pathlib.Path(where).is_file():
+            if not os.path.isfile(where):  # False for names that no file can have
                 raise ValueError(
                     f"{path}:{number + 2}: the row is on the map {row.map_name}, and there is no"
                     f" such file as {where}: put the map beside the scenario"

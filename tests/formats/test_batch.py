@@ -100,6 +100,16 @@ def test_files_of_another_kind_cut_off_or_with_objects_are_refused(path):
         read_batch(path.with_name("none"))
 
 
+def test_names_of_numbers_that_are_no_characters_are_refused(path):
+    write_batch(path, BATCH)
+    names = np.full(3 * len(BATCH.start), 0x7FFFFFFF, np.uint32).view("<U3")
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **(arrays | {"names": names}))
+    with pytest.raises(ValueError, match="'names.npy' holds numbers that stand for no character"):
+        read_batch(path)
+
+
 def test_what_would_not_be_read_is_not_written(path):
     for bad, options in (
         (make_task(LABELS, (0, 0), (0, 1)), {}),

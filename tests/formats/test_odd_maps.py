@@ -345,6 +345,13 @@ def test_a_scenario_without_rows_says_so(here, capsys):
         assert (code, out) == (2, "") and "no_rows.scen: the scenario has no row" in err
 
 
+def test_a_map_named_by_what_no_file_can_be_named_is_not_there(here, capsys):
+    for name in ("x" * 5000 + ".map", "a\0b.map"):
+        scen(here / "odd.scen", (0, name, 5, 3, 0, 0, 4, 0, 4.0))
+        code, out, err = printed(capsys, "solve", "odd.scen")
+        assert (code, out) == (2, "") and "odd.scen:2: the row is on the map " in err
+
+
 def test_each_row_of_a_scenario_is_on_its_own_map(here, capsys):
     for command in ("solve", "scen"):
         code, out, err = printed(capsys, command, "two_maps.scen")

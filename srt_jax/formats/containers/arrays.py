@@ -6,6 +6,7 @@ taken.
 
 import io
 import math
+import sys
 import zipfile
 from collections.abc import Iterable
 from typing import IO
@@ -85,7 +86,10 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
         file.seek(0)
         array = np.lib.format.read_array(file, allow_pickle=False)
         file.read(1)  # the end, where the checksum is compared
-    return np.asarray(array, array.dtype.newbyteorder("="), order="C")
+    array = np.asarray(array, array.dtype.newbyteorder("="), order="C")
+    if array.dtype.kind == "U" and array.size and array.view(np.uint32).max() > sys.maxunicode:
+        raise ValueError(f"the array {name[:40]!r} holds numbers that stand for no character")
+    return array
 
 
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, int]:
