@@ -2,13 +2,14 @@
 its own map.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
-from srt_jax.engine.buckets import batch_bucket, map_bucket
+from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.solver import MAX_BRANCHES, pad_batch, solve, with_slots
 from srt_jax.task import stack
 from srt_jax.types import Solution, Status, Task
@@ -51,8 +52,10 @@ def solve_many(
       [7, 2]
     """
     solutions: dict[int, Solution] = {}
-    for (L, height, width), members in _groups(tasks).items():
-        M = max(8, batch_bucket(max(len(tasks[index].destroyable) for index in members)))
+    # The largest first: what is compiled for them serves the smaller ones as well.
+    groups = sorted(_groups(tasks).items(), key=lambda group: -math.prod(group[0]))
+    for (L, height, width), members in groups:
+        M = obstacle_bucket(max(len(tasks[index].destroyable) for index in members))
         at_once = max(
             1,
             min(_MOST_AT_ONCE, _CELLS_AT_ONCE // (L * height * width), batch_bucket(len(members))),

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,8 +16,9 @@ from sign_model.ground.marks import jitted
 from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
-from srt_jax.engine.buckets import batch_bucket, map_bucket
+from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.engine.packing import unpack
+from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
 from srt_jax.removal.branch_and_bound import search_least
@@ -35,6 +36,9 @@ MAX_BRANCHES = 256
 """Enough for all but a few tasks with many overlaps: see `python -m
 experiments.campaigns.branches`.
 """
+
+
+_shapes = Shapes()
 
 
 def solve(
@@ -141,30 +145,74 @@ def _in_buckets(
     # The shape of the bucket; how many tasks one part has.
     B, L, H, W = task.labels.shape
     M = task.destroyable.shape[1]
-    bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), max(8, batch_bucket(M)))
-    capacity = _default_room(*bucket[2:4], mode) if is_default else max(128, batch_bucket(room))
+    sides = map_bucket(H, W)
 
-    slots = min(max_destroyed, bucket[4])
+    def room_of(height: int, width: int) -> int:
+        return _default_room(height, width, mode) if is_default else max(128, batch_bucket(room))
+
+    own = Bucket(batch_bucket(B), batch_bucket(L), *sides, obstacle_bucket(M), room_of(*sides))
+    slots = min(max_destroyed, max(8, batch_bucket(M)))
     size = (
-        cores.part_size(bucket[0], H * W * L, cores.SOLVE)
+        cores.part_size(own.batch, H * W * L, cores.SOLVE)
         if cores.is_on_host(*jax.tree.leaves(task))
-        else bucket[0]
+        else own.batch
     )
-    solve_in_bucket = _solver(mode, slots, capacity, max_branches, size < B)
+
+    def program(shape: Bucket, is_part: bool = False) -> Callable[[Task, Array], Solution]:
+        return _solver(mode, slots, shape.room, max_branches, is_part)
 
     # A part that fills its bucket needs neither padding nor cutting.
-    def run(part: Task) -> Solution:
-        shape = (size, *bucket[1:])
-        whole = (
-            part
-            if part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape[4]
-            else pad_batch(part, shape)
-        )
-        solution = solve_in_bucket(whole, np.full(size, room, np.int32))
-        return solution if whole is part and capacity == room else _cut(solution, part, room)
+    def run(part: Task, shape: Bucket, is_part: bool = False) -> Solution:
+        solve_in_bucket = program(shape, is_part)
+        is_full = part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape.obstacles
+        whole = part if is_full else pad_batch(part, shape[:5])
+        solution = solve_in_bucket(whole, np.full(shape.batch, room, np.int32))
+        return solution if is_full and shape.room == room else _cut(solution, part, room)
 
-    solution = run(task) if size >= B else cores.in_parts(run, task, size, (solve_in_bucket, room))
+    if size < B:
+        part_shape = own._replace(batch=size)
+        solution = cores.in_parts(
+            lambda part: run(part, part_shape, True), task, size, (program(own, True), room)
+        )
+    else:
+        kind = (mode, slots, max_branches, *_settings())
+        shape = _shapes.choose(kind, own, lambda shape: _is_kept(program(shape), shape), room_of)
+        with _shapes.timed(kind, own, shape):
+            parts = [run(part, shape) for part in _parts(task, shape.batch)]
+            solution = parts[0] if len(parts) == 1 else jax.tree.map(_joined, *parts)
     return with_slots(solution, max_destroyed, np)
+
+
+def _settings() -> tuple:
+    """What else decides a program: settings of JAX that may change while the process runs."""
+    return jax.config.jax_enable_x64, jax.config.jax_default_device  # pyright: ignore
+
+
+def _parts(task: Task, size: int) -> list[Task]:
+    """Returns a batch in parts of at most `size` tasks."""
+    count = len(task.start)
+    if count <= size:
+        return [task]
+    cuts = range(0, count, size)
+    return [Task(**{k: array[i : i + size] for k, array in task.items()}) for i in cuts]
+
+
+def _joined(*arrays: Array) -> np.ndarray:
+    return np.concatenate([np.asarray(array) for array in arrays])
+
+
+def _is_kept(run: Any, shape: Bucket) -> bool:
+    """Returns whether the solver's program for batches of this shape is on disk."""
+    B, M = shape.batch, shape.obstacles
+    task = Task(
+        labels=jax.ShapeDtypeStruct(shape[:4], jnp.int32),
+        destroyable=jax.ShapeDtypeStruct((B, M), jnp.bool_),
+        removal_cost=jax.ShapeDtypeStruct((B, M), jnp.float32),
+        start=jax.ShapeDtypeStruct((B, 2), jnp.int32),
+        goal=jax.ShapeDtypeStruct((B, 2), jnp.int32),
+        size=jax.ShapeDtypeStruct((B, 2), jnp.int32),
+    )
+    return run.is_kept(task, jax.ShapeDtypeStruct((B,), jnp.int32))
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:

@@ -16,7 +16,7 @@ def length_on(labels, gone, start, goal):
     return float(dijkstra(free, start)[goal])
 
 
-@pytest.mark.parametrize("mode", ["least", "paper"])
+@pytest.mark.parametrize("mode", ["least", pytest.param("paper", marks=pytest.mark.slow)])
 def test_generated_tasks_of_every_kind_are_answered_rightly(mode):
     instances = generate("mixed", count=56, size=(16, 32), seed=5)
     solutions = solve_many([task for _, task, _ in instances], mode=mode, max_destroyed=16)

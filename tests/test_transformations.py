@@ -63,7 +63,11 @@ def cases() -> dict[str, Case]:
 
 
 CASES = cases()
-NAMES = pytest.mark.parametrize("name", CASES)
+# `solve` takes longest to compile, and test_solver_batches transforms it, too.
+NAMES = pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name == "solve")) for name in CASES],
+)
 
 
 def assert_same_bits(got, expected):
@@ -147,6 +151,7 @@ def test_gradients_under_vmap_scan_and_jit_are_those_of_the_batch():
         np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not hasattr(jax, "shard_map"), reason="this JAX is older than 0.6: there is no jax.shard_map"
 )

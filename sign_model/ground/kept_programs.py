@@ -70,12 +70,26 @@ class KeptProgram:
 
     def __call__(self, *args: Any) -> Any:
         leaves, structure = jax.tree.flatten(args)
-        shapes = tuple((np.shape(leaf), np.dtype(leaf.dtype).str) for leaf in leaves)
+        shapes = _shapes(leaves)
         key = (structure, shapes, _settings())
         if key not in self._loaded:
             self._loaded[key] = self._load(args, structure, shapes)
         program, out_structure = self._loaded[key]
         return jax.tree.unflatten(out_structure, program(*leaves))
+
+    def is_kept(self, *args: Any) -> bool:
+        """Returns whether the program for such arguments, arrays or what only has their shapes and
+        dtypes, is loaded or on disk.
+        """
+        leaves, structure = jax.tree.flatten(args)
+        shapes = _shapes(leaves)
+        if (structure, shapes, _settings()) in self._loaded:
+            return True
+        file = _file_of(self._what(structure, shapes))
+        return file is not None and file.is_file()
+
+    def _what(self, structure: Any, shapes: tuple) -> tuple:
+        return self._name, str(structure), shapes, sorted(self._options.items())
 
     def num_programs(self) -> int:
         """Returns how many programs have been loaded or compiled in this process."""
@@ -87,7 +101,7 @@ class KeptProgram:
         """
         # A result is kept as flat arrays and a pattern of them, numbers in the place of arrays:
         # JAX cannot store the structure of classes that are not its own.
-        file = _file_of((self._name, str(structure), shapes, sorted(self._options.items())))
+        file = _file_of(self._what(structure, shapes))
         if file is not None:
             with contextlib.suppress(Exception):
                 return _read(file)
@@ -106,6 +120,10 @@ class KeptProgram:
             with contextlib.suppress(Exception):
                 _write(file, compiled, out_structure)
         return compiled, out_structure
+
+
+def _shapes(leaves: list[Any]) -> tuple:
+    return tuple((tuple(leaf.shape), np.dtype(leaf.dtype).str) for leaf in leaves)
 
 
 def folder() -> pathlib.Path | None:

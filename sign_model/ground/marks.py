@@ -150,7 +150,13 @@ def _with_fallback(form: Callable[[bool, bool], Callable], name: str) -> Callabl
             warnings.warn(message, stacklevel=2)
             return out
 
+    def is_kept(*args: Any) -> bool:
+        """Whether the program for arguments of these shapes is on disk or loaded from there."""
+        program = form(True, True) if is_marking() and _runs_on_cpu(()) else None
+        return isinstance(program, kept_programs.KeptProgram) and program.is_kept(*args)
+
     run.form = form  # pyright: ignore[reportFunctionMemberAccess]
+    run.is_kept = is_kept  # pyright: ignore[reportFunctionMemberAccess]
     return run
 
 

@@ -137,15 +137,18 @@ def _rates(works: dict[str, Callable[[], Any] | None], count: int, repeats: int)
     """Returns how many a second each does, taken in turn; None for one that is not installed."""
     import jax
 
+    from srt_jax.engine.reuse import only_own_shapes
+
     present = {name: work for name, work in works.items() if work}
     rates: dict[str, list[float]] = {name: [] for name in present}
-    for work in present.values():
-        jax.block_until_ready(work())
-    for _ in range(repeats):
-        for name, work in present.items():
-            began = time.perf_counter()
+    with only_own_shapes():
+        for work in present.values():
             jax.block_until_ready(work())
-            rates[name].append(count / (time.perf_counter() - began))
+        for _ in range(repeats):
+            for name, work in present.items():
+                began = time.perf_counter()
+                jax.block_until_ready(work())
+                rates[name].append(count / (time.perf_counter() - began))
     return {name: spread(rates[name]) if name in rates else None for name in works}
 
 

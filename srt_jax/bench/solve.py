@@ -262,13 +262,16 @@ def _in_turn(
     """
     import jax
 
-    answers = {name: jax.block_until_ready(work()) for name, work in works.items()}
+    from srt_jax.engine.reuse import only_own_shapes
+
     taken: dict[str, list[float]] = {name: [] for name in works}
-    for _ in range(repeats):
-        for name, work in works.items():
-            began = time.perf_counter()
-            jax.block_until_ready(work())
-            taken[name].append(1e3 * (time.perf_counter() - began) / tasks)
+    with only_own_shapes():
+        answers = {name: jax.block_until_ready(work()) for name, work in works.items()}
+        for _ in range(repeats):
+            for name, work in works.items():
+                began = time.perf_counter()
+                jax.block_until_ready(work())
+                taken[name].append(1e3 * (time.perf_counter() - began) / tasks)
     return {name: spread(times) for name, times in taken.items()}, answers
 
 

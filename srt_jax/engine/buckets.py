@@ -28,3 +28,10 @@ def map_bucket(height: int, width: int) -> tuple[int, int]:
 def batch_bucket(count: int) -> int:
     """Returns the batch size to which `count` is padded: the next power of two."""
     return next_power_of_two(count)
+
+
+def obstacle_bucket(count: int) -> int:
+    """Returns the number of obstacles to which `count` is padded: up to 64 cost a solver nothing
+    that can be measured.
+    """
+    return max(64, batch_bucket(count))

@@ -41,6 +41,7 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
     ]
 
 
+@pytest.mark.slow
 def test_the_papers_loop_plans_again_at_each_blockage_and_passes_last():
     task, names = task_from(TWO_WALLS)
     names_of_steps = [step[:2] for step in steps_of(solve(task, mode="paper"), names)]
@@ -109,6 +110,7 @@ def test_a_goal_inside_something_indestructible_has_that_as_its_proof():
     assert np.asarray(solution.separating).tolist() == [1, -1]
 
 
+@pytest.mark.slow
 def test_symbolic_plan_and_route_tell_the_same_story_read_literally():
     """The other modes are judged likewise in `test_solver`."""
     tasks = random_tasks(5, 120, overlap=True, max_side=14, can_destroy=0.5)

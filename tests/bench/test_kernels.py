@@ -49,6 +49,7 @@ def test_the_table_leads_with_the_ratio_and_names_missing_peers():
     )
 
 
+@pytest.mark.slow
 def test_scaling_is_measured_for_every_kernel(monkeypatch, tmp_path):
     monkeypatch.setenv("SRT_SHARED_DATA", str(tmp_path))
     monkeypatch.setattr(scaling, "SMALL", 16)

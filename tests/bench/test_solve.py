@@ -73,6 +73,7 @@ def test_maps_that_are_not_bool_or_not_contiguous_are_refused(native):
             native.jps(wrong, (0, 0), (3, 3))
 
 
+@pytest.mark.slow
 def test_solve_is_measured_beside_them_and_agrees():
     case = solve._case(
         "bagel-10", np.stack([maps.city(64, 64, seed=seed) for seed in (1, 2)]), "ring"

@@ -136,5 +136,6 @@ def test_an_input_on_the_second_device_is_answered_there():
     run_on_two_devices(_ON_THE_SECOND)
 
 
+@pytest.mark.slow
 def test_many_tasks_are_solved_on_the_default_device_wherever_they_lie():
     run_on_two_devices(_MANY_ON_THE_DEFAULT)

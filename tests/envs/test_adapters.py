@@ -50,6 +50,7 @@ def test_gymnasium_finds_nothing_wrong():
     assert not truncated and info["length"] == 1 and isinstance(info["regret"], float)
 
 
+@pytest.mark.slow
 def test_jumanji_finds_nothing_wrong():
     pytest.importorskip("jumanji")
     from jumanji.testing.env_not_smoke import (
@@ -71,6 +72,7 @@ def test_jumanji_finds_nothing_wrong():
     )
 
 
+@pytest.mark.slow
 def test_gymnax_rolls_it_out_and_wraps_it():
     pytest.importorskip("gymnax")
     from gymnax.environments import spaces

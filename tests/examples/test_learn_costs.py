@@ -3,10 +3,12 @@
 import importlib
 
 import numpy as np
+import pytest
 
 learn_costs = importlib.import_module("docs.examples.learn_costs")
 
 
+@pytest.mark.slow
 def test_costs_learned_from_shown_paths_find_better_ways_on_unseen_maps(tmp_path, capsys):
     assert (
         learn_costs.main(

@@ -236,6 +236,7 @@ def test_figure_1_goes_down_from_the_goals_sign_to_the_route_and_up_again_to_the
     } <= texts
 
 
+@pytest.mark.slow
 def test_the_least_removal_never_costs_more_than_the_papers_loop(tmp_path):
     assert figure1.main(["--quick", "--count", "4", "--size", "24", "--out", str(tmp_path)]) == 0
     data = result(tmp_path, "figure1")["data"]

@@ -25,6 +25,7 @@ def compiled():
     return events
 
 
+@pytest.mark.slow
 def test_random_maps_snakes_and_slow_twins_agree(capsys):
     assert kernels.main(["--quick"]) == 0
     printed = capsys.readouterr().out

@@ -106,7 +106,7 @@ def test_names_of_numbers_that_are_no_characters_are_refused(path):
     with np.load(path) as file:
         arrays = dict(file)
     np.savez(path, **(arrays | {"names": names}))
-    with pytest.raises(ValueError, match="'names.npy' holds numbers that stand for no character"):
+    with pytest.raises(ValueError, match=r"'names\.npy' holds numbers that stand for no character"):
         read_batch(path)
 
 

@@ -110,6 +110,7 @@ def test_along_the_costs_themselves_the_derivative_is_the_least_cost(spread):
     assert not np.asarray(along)[~reached].any()
 
 
+@pytest.mark.slow
 def test_without_the_marks_values_are_equal_and_gradients_up_to_rounding(monkeypatch):
     args = (FREE[:24], STARTS[:24], WEIGHTS[:24])
     expected = jax.value_and_grad(lambda costs: _score(costs, *args).sum())(COSTS[:24])

@@ -169,6 +169,7 @@ def _total(costs, batch):
     return jnp.where(jnp.isfinite(removal), removal, 0).sum(), (removal, route)
 
 
+@pytest.mark.slow
 def test_the_least_removal_under_jit_and_vmap_has_the_same_bits_and_its_mean_a_gradient():
     batch = srt_jax.stack(TASKS)
     expected = least_removal(batch)

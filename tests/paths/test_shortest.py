@@ -160,6 +160,7 @@ def test_a_path_longer_than_max_cells_reports_its_true_number_of_cells():
     assert np.array_equal(exactly.cells, whole.cells[:num])
 
 
+@pytest.mark.slow
 def test_large_maps_with_a_coarser_fixed_point_have_the_lengths_of_the_field():
     free = noise(np.random.default_rng(6), 800, 900, 0.1)
     free[1::20, 5:] = False
