@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from sign_model.ground.meanings import WithMeaning
 
+_MOST_SHOWN = 100
+"""Steps of a plan in a notebook."""
+
 
 class PlanStatus(WithMeaning):
     """How planning ended. The numbers are the exit codes of `srt-jax plan`; `meaning` explains them
@@ -56,3 +59,21 @@ class PlanResult:
     def is_solved(self) -> bool:
         """Whether there is a plan."""
         return self.status == PlanStatus.SOLVED
+
+    def __repr__(self) -> str:
+        """What it says in a line; `actions` holds the plan."""
+        return (
+            f"PlanResult({self.status.name}, {len(self.actions)} steps,"
+            f" {self.expansions} expansions)"
+        )
+
+    def _repr_html_(self) -> str:
+        """The plan as a numbered list, for notebooks."""
+        from html import escape  # only here: commands that plan start without it
+
+        title = repr(self) if self.is_solved else f"{self!r}: {self.status.meaning}"
+        shown = self.actions[:_MOST_SHOWN]
+        steps = "".join(f"<li><code>{escape(action)}</code></li>" for action in shown)
+        left = len(self.actions) - len(shown)
+        more = f"<p>and {left} more in <code>actions</code></p>" if left else ""
+        return f"<div><div><code>{escape(title)}</code></div><ol>{steps}</ol>{more}</div>"

@@ -6,9 +6,13 @@ N the cells a route may have, P the steps of a plan. A cell is (row, col), row 0
 """
 
 import enum
+import importlib
+from typing import Any
+
+import numpy as np
 
 from sign_model.ground.meanings import WithMeaning
-from sign_model.ground.records import Array, Record, record
+from sign_model.ground.records import Array, Record, outline, record, values_of
 
 __all__ = [
     "FREE",
@@ -107,6 +111,29 @@ class Task(Record):
     goal: Array
     size: Array
 
+    def __repr__(self) -> str:
+        """What it is in a line: the map, the obstacles, the ends."""
+        known = values_of(self.size, self.destroyable, self.start, self.goal)
+        if known is None or np.ndim(self.size) < 1:
+            return outline(self)
+        size, destroyable, start, goal = known
+        if size.ndim > 1:
+            batch = " x ".join(map(str, size.shape[:-1]))
+            *_, layers, height, width = np.shape(self.labels)
+            return (
+                f"Task(batch of {batch}, {height} x {width} cells, {_count(layers, 'layer')}, at"
+                f" most {_count(destroyable.shape[-1], 'obstacle')})"
+            )
+        return (
+            f"Task({size[0]} x {size[1]} cells, {_count(len(destroyable), 'obstacle')},"
+            f" {int(destroyable.sum())} of them destroyable, start {tuple(start.tolist())}, goal"
+            f" {tuple(goal.tolist())})"
+        )
+
+    def _repr_html_(self) -> str:
+        """A picture, for notebooks."""
+        return _for_notebooks().task_html(self)
+
 
 @record
 class Path(Record):
@@ -198,3 +225,38 @@ class Solution(Record):
     plan: Array
     plan_at: Array
     separating: Array
+
+    def __repr__(self) -> str:
+        """What it says in a line."""
+        known = values_of(self.status, self.cost, self.removal_cost, self.removal_bound)
+        if known is None:
+            return outline(self)
+        status, cost, removal, bound = known
+        if status.ndim:
+            numbers = [(one, int((status == one).sum())) for one in Status]
+            batch = " x ".join(map(str, status.shape))
+            told = ", ".join(f"{number} {one.name}" for one, number in numbers if number)
+            return f"Solution(batch of {batch}: {told})"
+        if not Status(int(status)).is_solved:
+            return f"Solution({Status(int(status)).name}, removal_bound={float(bound):g})"
+        gone = np.asarray(self.destroyed)[: int(self.num_destroyed)].tolist()
+        proven = ", proven least" if removal == bound else f", at least {float(bound):g}"
+        return (
+            f"Solution({Status(int(status)).name}, length {float(cost):.2f}, {int(self.num_cells)}"
+            f" cells, destroyed {gone}, removal cost {float(removal):g}{proven})"
+        )
+
+    def _repr_html_(self) -> str:
+        """A table of what it says, for notebooks."""
+        return _for_notebooks().solution_html(self)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _for_notebooks() -> Any:
+    """Returns the module that makes pages of records: far above this one, and loaded only where a
+    notebook asks.
+    """
+    return importlib.import_module("srt_jax.draw.notebook")

@@ -2,16 +2,18 @@
 walk up, destroy, continue).
 """
 
+import io
 import itertools
 import os
 import pathlib
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from srt_jax.draw.canvas import Canvas, save_gif
 from srt_jax.draw.colours import Kind
+from srt_jax.draw.notebook import picture_html
 from srt_jax.draw.stages import Stage, stages_of
 from srt_jax.types import Solution, Status, Task
 
@@ -23,12 +25,34 @@ _QUICK, _HOLD, _LAST = 90, 1400, 3000
 _MOST_STAGES = 12
 
 
+class Animation(NamedTuple):
+    """An animation that a notebook shows.
+
+    Attributes:
+      gif: the bytes of the file.
+    """
+
+    gif: bytes
+
+    def __repr__(self) -> str:
+        return f"Animation({len(self.gif)} bytes of GIF)"
+
+    def _repr_html_(self) -> str:
+        return picture_html(self.gif, "gif", "the loop of plan, blockage and removal")
+
+
 def animate(
-    task: Task, solution: Solution, path: str | os.PathLike, *, what: str = "loop", title: str = ""
-) -> None:
-    """Writes an animated GIF of one task.
+    task: Task,
+    solution: Solution,
+    path: str | os.PathLike | None = None,
+    *,
+    what: str = "loop",
+    title: str = "",
+) -> Animation | None:
+    """Writes an animated GIF of one task, or returns it for a notebook.
 
     Args:
+      path: None returns the animation.
       what: "wave": the reached region grows from the start until nothing is left, then seed and
         contour. "loop": the same, then the agent walks up to what is to be destroyed, destroys it,
         explores from there, and so on to the goal.
@@ -52,7 +76,7 @@ def animate(
       >>> os.path.exists(path)
       True
     """
-    if pathlib.Path(path).suffix.lower() != ".gif":
+    if path is not None and pathlib.Path(path).suffix.lower() != ".gif":
         raise ValueError(f"{path}: an animation is a GIF: end the name in .gif")
     if what not in ANIMATIONS:
         raise ValueError(f"an animation shows one of {', '.join(ANIMATIONS)}, got {what!r}")
@@ -68,7 +92,12 @@ def animate(
         ]
     else:
         shown = list(_loop(canvas, stages, solution, status))
+    if path is None:
+        buffer = io.BytesIO()
+        save_gif(buffer, shown)
+        return Animation(buffer.getvalue())
     save_gif(path, shown)
+    return None
 
 
 def _loop(

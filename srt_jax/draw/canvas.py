@@ -2,9 +2,10 @@
 palette.
 """
 
+import contextlib
 import os
 import textwrap
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -144,12 +145,13 @@ class Canvas:
         return palette
 
 
-def save_gif(path: str | os.PathLike, shown: list[tuple[Any, int]]) -> None:
-    """Writes frames with their milliseconds as a GIF that goes round for ever; whole or not at
-    all.
+def save_gif(path: str | os.PathLike | IO[bytes], shown: list[tuple[Any, int]]) -> None:
+    """Writes frames with their milliseconds as a GIF that goes round for ever; under a name, whole
+    or not at all, or into an open file.
     """
     images, durations = zip(*shown)
-    with atomic_write(path, "wb") as file:
+    is_name = isinstance(path, str | os.PathLike)
+    with atomic_write(path, "wb") if is_name else contextlib.nullcontext(path) as file:
         options = {
             "save_all": True,
             "append_images": images[1:],

@@ -26,7 +26,7 @@ class Removal(NamedTuple):
 
 class Scene(NamedTuple):
     """kinds: uint8 [H, W] of `Kind`. legs: of the route, each int [n, 2], n >= 2, one ending where
-    the next begins.
+    the next begins. status: None where the task is shown without a solution.
     """
 
     kinds: np.ndarray
@@ -35,18 +35,21 @@ class Scene(NamedTuple):
     seed: Cell | None
     legs: list[np.ndarray]
     removals: list[Removal]
-    status: Status
+    status: Status | None
     headline: str
 
 
-def scene_of(task: Task, solution: Solution) -> Scene:
-    """Returns what a picture of one task shows.
+def scene_of(task: Task, solution: Solution | None) -> Scene:
+    """Returns what a picture of one task shows; without a solution the map and the ends.
 
     Raises:
       ValueError: a batch was given, or the solution is another task's.
     """
     require_single(task, solution)
     kinds = cell_kinds(task)
+    if solution is None:
+        start, goal = _cell(task.start), _cell(task.goal)
+        return Scene(kinds, start, goal, None, [], [], None, "")
     removals = removals_in(task, solution)
     for removal in removals:
         kinds[tuple(removal.cells.T)] = Kind.DESTROYED
@@ -65,7 +68,7 @@ def scene_of(task: Task, solution: Solution) -> Scene:
     )
 
 
-def require_single(task: Task, solution: Solution) -> None:
+def require_single(task: Task, solution: Solution | None) -> None:
     """Raises ValueError for a batch, or where the solution does not belong to a task of this
     size.
     """
@@ -74,6 +77,8 @@ def require_single(task: Task, solution: Solution) -> None:
             f"a picture shows one task, got labels of shape {list(np.shape(task.labels))}: call"
             " unstack first"
         )
+    if solution is None:
+        return
     size, contour = np.shape(task.labels)[-2:], np.shape(solution.contour)
     if contour != size:
         raise ValueError(

@@ -1,11 +1,12 @@
 """One task on one page: PNG, SVG or PDF."""
 
 import contextlib
+import io
 import os
 import pathlib
 import textwrap
 from collections.abc import Iterator
-from typing import Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
@@ -29,23 +30,47 @@ _GRID_UP_TO = 40
 """Cells a side up to which thin lines part them."""
 
 
+class Picture(NamedTuple):
+    """A picture that a notebook shows.
+
+    Attributes:
+      png: the bytes of the file.
+    """
+
+    png: bytes
+
+    def __repr__(self) -> str:
+        return f"Picture({len(self.png)} bytes of PNG)"
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
 def draw(
     task: Task,
-    solution: Solution,
-    path: str | os.PathLike,
+    solution: Solution | None = None,
+    path: str | os.PathLike | IO[bytes] | None = None,
     *,
     title: str = "",
     polar: PolarFrame | None = None,
-) -> None:
-    """Writes a picture of one task and its solution; the ending of `path` decides the format (.png,
-    .svg, .pdf).
+    axes: Any = None,
+    kind: str = "png",
+) -> Picture | None:
+    """Draws one task and its solution: into a file, into a buffer, onto axes, or as what a notebook
+    shows.
 
     Args:
+      solution: None draws the task alone.
+      path: a name, whose ending decides the format (.png, .svg, .pdf), or a file open for bytes.
+        None returns the picture.
+      title: written above it.
       polar: draws the agent's frame with the fuzzy sectors over the map.
+      axes: matplotlib axes to draw on, without title and legend; nothing is written then.
+      kind: png, svg or pdf: the format where `path` is an open file.
 
     Raises:
-      ImportError: matplotlib is missing. ValueError: a batch was given, or the ending is none of
-        these.
+      ImportError: matplotlib is missing. ValueError: a batch was given, the format is none of
+        these, or both `path` and `axes` were given.
 
     Examples:
       >>> import os
@@ -61,16 +86,28 @@ def draw(
       >>> draw(task, solution, path, title="a wall")
       >>> os.path.exists(path)
       True
+      >>> draw(task, solution).png[:4]  # a notebook shows it
+      b'\x89PNG'
     """
+    if axes is not None:
+        if path is not None:
+            raise ValueError("a picture goes onto axes or to a path: give one of them")
+        draw_map(axes, scene_of(task, solution))
+        return None
+    if path is None:
+        buffer = io.BytesIO()
+        draw(task, solution, buffer, title=title, polar=polar)
+        return Picture(buffer.getvalue())
     scene = scene_of(task, solution)
     height, width = scene.kinds.shape
     heading = [
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
-        *textwrap.wrap(scene.headline, 80),
+        *textwrap.wrap(scene.headline, 80),  # no line where it is empty
         *([caption(scene, polar)] if polar else []),
     ]
     margins = 1.4 + 0.18 * len(heading)
-    with page(path, size=(_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + margins)) as figure:
+    size = (_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + margins)
+    with page(path, size=size, kind=kind) as figure:
         axes = figure.add_subplot()
         draw_map(axes, scene)
         axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
@@ -85,17 +122,21 @@ def draw(
         if polar:
             draw_frame(axes, scene, polar, scale)
         draw_badges(axes, scene, scale)
+    return None
 
 
 @contextlib.contextmanager
-def page(path: str | os.PathLike, *, size: tuple[float, float]) -> Iterator[Any]:
+def page(
+    path: str | os.PathLike | IO[bytes], *, size: tuple[float, float], kind: str = "png"
+) -> Iterator[Any]:
     """Yields a figure of its own (no global state), in inches; saves it, whole or not at all, when
-    all went well.
+    all went well: under a name, or as `kind` into an open file.
     """
-    target = pathlib.Path(path)
-    if target.suffix.lower() not in FORMATS:
+    target = pathlib.Path(path) if isinstance(path, str | os.PathLike) else None
+    ending = f".{kind}" if target is None else target.suffix
+    if ending.lower() not in FORMATS:
         raise ValueError(
-            f"{path}: cannot draw a picture with the ending {target.suffix!r}: use one of"
+            f"{path}: cannot draw a picture with the ending {ending!r}: use one of"
             f" {', '.join(FORMATS)}"
         )
     try:
@@ -105,14 +146,13 @@ def page(path: str | os.PathLike, *, size: tuple[float, float]) -> Iterator[Any]
         raise ImportError("drawing needs matplotlib: pip install 'srt-jax[draw]'") from error
     figure = Figure(figsize=size, layout="constrained", dpi=150)
     yield figure
-    target.parent.mkdir(parents=True, exist_ok=True)
-    kind = target.suffix[1:].lower()
+    kind = ending[1:].lower()
+    if target is not None:
+        target.parent.mkdir(parents=True, exist_ok=True)
     # Nothing of the moment in the file: the same task gives the same bytes.
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
-    with (
-        rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}),
-        atomic_write(target, "wb") as file,
-    ):
+    place = contextlib.nullcontext(path) if target is None else atomic_write(target, "wb")
+    with rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}), place as file:
         figure.savefig(file, format=kind, metadata=metadata)
 
 

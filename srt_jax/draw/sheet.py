@@ -73,7 +73,9 @@ def contact_sheet(
         )
 
 
-def _outcome(status: Status, num_removals: int) -> str:
+def _outcome(status: Status | None, num_removals: int) -> str:
+    if status is None:
+        return ""
     return f"{status.name}, {num_removals} destroyed" if status is Status.SOLVED else status.name
 
 

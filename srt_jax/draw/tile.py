@@ -16,10 +16,11 @@ _VIEW = 240.0
 """Units of the longer side of the picture; marks and lines are measured in them."""
 
 
-def svg_tile(task: Task, solution: Solution, *, most_cells: int = 250) -> str:
+def svg_tile(task: Task, solution: Solution | None = None, *, most_cells: int = 250) -> str:
     """Returns an SVG document: cells as an embedded PNG, the route and the marks as lines.
 
     Args:
+      solution: None shows the task alone.
       most_cells: a side; larger maps are shrunk (`colours.shrunk`).
 
     Examples:

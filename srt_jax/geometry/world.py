@@ -6,6 +6,7 @@ nanometre, so that 0.1 * 3 and 0.3 are one number. An obstacle is one or more po
 """
 
 import dataclasses
+import importlib
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -139,6 +140,20 @@ class World:
                 raise ValueError(
                     f"{name} ({x:g}, {y:g}) lies outside the bounds {bounds}: move it inside"
                 )
+
+    def __repr__(self) -> str:
+        """What it is in a line; `obstacles` holds the outlines."""
+        x_min, y_min, x_max, y_max = self.bounds
+        num, gone = len(self.obstacles), sum(one.destroyable for one in self.obstacles)
+        return (
+            f"World({x_max - x_min:g} x {y_max - y_min:g} m, {num} obstacle{'s' * (num != 1)},"
+            f" {gone} of them destroyable, agent of radius {self.radius:g} m at"
+            f" {self.position}, goal square of {self.goal_side:g} m around {self.goal_centre})"
+        )
+
+    def _repr_html_(self) -> str:
+        """A picture, for notebooks: made far above this module, and loaded only there."""
+        return importlib.import_module("srt_jax.draw.notebook").world_html(self)
 
     @property
     def goal_centre(self) -> Point:
