@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from srt_jax.answers.facts import explanation
     from srt_jax.answers.story import scene_pddl, story
+    from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
     from srt_jax.check import check
     from srt_jax.geometry.raster import rasterize
@@ -62,6 +63,7 @@ __all__ = [
     "solve_many",
     "stack",
     "story",
+    "table",
     "trace_path",
     "unstack",
     "why",
@@ -72,6 +74,7 @@ __all__ = [
 _MODULES = {
     "answers.facts": ("explanation",),
     "answers.story": ("scene_pddl", "story"),
+    "answers.table": ("table",),
     "answers.wording": ("explain", "why", "why_not"),
     "check": ("check",),
     "geometry.raster": ("rasterize",),

@@ -1,0 +1,143 @@
+"""Answers as a table, one row a task: for pandas, polars, DuckDB or a spreadsheet."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from srt_jax.components import regions
+from srt_jax.formats.files import require_module
+from srt_jax.types import FREE, Solution, Status, Task
+
+
+def table(
+    tasks: Sequence[Task],
+    solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]],
+    *,
+    names: Sequence[str] | None = None,
+    maps: Sequence[str] | None = None,
+    seconds: float | Sequence[float] | None = None,
+    cell_side: float | None = None,
+) -> Any:
+    """Returns an Arrow table with one row for each task and mode.
+
+    Columns: name; map; mode; status; is_solved; height, width, num_obstacles of the task; length of
+    the route in cell sides and length_m in metres; num_cells of the route; num_destroyed;
+    removal_cost and removal_bound; is_proven_least; num_blocking, obstacles on the contour;
+    explored, the cells reached before anything is destroyed; seconds. What does not apply or is not
+    given is null. `table(...).to_pandas()` and `polars.from_arrow(table(...))` make data frames of
+    it.
+
+    Args:
+      tasks: single ones, not batches (`unstack` takes a batch apart).
+      solutions: as many, or such a sequence for each mode, {mode: solutions}: the rows of a mode
+        follow each other, and `mode` tells them apart.
+      names, maps: one for each task; names are "0", "1", ... by default.
+      seconds: of each task, or of all of them alike.
+      cell_side: metres a cell.
+
+    Raises:
+      ImportError: pyarrow is missing. ValueError: the numbers of tasks, solutions, names, maps or
+        seconds differ, or a batch was given.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> modes = {mode: [srt_jax.solve(task, mode=mode)] for mode in ("least", "paper")}
+      >>> answers = srt_jax.table([task], modes, cell_side=0.5)
+      >>> answers.select(["mode", "status", "length", "length_m"]).to_pylist()[0]
+      {'mode': 'least', 'status': 'SOLVED', 'length': 6.0, 'length_m': 3.0}
+    """
+    arrow = require_module("pyarrow", extra="parquet", what="a table of answers")
+    by_mode = solutions if isinstance(solutions, Mapping) else {None: solutions}
+    count = len(tasks)
+    named = [str(number) for number in range(count)] if names is None else list(names)
+    spent = [seconds] * count if seconds is None or np.ndim(seconds) == 0 else list(seconds)  # type: ignore
+    given = {"names": named, "seconds": spent, "maps": [None] * count if maps is None else maps}
+    given |= {f"solutions of mode {mode}": found for mode, found in by_mode.items()}
+    for what, values in given.items():
+        if len(values) != count:
+            raise ValueError(f"there are {count} tasks and {len(values)} {what}: give one for each")
+    facts = [_of_task(task) for task in tasks]
+    rows = [
+        {"name": named[i], "map": given["maps"][i], "mode": mode}
+        | facts[i]
+        | _of_solution(found[i], cell_side)
+        | {"seconds": spent[i]}
+        for mode, found in by_mode.items()
+        for i in range(count)
+    ]
+    return arrow.Table.from_pylist(rows, schema=_schema(arrow))
+
+
+def _of_task(task: Task) -> dict[str, Any]:
+    labels = np.asarray(task.labels)
+    if labels.ndim != 3:
+        raise ValueError(
+            f"a row is one task, got labels of shape {list(labels.shape)}: call unstack first"
+        )
+    height, width = np.asarray(task.size).tolist()
+    free = (labels[:, :height, :width] == FREE).all(axis=0)
+    row, col = np.asarray(task.start).tolist()
+    is_inside = 0 <= row < height and 0 <= col < width
+    explored = 0
+    if is_inside and free[row, col]:
+        pieces = regions(free)
+        explored = int((pieces == pieces[row, col]).sum())
+    return {
+        "height": height,
+        "width": width,
+        "num_obstacles": int((np.unique(labels) >= 0).sum()),
+        "explored": explored,
+    }
+
+
+def _of_solution(solution: Solution, cell_side: float | None) -> dict[str, Any]:
+    status = Status(int(solution.status))
+    length, removal = _finite(solution.cost), _finite(solution.removal_cost)
+    bound = _finite(solution.removal_bound)
+    return {
+        "status": status.name,
+        "is_solved": status.is_solved,
+        "length": length,
+        "length_m": None if cell_side is None or length is None else length * cell_side,
+        "num_cells": int(solution.num_cells) if status.is_solved else None,
+        "num_destroyed": int(solution.num_destroyed) if status.is_solved else None,
+        "removal_cost": removal,
+        "removal_bound": bound,
+        "is_proven_least": removal == bound if status.is_solved else None,
+        "num_blocking": int((np.asarray(solution.blocking) >= 0).sum()),
+    }
+
+
+def _schema(arrow: Any) -> Any:
+    text, whole, number, truth = arrow.string(), arrow.int32(), arrow.float64(), arrow.bool_()
+    kinds = {
+        "name": text,
+        "map": text,
+        "mode": text,
+        "status": text,
+        "is_solved": truth,
+        "height": whole,
+        "width": whole,
+        "num_obstacles": whole,
+        "length": number,
+        "length_m": number,
+        "num_cells": whole,
+        "num_destroyed": whole,
+        "removal_cost": number,
+        "removal_bound": number,
+        "is_proven_least": truth,
+        "num_blocking": whole,
+        "explored": whole,
+        "seconds": number,
+    }
+    return arrow.schema(kinds)
+
+
+def _finite(value: Any) -> float | None:
+    number = float(value)
+    return number if np.isfinite(number) else None
