@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from srt_jax.paths.seed import seed_cell
     from srt_jax.paths.shortest import shortest_path
     from srt_jax.removal_gradient import least_removal
+    from srt_jax.robots.inflate import inflate
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
     from srt_jax.types import Path, Solution, Status, Task
@@ -48,6 +49,7 @@ __all__ = [
     "cost_to_come",
     "explain",
     "explanation",
+    "inflate",
     "least_removal",
     "make_task",
     "octile_distance",
@@ -90,6 +92,7 @@ _MODULES = {
     "paths.seed": ("seed_cell",),
     "paths.shortest": ("shortest_path",),
     "removal_gradient": ("least_removal",),
+    "robots.inflate": ("inflate",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
     "types": ("Path", "Solution", "Status", "Task"),

@@ -19,7 +19,7 @@ FLOORS = {
         ("moves", "engine"),
         ("task", "obstacles", "fields", "symbols"),
         ("gradients", "instances"),
-        ("paths", "geometry", "data"),
+        ("paths", "geometry", "data", "robots"),
         ("removal", "formats"),
         ("solver",),
         ("coalition",),

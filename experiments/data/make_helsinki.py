@@ -19,7 +19,7 @@ import osmium  # pyright: ignore[reportMissingImports]
 from numpy.typing import ArrayLike
 
 from srt_jax.formats.files import atomic_write
-from srt_jax.formats.outlines.projection import Projection
+from srt_jax.geometry.projection import Projection
 from srt_jax.geometry.world import Obstacle
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"

@@ -28,7 +28,7 @@ from srt_jax.formats.outlines.geometry import (
     obstacles_of_shapes,
     wall_parts,
 )
-from srt_jax.formats.outlines.projection import joined_box, projection_over
+from srt_jax.geometry.projection import joined_box, projection_over
 from srt_jax.formats.outlines.tag_rules import CachedRules, TagRule, default_rules
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle

@@ -17,7 +17,7 @@ from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of
 from srt_jax.formats.outlines.osm_areas import Area, area_of_relation, area_of_way
 from srt_jax.formats.outlines.osm_objects import ENDINGS as ENDINGS
 from srt_jax.formats.outlines.osm_objects import Objects, read_objects
-from srt_jax.formats.outlines.projection import Projection, joined_box, projection_over
+from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import Obstacle

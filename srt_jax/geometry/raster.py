@@ -10,11 +10,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from srt_jax.geometry.layers import layered
 from srt_jax.geometry.rings import UNITS_PER_METRE, as_metres, as_units, points_of
 from srt_jax.geometry.scanlines import Edges, cells_of, centred_spans, touched_spans
 from srt_jax.geometry.world import Obstacle, World, as_bounds
 from srt_jax.task import make_task
-from srt_jax.types import FREE, Task
+from srt_jax.types import Task
 
 _MAX_EXTENT = 2e9
 """Metres from end to end of all allowed coordinates, of which twice the nanometres fit into 64
@@ -200,17 +201,7 @@ def cover(obstacles: Sequence[Obstacle], grid: Grid, *, rule: str = "touch") -> 
     if rule not in _RULES:
         raise ValueError(f"rule {rule!r} is unknown: take one of {', '.join(map(repr, _RULES))}")
     owner, cell = cells_of(_RULES[rule](_edges(obstacles, grid)), grid.height, grid.width)
-    num_owners = np.bincount(cell, minlength=grid.height * grid.width)
-    labels = np.full((max(1, int(num_owners.max())), grid.height, grid.width), FREE, np.int32)
-    flat = labels.reshape(len(labels), -1)
-    is_alone = num_owners[cell] == 1
-    flat[0, cell[is_alone]] = owner[is_alone]
-    shared_cell, its_owner = cell[~is_alone], owner[~is_alone]
-    order = np.argsort(shared_cell, kind="stable")
-    shared_cell, its_owner = shared_cell[order], its_owner[order]
-    layer = np.arange(len(order)) - np.searchsorted(shared_cell, shared_cell)
-    flat[layer, shared_cell] = its_owner
-    return labels
+    return layered(owner, cell, grid.height, grid.width)
 
 
 def _edges(obstacles: Sequence[Obstacle], grid: Grid) -> Edges:

@@ -17,7 +17,7 @@ from srt_jax.formats import osm
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
 from srt_jax.formats.outlines.geometry import EMPTY
-from srt_jax.formats.outlines.projection import Projection
+from srt_jax.geometry.projection import Projection
 from srt_jax.formats.outlines.tag_rules import (
     Condition,
     TagRule,

@@ -1,0 +1,1 @@
+"""What a robot brings with it: a radius, places in metres, and routes that it can drive."""
