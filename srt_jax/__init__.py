@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
     from srt_jax.check import check
+    from srt_jax.geometry.frame import Frame
     from srt_jax.geometry.raster import rasterize
     from srt_jax.geometry.world import Obstacle, World
     from srt_jax.gradients.perturbed import perturbed
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Frame",
     "Obstacle",
     "Path",
     "Solution",
@@ -79,6 +81,7 @@ _MODULES = {
     "answers.table": ("table",),
     "answers.wording": ("explain", "why", "why_not"),
     "check": ("check",),
+    "geometry.frame": ("Frame",),
     "geometry.raster": ("rasterize",),
     "geometry.world": ("Obstacle", "World"),
     "gradients.perturbed": ("perturbed",),

@@ -36,7 +36,7 @@ def convert(
         found = (
             found._replace(tasks=tasks, map=None)
             if reading.block is None
-            else Source(tasks, grid=found.grid)
+            else Source(tasks, frame=found.frame)
         )
         found = with_flags_of_task(found)
     write_source(target, found, wrote)

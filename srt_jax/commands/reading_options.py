@@ -11,7 +11,8 @@ import typer
 
 from srt_jax.commands import options
 from srt_jax.formats import geojson, gridmap, pictures
-from srt_jax.formats.reading import Cell, Reading
+from srt_jax.formats.reading import Reading
+from srt_jax.robots.ends import as_end, as_radius
 
 AS_SET = Reading()
 _PLACES = "Places and maps"
@@ -42,12 +43,23 @@ def _reading(
     start: Annotated[
         str | None,
         typer.Option(
-            metavar="R,C",
-            help="Start cell on a map or place. Default: see docs/formats.md; a .map requires it.",
+            metavar="R,C|Xm,Ym|LONE,LATN",
+            help=(
+                "Start on a map or place: a cell, metres such as 1.5m,-2m, or degrees such as"
+                " 24.94E,60.17N. Default: see docs/formats.md; a .map requires it."
+            ),
         ),
     ] = None,
     goal: Annotated[
-        str | None, typer.Option(metavar="R,C", help="Goal cell on a map or place.")
+        str | None,
+        typer.Option(metavar="R,C|Xm,Ym|LONE,LATN", help="Goal on a map or place, as --start."),
+    ] = None,
+    radius: Annotated[
+        str | None,
+        typer.Option(
+            metavar="Rm|R",
+            help="Radius of the robot, metres such as 0.22m or cells: obstacles are dilated.",
+        ),
     ] = None,
     block: Annotated[
         str | None,
@@ -72,7 +84,10 @@ def _reading(
         typer.Option(
             metavar="M",
             rich_help_panel=_PLACES,
-            help="Cells of M metres on the whole place, or in an .svg scene.",
+            help=(
+                "Cells of M metres on the whole place, or in an .svg scene; of a .map or picture,"
+                " which do not say it."
+            ),
         ),
     ] = None,
     rule: Annotated[
@@ -83,6 +98,14 @@ def _reading(
             help="Which cells a polygon covers: all it meets, or centres.",
         ),
     ] = "touch",
+    labels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PICTURE",
+            rich_help_panel=_PLACES,
+            help="Names the obstacles of a map of cells: each colour is one, the rest is walls.",
+        ),
+    ] = None,
     tags: Annotated[
         str | None,
         typer.Option(
@@ -130,8 +153,10 @@ def _reading(
 ) -> Reading:
     """Returns how to read files, from the options as typed."""
     return Reading(
-        start=_cell("--start", start),
-        goal=_cell("--goal", goal),
+        start=None if start is None else as_end("--start", start),
+        goal=None if goal is None else as_end("--goal", goal),
+        radius=None if radius is None else as_radius("--radius", radius),
+        labels=labels,
         block=block,
         size=size,
         cell_side=cell_side,
@@ -145,12 +170,3 @@ def _reading(
         limit=limit,
         rows=options.row_range(rows),
     )
-
-
-def _cell(option: str, text: str | None) -> Cell | None:
-    """Returns the cell typed as row,column; None where none was."""
-    try:
-        row, col = (text or "0,0").split(",")
-        return (int(row), int(col)) if text is not None else None
-    except ValueError:
-        raise ValueError(f"{option} {text!r} is no cell: write row,column, such as 3,5") from None

@@ -12,7 +12,8 @@ from srt_jax.commands.options import JsonOption
 from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.reading import Reading, scenario_maps
+from srt_jax.formats.reading import Reading
+from srt_jax.formats.scenarios import scenario_maps
 
 
 def scen(

@@ -28,9 +28,9 @@ from srt_jax.formats.outlines.geometry import (
     obstacles_of_shapes,
     wall_parts,
 )
-from srt_jax.geometry.projection import joined_box, projection_over
 from srt_jax.formats.outlines.tag_rules import CachedRules, TagRule, default_rules
 from srt_jax.geometry.place import Place
+from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.geometry.world import Obstacle
 
 TYPES = (
@@ -108,6 +108,8 @@ def read_geojson(
 def write_geojson(path: PathLike, place: Place) -> None:
     """Writes a place in metres, one feature per obstacle; `read_geojson` reads it back equal."""
     own = {"units": "metres", "bounds": place.bounds, "attribution": place.attribution}
+    if place.projection is not None:
+        own["centre"] = [place.projection.longitude, place.projection.latitude]
     head = (
         f'{{"type": "FeatureCollection", "{_OWN}": {json.dumps(own, ensure_ascii=False)},'
         ' "features": ['
@@ -130,6 +132,19 @@ def _feature(obstacle: Obstacle) -> dict[str, Any]:
     return {"type": "Feature", "properties": properties, "geometry": geometry}
 
 
+def _own_projection(own: dict[str, Any]) -> Projection | None:
+    """Returns how the metres of a file that we wrote lie on the globe, where it says so."""
+    centre = own.get("centre")
+    if centre is None:
+        return None
+    is_pair = isinstance(centre, list) and len(centre) == 2
+    if not is_pair or any(isinstance(n, bool) or not isinstance(n, int | float) for n in centre):
+        raise ValueError(
+            f"the centre of its {_OWN!r} must be [longitude, latitude], got {str(centre)[:40]}"
+        )
+    return Projection(float(centre[0]), float(centre[1]))
+
+
 def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes: Notes) -> Place:
     # All points in one array: a call of numpy for each ring would take most of the time.
     given = list(_all_given(document, notes))
@@ -139,6 +154,7 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
     corners = np.reshape(box, (2, 2)) if box else np.zeros((0, 2))
     unit = _units(document, own, units, np.concatenate([points, corners]), notes)
     # Whatever the coordinates are, metres from here on.
+    projection = _own_projection(own) if unit == "metres" else None
     if unit == "web":
         points, corners = from_web_map(points), from_web_map(corners)
     if unit != "metres" and len(points) + len(corners):
@@ -159,7 +175,7 @@ def _place(document: dict[str, Any], units: str, rules: Sequence[TagRule], notes
         shapes += [shape] if shape is not None else []
     made = [obstacle for obstacle in obstacles_of_shapes(shapes, notes) if obstacle is not None]
     bounds = tuple(corners.ravel().tolist()) if box else box_around(made)
-    place = Place(bounds, tuple(made), str(own.get("attribution", "")))  # type: ignore[arg-type]
+    place = Place(bounds, tuple(made), str(own.get("attribution", "")), projection)  # type: ignore[arg-type]
     count_outside(place, notes)
     return place
 

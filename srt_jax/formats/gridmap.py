@@ -9,6 +9,7 @@ import dataclasses
 import numpy as np
 
 from srt_jax.formats.notes import Notes
+from srt_jax.geometry.frame import Frame
 from srt_jax.geometry.raster import Grid
 
 UNKNOWN_AS = ("blocked", "free")
@@ -29,6 +30,8 @@ class GridMap:
       `free`.
     cell_side: metres.
     corner: (x, y), metres, the outer corner of the lower left cell.
+    yaw: by how much the map is turned about that corner, radians counter-clockwise.
+    has_metres: whether the file says how large a cell is.
     start, goal: (row, col), where the file names them.
     """
 
@@ -38,6 +41,13 @@ class GridMap:
     corner: tuple[float, float] = (0.0, 0.0)
     start: tuple[int, int] | None = None
     goal: tuple[int, int] | None = None
+    yaw: float = 0.0
+    has_metres: bool = False
+
+    @property
+    def frame(self) -> Frame:
+        """Where the cells lie in the world: `frame.cell_of(point)`, `frame.point_of(cell)`."""
+        return Frame(self.grid, self.yaw, has_metres=self.has_metres)
 
     @property
     def grid(self) -> Grid:

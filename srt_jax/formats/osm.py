@@ -17,9 +17,9 @@ from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of
 from srt_jax.formats.outlines.osm_areas import Area, area_of_relation, area_of_way
 from srt_jax.formats.outlines.osm_objects import ENDINGS as ENDINGS
 from srt_jax.formats.outlines.osm_objects import Objects, read_objects
-from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
 from srt_jax.geometry.place import Place
+from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.geometry.world import Obstacle
 
 ATTRIBUTION = "(c) OpenStreetMap contributors, ODbL 1.0, openstreetmap.org/copyright"
@@ -87,7 +87,7 @@ def read_osm(
     made = obstacles_of_shapes(list(shapes.values()), notes)
     kept = {name: obstacle for name, obstacle in zip(shapes, made) if obstacle is not None}
     x_min, y_min, x_max, y_max = projection.to_metres(box).ravel().tolist()
-    place = Place((x_min, y_min, x_max, y_max), tuple(kept.values()), ATTRIBUTION)
+    place = Place((x_min, y_min, x_max, y_max), tuple(kept.values()), ATTRIBUTION, projection)
     count_outside(place, notes)
     _summarise(kept, things, projection, box, notes)
     return place

@@ -2,7 +2,8 @@
 
 import io
 import warnings
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from srt_jax.formats.files import PathLike, atomic_write, plain_reason, read_byt
 from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
 
+Pixels = TypeVar("Pixels")
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")
 POLARITIES = ("light", "dark")
 _BETWEEN = 32
@@ -42,6 +44,17 @@ def read_shades(
     Raises:
       ValueError: the file is missing, cut off, or no picture.
     """
+    shades = read_pixels(path, kind, _shades, notes=notes)
+    notes = Notes() if notes is None else notes
+    return shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
+
+
+def read_pixels(
+    path: PathLike, kind: str, take: Callable[[Any, Notes], Pixels], *, notes: Notes | None = None
+) -> Pixels:
+    """Returns what `take` makes of a picture (Pillow's, turned as it says itself); errors as for
+    `read_shades`.
+    """
     image_module = require_module("PIL.Image", extra="image", what="reading pictures")
     turn = require_module("PIL.ImageOps", extra="image", what="reading pictures").exif_transpose
     content = read_bytes(path, kind)
@@ -62,10 +75,7 @@ def read_shades(
                     notes.tell("the picture is turned as it says itself (EXIF orientation)")
                 if num_pictures > 1:
                     notes.tell(f"the file holds {num_pictures} pictures: the first is read")
-                shades = _shades(turned, notes)
-                return (
-                    shades._replace(shade=_of_mask(shades.shade, notes)) if takes_masks else shades
-                )
+                return take(turned, notes)
     except (TooLargeError, MemoryError):
         raise
     # Pillow's own limit, which its user may have lowered

@@ -14,17 +14,28 @@ from srt_jax.formats import geojson, osm, pictures
 from srt_jax.formats.batch import read_batch
 from srt_jax.formats.files import plain_reason, read_bytes, require_regular
 from srt_jax.formats.gridmap import GridMap, free_map
-from srt_jax.formats.movingai import ScenRow, read_map, read_scen, scaled
+from srt_jax.formats.label_pictures import with_labels
+from srt_jax.formats.movingai import read_map, read_scen
 from srt_jax.formats.namo_svg import read_namo
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.opposite_cells import opposite_cells
 from srt_jax.formats.outlines.tag_rules import read_rules
 from srt_jax.formats.ros_map import read_ros_map
+from srt_jax.formats.scenarios import scenario_maps
+from srt_jax.formats.start_and_goal import (
+    chosen_ends,
+    named_ends,
+    note_covered,
+    require_free,
+    with_free_start,
+)
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.xml_map import read_xml_map
+from srt_jax.geometry.frame import Frame
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, cover, grid_over, rasterize, square_grid
 from srt_jax.geometry.world import World
+from srt_jax.robots.ends import Radius, Spot, radius_in
+from srt_jax.robots.inflate import inflate
 from srt_jax.task import NamedTask, make_task, unstack
 from srt_jax.types import FREE, Cell, Task
 
@@ -41,6 +52,8 @@ _FOREIGN = {
     ),
 }
 """JSON of other programs, by a text near its beginning, with the remedy."""
+_UNMEASURED = Frame.of_cells(1, 1)
+"""Of maps of which nothing is known in metres."""
 SIZE = 500
 """Cells a side of a place where no number is given, as in the paper."""
 
@@ -49,10 +62,13 @@ SIZE = 500
 class Reading:
     """How files are read; each format takes what concerns it.
 
-    start, goal: cells (row, col), for maps and places, which have none of their own.
+    start, goal: cells (row, col) or places in the world, for maps and places, which have none of
+      their own.
+    radius: of the robot, by which every obstacle is dilated (`inflate`); not for worlds.
+    labels: a picture that names the obstacles of a map of cells (`label_pictures`).
     size: cells a side of the largest square in the middle of a place. cell_side: metres; then the
-      whole place is covered, and scenes get cells of that side. Not both; without either SIZE
-      cells.
+      whole place is covered, scenes get cells of that side, and so long are the cells of a map that
+      does not say it. Not both; without either SIZE cells.
     rule: of covering, "touch" or "centre" (`raster.cover`).
     tags: a file of tag rules for places (`tag_rules.read_rules`).
     units: of GeoJSON coordinates. free_pixels, threshold: of pictures. unknown: what unknown cells
@@ -68,8 +84,10 @@ class Reading:
       to the last).
     """
 
-    start: Cell | None = None
-    goal: Cell | None = None
+    start: Cell | Spot | None = None
+    goal: Cell | Spot | None = None
+    radius: Radius | None = None
+    labels: str | None = None
     size: int | None = None
     cell_side: float | None = None
     rule: str = "touch"
@@ -101,16 +119,20 @@ class Reading:
 class Source(NamedTuple):
     """What a file holds.
 
-    place: its polygons, where it has some. world: the same with agent and goal. grid: where the
-      cells of its one map lie, in
-    metres. map: those cells, where they are what the file holds.
+    place: its polygons, where it has some. world: the same with agent and goal. frame: where the
+      cells of its one map lie in the world. map: those cells, where they are what the file holds.
     """
 
     tasks: list[NamedTask]
     place: Place | None = None
-    grid: Grid | None = None
+    frame: Frame | None = None
     map: GridMap | None = None
     world: World | None = None
+
+    @property
+    def grid(self) -> Grid | None:
+        """The cells of its one map in metres, before they are turned."""
+        return None if self.frame is None else self.frame.grid
 
 
 def read_source(path: str, how: Reading, notes: Notes) -> Source:
@@ -134,6 +156,11 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         raise ValueError(
             f"{path}: --start and --goal are for maps and places; this file has its own"
         )
+    if how.labels is not None and ending not in _ON_CELLS:
+        raise ValueError(
+            f"{path}: --labels names the obstacles of a map of cells ({', '.join(_ON_CELLS)}); this"
+            " file has its own"
+        )
     try:
         return reader(path, how, notes)
     except RecursionError as error:
@@ -153,68 +180,6 @@ def require_file(path: str) -> None:
     require_regular(path, what="map, place or task")
 
 
-def scenario_maps(
-    path: str, rows: Sequence[tuple[int, ScenRow]], map_path: str | None, notes: Notes
-) -> list[np.ndarray]:
-    """Returns for each row of a scenario the map, bool [H, W], that it is on; rows on one map share
-    it.
-
-    A map of another size than its row names is scaled to that, as the format has it, where the
-    sides keep their ratio; where they do not it is another map.
-
-    Args:
-      rows: with their numbers, counted from 0.
-      map_path: of the map, where it does not lie beside the scenario; where rows name several maps,
-        for those rows that name this one.
-
-    Raises:
-      ValueError: a map is not there, or a row starts or ends on no free cell.
-    """
-    folder = pathlib.Path(path).parent
-    is_single = len({row.map_name for _, row in rows}) == 1
-    maps: dict[tuple[str, int, int], np.ndarray] = {}
-    for number, row in rows:
-        key = (row.map_name, row.height, row.width)
-        if key not in maps:
-            is_given = map_path is not None and (
-                is_single or pathlib.Path(map_path).name == row.map_name
-            )
-            where = str(map_path) if is_given else str(folder / row.map_name)
-            if not os.path.isfile(where):  # False for names that no file can have
-                raise ValueError(
-                    f"{path}:{number + 2}: the row is on the map {row.map_name}, and there is no"
-                    f" such file as {where}: put the map beside the scenario"
-                )
-            free = read_map(where, notes=notes)
-            _require_scale(f"{path}:{number + 2}", row, where, free)
-            maps[key] = scaled(free, row.height, row.width)
-            if maps[key].shape != free.shape:
-                notes.tell(
-                    f"{pathlib.Path(where).name}, {free.shape[1]} wide and {free.shape[0]} high, is"
-                    f" scaled to {row.width} x {row.height} cells, as the rows have it"
-                )
-        for what, cell in (("start", row.start), ("goal", row.goal)):
-            _require_free(f"{path}:{number + 2}: {what}", maps[key], cell)
-    return [maps[row.map_name, row.height, row.width] for _, row in rows]
-
-
-def _require_scale(where: str, row: ScenRow, map_path: str, free: np.ndarray) -> None:
-    """Raises ValueError where a map cannot be the one that a row was made for, at whatever
-    scale.
-    """
-    height, width = free.shape
-    away = (
-        abs(row.height - height * row.width / width),
-        abs(row.width - width * row.height / height),
-    )
-    if min(away) > 0.5:  # a side is rounded to whole cells
-        raise ValueError(
-            f"{where}: the row is for a map {row.width} wide and {row.height} high, but {map_path}"
-            f" is {width} wide and {height} high, and no scale makes them equal: give the map it"
-            " was made for"
-        )
-
-
 def _read_map(path: str, how: Reading, notes: Notes) -> Source:
     if not how.chooses and (how.start is None or how.goal is None):
         raise ValueError(
@@ -232,7 +197,8 @@ def _read_scen(path: str, how: Reading, notes: Notes) -> Source:
     tasks = []
     for (number, row), free in zip(rows, scenario_maps(path, rows, None, notes)):
         if id(free) not in on_map:  # the labels of a map are made once
-            on_map[id(free)] = make_task(free, row.start, row.goal)
+            frame = Frame.of_cells(*free.shape)
+            on_map[id(free)] = _of_robot(path, make_task(free, row.start, row.goal), how, frame)
         start, goal = np.array(row.start, np.int32), np.array(row.goal, np.int32)
         tasks.append(
             NamedTask(f"{_stem(path)}-{number}", on_map[id(free)].replace(start=start, goal=goal))
@@ -243,7 +209,10 @@ def _read_scen(path: str, how: Reading, notes: Notes) -> Source:
 def _read_batch(path: str, how: Reading, notes: Notes) -> Source:
     batch = read_batch(path)
     named = [NamedTask(name, task) for name, task in zip(batch.names, unstack(batch.tasks))]
-    return Source([task for _, task in how.chosen(path, named)])
+    chosen = [task for _, task in how.chosen(path, named)]
+    return Source(
+        [one._replace(task=_of_robot(path, one.task, how, _UNMEASURED)) for one in chosen]
+    )
 
 
 def _read_world(path: str, how: Reading, notes: Notes) -> Source:
@@ -315,25 +284,66 @@ _READERS: dict[str, tuple[Callable[[str, Reading, Notes], Source], bool]] = {
 """The reader of each ending, and whether such files have starts and goals of their own."""
 
 ENDINGS = tuple(_READERS)
+_ON_CELLS = (".map", ".yaml", ".yml", ".xml", *pictures.ENDINGS)
+"""Of files that hold cells, free or not, and name no obstacle."""
 
 
 def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Source:
     """Returns the task on a map of cells: its obstacles are the 8-connected pieces of what is not
-    free.
+    free, or what a second picture names.
     """
-    start, goal = _ends(path, grid_map.free, how, notes)
-    for what, cell in (("start", start), ("goal", goal)):
-        _require_free(f"{path}: {what}", grid_map.free, cell, grid_map.unknown)
-    task = make_task(grid_map.free, start, goal)
     try:
-        grid = grid_map.grid
+        grid_map = _measured(grid_map, how, notes)
+        frame = grid_map.frame
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
+    free, obstacles, flags = grid_map.free, grid_map.free, True
+    may_end = free
+    if how.labels is not None:
+        obstacles, flags = with_labels(how.labels, free, pathlib.Path(path).name, notes)
+        free = obstacles < 0
+        may_end = obstacles < int(flags.sum())  # a goal behind a door, or in it
+    ends = named_ends(path, how.start, how.goal, frame)
+    if ends is not None:
+        for what, cell, where in (("start", ends[0], free), ("goal", ends[1], may_end)):
+            require_free(f"{path}: {what}", where, cell, grid_map.unknown)
+    task = make_task(obstacles, *(ends or ((0, 0), (0, 0))), destroyable=flags)
+    task = _of_robot(path, task, how, frame)
+    if ends is None:
+        task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
+    note_covered(task, notes)
+    start, goal = ((int(row), int(col)) for row, col in (task.start, task.goal))
     return Source(
         [NamedTask(_stem(path), task)],
-        grid=grid,
+        frame=frame,
         map=dataclasses.replace(grid_map, start=start, goal=goal),
     )
+
+
+def _measured(grid_map: GridMap, how: Reading, notes: Notes) -> GridMap:
+    """Returns the map with the side of a cell as it was given, where the file does not say it."""
+    if how.cell_side is None:
+        return grid_map
+    if grid_map.has_metres:
+        notes.tell(f"the map itself says that its cells are {grid_map.cell_side:g} m a side")
+        return grid_map
+    return dataclasses.replace(grid_map, cell_side=how.cell_side, has_metres=True)
+
+
+def _of_robot(path: str, task: Task, how: Reading, frame: Frame) -> Task:
+    """Returns the task with the obstacles dilated by the radius, where one is given."""
+    if how.radius is None:
+        return task
+    radius, side = radius_in(frame, how.radius, path)
+    try:
+        return inflate(task, radius, cell_side=side)
+    except ValueError as error:
+        raise ValueError(f"{path}: --radius: {error}") from error
+
+
+def _between(path: str, task: Task, ends: tuple[Cell, Cell]) -> Task:
+    start, goal = (np.array(cell, np.int32) for cell in ends)
+    return task.replace(start=start, goal=goal)
 
 
 def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
@@ -343,73 +353,33 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
         grid = square_grid(place.bounds, SIZE if how.size is None else how.size)
     labels = cover(place.obstacles, grid, rule=how.rule)
     notes.tell(f"{grid.height} x {grid.width} cells of {grid.side:.3f} m")
-    start, goal = _ends(path, (labels == FREE).all(axis=0), how, notes)
+    frame = Frame(grid, projection=place.projection)
+    ends = named_ends(path, how.start, how.goal, frame)
     task = make_task(
         labels,
-        start,
-        goal,
+        *(ends or ((0, 0), (0, 0))),
         destroyable=np.array([obstacle.destroyable for obstacle in place.obstacles], bool),
         removal_cost=np.array([obstacle.removal_cost for obstacle in place.obstacles], np.float64),
     )
-    return Source([NamedTask(_stem(path), _with_free_start(path, task))], place, grid)
+    task = _of_robot(path, task if ends is None else with_free_start(path, task), how, frame)
+    if ends is None:
+        task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
+    if how.radius is not None:
+        note_covered(task, notes)
+    return Source([NamedTask(_stem(path), task)], place, frame)
 
 
 def _of_world(path: str, world: World, how: Reading) -> Source:
-    task = _with_free_start(path, rasterize(world, rule=how.rule))
-    grid = grid_over(world.bounds, world.goal_side)
+    if how.radius is not None:
+        raise ValueError(
+            f"{path}: --radius is for maps and places; the robot of this file has a radius of"
+            f" {world.radius:g} m"
+        )
+    task = with_free_start(path, rasterize(world, rule=how.rule))
+    frame = Frame(grid_over(world.bounds, world.goal_side))
     return Source(
-        [NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), grid, world=world
+        [NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), frame, world=world
     )
-
-
-def _ends(path: str, free: np.ndarray, how: Reading, notes: Notes) -> tuple[Cell, Cell]:
-    if (how.start is None) != (how.goal is None):
-        raise ValueError(
-            f"{path}: of --start and --goal one is missing: give both, or none and they are chosen"
-        )
-    if how.start is not None and how.goal is not None:
-        return how.start, how.goal
-    try:
-        start, goal = opposite_cells(free)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    notes.tell(
-        f"start {start[0]},{start[1]} and goal {goal[0]},{goal[1]} chosen, on opposite sides of the"
-        " largest free region"
-    )
-    return start, goal
-
-
-def _require_free(
-    what: str, free: np.ndarray, cell: Cell, unknown: np.ndarray | None = None
-) -> None:
-    height, width = free.shape
-    if not (0 <= cell[0] < height and 0 <= cell[1] < width):
-        raise ValueError(
-            f"{what} {cell} lies outside the map: rows are 0 to {height - 1}, columns 0 to"
-            f" {width - 1}"
-        )
-    if not free[cell] and unknown is not None and unknown[cell]:
-        raise ValueError(
-            f"{what} {cell} is an unknown cell, and such cells count as blocked: choose a free"
-            " cell, or let them count as free by --unknown free"
-        )
-    if not free[cell]:
-        raise ValueError(
-            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or"
-            " .npz file, where a goal may lie inside one that can be destroyed"
-        )
-
-
-def _with_free_start(path: str, task: Task) -> Task:
-    row, col = task.start.tolist()
-    owners = task.labels[:, row, col]
-    if (owners != FREE).any():
-        raise ValueError(
-            f"{path}: the agent's cell ({row}, {col}) is covered by obstacle {int(owners.max())}:"
-            " move the agent elsewhere"
-        )
-    return task
 
 
 def _is_geojson(path: str) -> bool:

@@ -45,8 +45,8 @@ def read_ros_map(
 
     Args:
       unknown_as: what unknown cells count as, "blocked" or "free".
-      notes: receives how many cells are unknown, which members are not known, and whether a turn
-        was left out.
+      notes: receives how many cells are unknown, which members are not known, and whether the map
+        is turned.
 
     Raises:
       ValueError: the file or its picture is missing or damaged, or a member is missing or wrong.
@@ -65,9 +65,17 @@ def read_ros_map(
     x, y, yaw = fields["origin"]
     if yaw:
         notes.tell(
-            f"the map's turn by {yaw:g} radians is left out: rows and columns are the picture's"
+            f"the map is turned by {yaw:g} radians about its lower left corner: metres are turned"
+            " with it, rows and columns are the picture's"
         )
-    return GridMap(made.free, made.unknown, cell_side=fields["resolution"], corner=(x, y))
+    return GridMap(
+        made.free,
+        made.unknown,
+        cell_side=fields["resolution"],
+        corner=(x, y),
+        yaw=yaw,
+        has_metres=True,
+    )
 
 
 def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
@@ -92,7 +100,7 @@ def write_ros_map(path: PathLike, grid_map: GridMap) -> None:
     lines = [
         f"image: {picture.name}",
         f"resolution: {float(grid_map.cell_side)!r}",
-        f"origin: [{x!r}, {y!r}, 0.0]",
+        f"origin: [{x!r}, {y!r}, {float(grid_map.yaw)!r}]",
         "negate: 0",
     ]
     lines += [f"{name}: {value}" for name, value in _THRESHOLDS.items()]

@@ -16,6 +16,7 @@ from srt_jax.formats.reading import Source
 from srt_jax.formats.ros_map import write_ros_map
 from srt_jax.formats.world_json import write_world
 from srt_jax.formats.xml_map import write_xml_map
+from srt_jax.geometry.frame import Frame
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.raster import Grid, point_of
 from srt_jax.geometry.world import World
@@ -151,5 +152,14 @@ def _cells(path: str, source: Source, notes: Notes) -> GridMap:
     )
     if source.grid is None:
         return GridMap(free, np.zeros_like(free), start=start, goal=goal)
-    (x, y), height = source.grid.origin, source.grid.height * source.grid.side
-    return GridMap(free, np.zeros_like(free), source.grid.side, (x, y - height), start, goal)
+    frame: Frame = source.frame  # type: ignore[assignment]
+    return GridMap(
+        free,
+        np.zeros_like(free),
+        frame.side,
+        frame.corner,
+        start,
+        goal,
+        frame.yaw,
+        frame.has_metres,
+    )

@@ -54,7 +54,12 @@ def read_xml_map(path: PathLike, *, notes: Notes | None = None) -> GridMap:
                 " corner"
             )
     return GridMap(
-        made.free, made.unknown, cell_side=_cell_side(path, element), start=ends[0], goal=ends[1]
+        made.free,
+        made.unknown,
+        cell_side=_cell_side(path, element),
+        start=ends[0],
+        goal=ends[1],
+        has_metres=element.find("cellsize") is not None,
     )
 
 

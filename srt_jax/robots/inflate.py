@@ -167,7 +167,7 @@ def _grown(labels: np.ndarray, reach: list[int]) -> np.ndarray:
 
 def _runs_of(labels: np.ndarray) -> _Runs:
     """Returns the runs of equal labels in the rows of all layers, those of obstacles."""
-    num_layers, height, width = labels.shape
+    _, height, width = labels.shape
     # a free cell at the end of each row: no run continues in the next
     flat = np.pad(labels, ((0, 0), (0, 0), (0, 1)), constant_values=FREE).ravel()
     begins = np.flatnonzero(np.diff(flat, prepend=np.int32(FREE - 2)))

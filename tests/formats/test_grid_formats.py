@@ -168,7 +168,9 @@ def test_turns_and_members_that_are_not_known_are_noted(here):
     notes = Notes()
     read_ros_map("m.yaml", notes=notes)
     noted = " | ".join(map(str, notes))
-    assert "turn by 0.7 radians is left out" in noted and "such as colour" in noted
+    assert (
+        "turned by 0.7 radians about its lower left corner" in noted and "such as colour" in noted
+    )
 
 
 BAD_ROS = {

@@ -17,7 +17,6 @@ from srt_jax.formats import osm
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.osm import read_osm
 from srt_jax.formats.outlines.geometry import EMPTY
-from srt_jax.geometry.projection import Projection
 from srt_jax.formats.outlines.tag_rules import (
     Condition,
     TagRule,
@@ -25,6 +24,7 @@ from srt_jax.formats.outlines.tag_rules import (
     matching,
     read_rules,
 )
+from srt_jax.geometry.projection import Projection
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.types import FREE
 from tests.helpers.odd import refusals
