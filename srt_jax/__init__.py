@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from srt_jax.gradients.perturbed import perturbed
     from srt_jax.many_tasks import solve_many
     from srt_jax.moves import octile_distance
+    from srt_jax.paths.approach import approach
     from srt_jax.paths.contour import contour
     from srt_jax.paths.corridor import path_within
     from srt_jax.paths.distance import cost_to_come, path_cost
@@ -34,11 +35,12 @@ if TYPE_CHECKING:
     from srt_jax.robots.inflate import inflate
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
-    from srt_jax.types import Path, Solution, Status, Task
+    from srt_jax.types import Approach, Path, Solution, Status, Task
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Approach",
     "Frame",
     "Obstacle",
     "Path",
@@ -46,6 +48,7 @@ __all__ = [
     "Status",
     "Task",
     "World",
+    "approach",
     "check",
     "contour",
     "cost_to_come",
@@ -87,6 +90,7 @@ _MODULES = {
     "gradients.perturbed": ("perturbed",),
     "many_tasks": ("solve_many",),
     "moves": ("octile_distance",),
+    "paths.approach": ("approach",),
     "paths.contour": ("contour",),
     "paths.corridor": ("path_within",),
     "paths.distance": ("cost_to_come", "path_cost"),
@@ -98,7 +102,7 @@ _MODULES = {
     "robots.inflate": ("inflate",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
-    "types": ("Path", "Solution", "Status", "Task"),
+    "types": ("Approach", "Path", "Solution", "Status", "Task"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -18,6 +18,7 @@ __all__ = [
     "FREE",
     "OUTSIDE",
     "Act",
+    "Approach",
     "Array",
     "Cell",
     "Path",
@@ -159,6 +160,39 @@ class Path(Record):
     cells: Array
     num_cells: Array
     cost: Array
+
+
+@record
+class Approach(Record):
+    """The way as near to the goal as one gets with nothing destroyed (`srt_jax.approach`).
+
+    Attributes:
+      cells: int32 [..., N, 2], the route, -1 after its end; all -1 where there is none or it has
+        more than N cells.
+      num_cells: int32 [...], the true number of cells, 0 where no cell is free.
+      cost: float32 [...], length in cell sides; inf without a route.
+      begin: int32 [..., 2], where it begins: the start, or the free cell nearest to it where that
+        is blocked or outside the map; (-1, -1) without a route.
+      end: int32 [..., 2], the reachable cell nearest the goal; (-1, -1) without a route.
+      gap: float32 [...], octile distance from `end` to the goal in cell sides; 0 where the goal is
+        reached, inf without a route.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> near = srt_jax.approach(srt_jax.make_task(free, (2, 3), (2, 6)))
+      >>> near.begin.tolist()  # the start is blocked: the free cell nearest to it
+      [2, 2]
+    """
+
+    cells: Array
+    num_cells: Array
+    cost: Array
+    begin: Array
+    end: Array
+    gap: Array
 
 
 @record

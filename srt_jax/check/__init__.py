@@ -9,10 +9,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from srt_jax.check.approach import approach_problems
 from srt_jax.check.bound import bound_problems, needless_problems
 from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
-from srt_jax.types import OUTSIDE, Solution, Status, Task
+from srt_jax.types import OUTSIDE, Approach, Solution, Status, Task
 
 _TASK_FORM = {
     "labels": ("int32", "LHW"),
@@ -39,9 +40,19 @@ _SOLUTION_FORM = {
     "plan_at": ("int32", "P"),
     "separating": ("int32", "M"),
 }
+_APPROACH_FORM = {
+    "cells": ("int32", "A2"),
+    "num_cells": ("int32", ""),
+    "cost": ("float32", ""),
+    "begin": ("int32", "2"),
+    "end": ("int32", "2"),
+    "gap": ("float32", ""),
+}
 
 
-def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[str]:
+def check(
+    task: Task, solution: Solution, *, mode: str | None = None, approach: Approach | None = None
+) -> list[str]:
     """Returns what is wrong with `solution` as an answer to `task`, a sentence each; an empty list
     when all is well.
 
@@ -61,6 +72,8 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
       mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may
         destroy nothing needless, and say which limit they met; the loop of the other modes destroys
         what it meets before it knows the rest of the way.
+      approach: of the same tasks, which is walked as well: that it begins and ends where it must,
+        move by move, with its sums.
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
@@ -78,17 +91,26 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
     sides: dict[str, int] = {}
     tasks, problems = _arrays("task", task, _TASK_FORM, sides)
     solutions, more = _arrays("solution", solution, _SOLUTION_FORM, sides)
+    approaches: dict[str, np.ndarray] = {}
+    if approach is not None:
+        approaches, last = _arrays("approach", approach, _APPROACH_FORM, sides)
+        more += last
     if problems or more:
         return problems + more
     batch = tasks["start"].shape[:-1]
-    if any(array.shape[: len(batch)] != batch for array in (*tasks.values(), *solutions.values())):
-        shapes = {name: list(array.shape) for name, array in (tasks | solutions).items()}
+    known = (*tasks.items(), *solutions.items(), *approaches.items())
+    if any(array.shape[: len(batch)] != batch for _, array in known):
+        shapes = {name: list(array.shape) for name, array in known}
         return [f"all fields must have the same batch dimensions, got shapes {shapes}"]
     for index in np.ndindex(batch):
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
-        problems += [name + problem for problem in _check_one(one_task, one_solution, mode)]
+        found = _check_one(one_task, one_solution, mode)
+        if approach is not None and not _task_problems(one_task):
+            near = SimpleNamespace(**{name: array[index] for name, array in approaches.items()})
+            found += approach_problems(one_task, one_solution, near)
+        problems += [name + problem for problem in found]
     return problems
 
 

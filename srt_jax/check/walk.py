@@ -42,7 +42,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
     problems += _replay(labels, route, np.zeros_like(task.destroyable), solution)
     num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
     length = num_cells - 1 - num_diagonal + num_diagonal * 2**0.5
-    if not _is_close(solution.cost, length):
+    if not is_close(solution.cost, length):
         problems.append(f"cost is {solution.cost}, but the route is {length:.6f} long")
     return problems
 
@@ -58,17 +58,17 @@ def _replay(
     for obstacle, index in list(steps)[: max(0, int(solution.num_destroyed))]:
         if not (0 <= obstacle < len(gone) and here <= index < len(route)):
             continue
-        problems += _illegal_move(free_cells(labels, gone), route, here, index)
+        problems += illegal_move(free_cells(labels, gone), route, here, index)
         row, col = route[index].tolist()
         if not (labels[:, max(0, row - 1) : row + 2, max(0, col - 1) : col + 2] == obstacle).any():
             problems.append(
                 f"obstacle {obstacle} is destroyed from {(row, col)}, which is not beside it"
             )
         gone[obstacle], here = True, index
-    return problems + _illegal_move(free_cells(labels, gone), route, here, len(route) - 1)
+    return problems + illegal_move(free_cells(labels, gone), route, here, len(route) - 1)
 
 
-def _illegal_move(free: np.ndarray, route: np.ndarray, first: int, last: int) -> list[str]:
+def illegal_move(free: np.ndarray, route: np.ndarray, first: int, last: int) -> list[str]:
     """What is wrong with the first illegal move between two indexes of the route, if any."""
     before, after = route[first:last], route[first + 1 : last + 1]
     is_step = abs(after - before).max(axis=1, initial=0) == 1
@@ -147,7 +147,7 @@ def _sum_problems(task: SimpleNamespace, solution: SimpleNamespace, ids: list[in
     return problems
 
 
-def _is_close(given: np.ndarray, true: float) -> bool:
+def is_close(given: np.ndarray, true: float) -> bool:
     return bool(abs(given - true) <= _TOLERANCE * true)
 
 
