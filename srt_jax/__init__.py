@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from srt_jax.paths.shortest import shortest_path
     from srt_jax.removal_gradient import least_removal
     from srt_jax.robots.inflate import inflate
+    from srt_jax.robots.path_file import write_path
+    from srt_jax.robots.route import polyline
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
     from srt_jax.types import Approach, Path, Solution, Status, Task
@@ -61,6 +63,7 @@ __all__ = [
     "path_cost",
     "path_within",
     "perturbed",
+    "polyline",
     "rasterize",
     "reach",
     "scene_pddl",
@@ -75,6 +78,7 @@ __all__ = [
     "unstack",
     "why",
     "why_not",
+    "write_path",
 ]
 
 # Names are loaded when first used, so that a command which needs no JAX does not wait for it.
@@ -100,6 +104,8 @@ _MODULES = {
     "paths.shortest": ("shortest_path",),
     "removal_gradient": ("least_removal",),
     "robots.inflate": ("inflate",),
+    "robots.path_file": ("write_path",),
+    "robots.route": ("polyline",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
     "types": ("Approach", "Path", "Solution", "Status", "Task"),
