@@ -29,6 +29,7 @@ class Seen:
     """How an area is seen.
 
     seen_as: the spatial signs, a distance and a direction, of its nearest point.
+    nearest: that point, (r, phi) in metres and radians leftwards.
     spans: the names of the regions of all given points of the area, in the order of the table.
     sector: four pairs (r, phi), metres and radians leftwards: near right, near left, far left, far
       right.
@@ -36,6 +37,7 @@ class Seen:
     """
 
     seen_as: tuple[str, str]
+    nearest: tuple[float, float]
     spans: tuple[str, ...]
     sector: tuple[tuple[float, float], ...]
     square: tuple[tuple[float, float], float]
@@ -103,10 +105,12 @@ class View:
         """Returns how an area is seen that fills a sector and contains the points."""
         polar = to_polar(points, self.origin, np.array(self.heading))
         regions, names = region_of(polar, self.table), region_names(self.table)
-        distance, direction = divmod(int(regions[polar[:, 0].argmin()]), len(self.table.directions))
+        nearest = int(polar[:, 0].argmin())
+        distance, direction = divmod(int(regions[nearest]), len(self.table.directions))
         centre, side = square_of_sector(sector, self.origin, np.array(self.heading))
         return Seen(
             seen_as=(self.table.distances[distance].name, self.table.directions[direction].name),
+            nearest=(float(polar[nearest, 0]), float(polar[nearest, 1])),
             spans=tuple(names[number] for number in np.unique(regions)),
             sector=tuple((float(r), float(phi)) for r, phi in sector_corners(sector)),
             square=((float(centre[0]), float(centre[1])), float(side)),

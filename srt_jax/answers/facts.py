@@ -2,15 +2,17 @@
 would follow otherwise.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
 from srt_jax.answers.what_if import if_flag
+from srt_jax.paths.approach import approach as approach_of
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import PlannedStep, planned_steps
-from srt_jax.types import Act, Array, Solution, Status, Task
+from srt_jax.types import Act, Approach, Array, Solution, Status, Task
 
 NORTH = 90.0
 """The default heading: up the map, in degrees counter-clockwise from its right."""
@@ -22,29 +24,34 @@ def explanation(
     *,
     what_if: bool = False,
     heading: float = NORTH,
-    cell_side: float = 1.0,
+    cell_side: float | None = None,
     table: places.FuzzyTable = places.DEFAULT_TABLE,
+    approach: Approach | None = None,
 ) -> Any:
     """Returns why the way was blocked and what was done about it, as a dict of JSON types; a list
     of dicts for a batch.
 
-    Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square};
-      blockage {seed, contour_cells,
-    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
-    removal_cost}]; removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that
-    have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
-    None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
-    if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
-    status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so,
-    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r,
-    phi), `square` (centre (x, y), side).
+    Keys: status, meaning; unit of lengths, "cells" or "m"; start; goal {cell, distance, direction,
+    seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells, obstacles [...]} or
+    None, those first that can be destroyed; destroyed [{id, from, index, removal_cost}];
+    removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that have to go where
+    max_destroyed is less, else None; route {num_cells, length, relocation} or None; approach
+    {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the task is
+    solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}]; separating
+    [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would end if it
+    were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other sets of
+    obstacles found so, cheapest first. What is seen is named from where the agent starts: `away`
+    and `turn` (radians leftwards of the heading) are of its nearest point, which the words
+    `seen_as` name; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
       heading: where the agent looks, in degrees counter-clockwise from the right of the map; 90,
         the default, is up.
-      cell_side: metres a cell (`World.goal_side`); the words of the table are in metres.
+      cell_side: metres a cell (`World.goal_side`, `Frame.side`); the words of the table are in
+        metres. Without it lengths are in cell sides, and a cell counts as a metre in the words.
       table: the grounding of the fuzzy words.
+      approach: of the same tasks, where it is known; else it is found for those not solved.
 
     Raises:
       ValueError: task and solution have different batch dimensions.
@@ -67,23 +74,32 @@ def explanation(
         )
     options = {"what_if": what_if, "heading": heading, "cell_side": cell_side, "table": table}
     if not batch:
-        return _of_one(task, solution, **options)
+        return _of_one(task, solution, approach, **options)
     parts = (
-        jax.tree.map(lambda array, i=index: np.asarray(array)[i], (task, solution))
+        jax.tree.map(lambda array, i=index: np.asarray(array)[i], (task, solution, approach))
         for index in np.ndindex(batch)
     )
     return [_of_one(*part, **options) for part in parts]
 
 
 def _of_one(
-    task: Task, solution: Solution, *, what_if: bool, heading: float, cell_side: float, table
+    task: Task,
+    solution: Solution,
+    approach: Approach | None,
+    *,
+    what_if: bool,
+    heading: float,
+    cell_side: float | None,
+    table,
 ) -> dict[str, Any]:
-    status = Status(int(solution.status))
+    status, unit = Status(int(solution.status)), "cells" if cell_side is None else "m"
+    cell_side = 1.0 if cell_side is None else cell_side
     view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=table)
     cost, bound = float(solution.removal_cost), float(solution.removal_bound)
     data = {
         "status": status.name,
         "meaning": status.meaning,
+        "unit": unit,
         "start": _cell(task.start),
         "goal": {
             "cell": _cell(task.goal),
@@ -97,6 +113,7 @@ def _of_one(
         "is_proven_least": status.is_solved and cost == bound,
         "num_needed": None if status.is_solved else int(solution.num_destroyed) or None,
         "route": None,
+        "approach": None if status.is_solved else _approach_data(task, approach, cell_side),
         "plan": [_step(step, solution, view, cell_side) for step in planned_steps(solution)],
         "separating": [i for i in np.asarray(solution.separating).tolist() if i >= 0],
     }
@@ -149,7 +166,34 @@ def _blockage(
     ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
     ids.sort(key=lambda i: not np.asarray(task.destroyable)[i])  # what can be destroyed first
     obstacles = [obstacle_data(task, solution, i, view, cell_side) for i in ids]
-    return {"seed": seed, "contour_cells": int(np.sum(solution.contour)), "obstacles": obstacles}
+    gap = octile_length(seed, _cell(task.goal)) * cell_side
+    return {
+        "seed": seed,
+        "gap": gap,
+        "contour_cells": int(np.sum(solution.contour)),
+        "obstacles": obstacles,
+    }
+
+
+def _approach_data(
+    task: Task, approach: Approach | None, cell_side: float
+) -> dict[str, Any] | None:
+    near = approach_of(task) if approach is None else approach
+    if not int(near.num_cells):
+        return None
+    return {
+        "begin": _cell(near.begin),
+        "end": _cell(near.end),
+        "gap": float(near.gap) * cell_side,
+        "length": float(near.cost) * cell_side,
+        "num_cells": int(near.num_cells),
+    }
+
+
+def octile_length(cell: Sequence[int], goal: Sequence[int]) -> float:
+    """Returns the octile distance of two cells, in cell sides, on the host."""
+    long, short = sorted((abs(cell[0] - goal[0]), abs(cell[1] - goal[1])), reverse=True)
+    return long - short + short * 2**0.5
 
 
 def _destroyed_data(task: Task, solution: Solution) -> list[dict[str, Any]]:
@@ -223,6 +267,8 @@ _COMPASS = (
 def _view_data(seen: places.Seen) -> dict[str, Any]:
     return {
         "seen_as": list(seen.seen_as),
+        "away": seen.nearest[0],
+        "turn": seen.nearest[1],
         "spans": list(seen.spans),
         "sector": [list(pair) for pair in seen.sector],
         "square": [list(seen.square[0]), seen.square[1]],

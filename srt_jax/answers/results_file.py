@@ -11,17 +11,28 @@ import numpy as np
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, atomic_write, read_bytes, require_module
+from srt_jax.paths.approach import approach as approach_of
 from srt_jax.symbols.scene_of_task import planned_steps
-from srt_jax.types import Solution, Status, Task
+from srt_jax.types import Approach, Solution, Status, Task
 
 _STEP = ("action", "obstacle", "index")
 """What a step of a plan holds: a column of Parquet has one type, so there it is a record."""
 
 
-def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
+def as_record(
+    name: str,
+    task: Task,
+    solution: Solution,
+    *,
+    cell_side: float | None = None,
+    approach: Approach | None = None,
+) -> dict[str, Any]:
     """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value
     is None.
 
+    `cost` is in cell sides; `cell_side` is the side in metres, where the map has any. `approach`
+    {cells, cost, gap} is the way as near as one gets, None where the task is solved or no cell is
+    free.
     `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
     """
     is_solved = Status(int(solution.status)).is_solved
@@ -29,6 +40,9 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
     blocking, separating = np.asarray(solution.blocking), np.asarray(solution.separating)
     plan = ((step.act.name.lower(), step.obstacle, step.end) for step in planned_steps(solution))
     seed = np.asarray(solution.seed).tolist()
+    near = None
+    if not is_solved:
+        near = approach_of(task) if approach is None else approach
     return {
         "name": name,
         "status": Status(int(solution.status)).name,
@@ -45,8 +59,15 @@ def as_record(name: str, task: Task, solution: Solution) -> dict[str, Any]:
         "blocking": blocking[blocking >= 0].tolist(),
         "plan": [[act, obstacle if obstacle >= 0 else None, end] for act, obstacle, end in plan],
         "separating": separating[separating >= 0].tolist(),
-        "explanation": explain(task, solution),
+        "approach": None if near is None or not int(near.num_cells) else _approach(near),
+        "cell_side": cell_side,
+        "explanation": explain(task, solution, cell_side=cell_side, approach=near),
     }
+
+
+def _approach(near: Approach) -> dict[str, Any]:
+    cells = np.asarray(near.cells)[: int(near.num_cells)].tolist()
+    return {"cells": cells, "cost": float(near.cost), "gap": float(near.gap)}
 
 
 def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
@@ -146,9 +167,9 @@ def _schema(arrow: Any) -> Any:
         "blocking": ids,
     }
     step = arrow.struct(dict(zip(_STEP, (text, arrow.int32(), arrow.int32()))))
-    return arrow.schema(
-        columns | {"plan": arrow.list_(step), "separating": ids, "explanation": text}
-    )
+    columns |= {"plan": arrow.list_(step), "separating": ids}
+    near = arrow.struct({"cells": cells, "cost": number, "gap": number})
+    return arrow.schema(columns | {"approach": near, "cell_side": number, "explanation": text})
 
 
 def _finite(value: Any) -> float | None:

@@ -8,9 +8,10 @@ import jax
 import numpy as np
 
 from srt_jax.answers.facts import NORTH, explanation, obstacle_data
+from srt_jax.answers.measures import length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.symbols import places
-from srt_jax.types import Array, Solution, Status, Task
+from srt_jax.types import Approach, Array, Solution, Status, Task
 
 
 def explain(
@@ -19,13 +20,16 @@ def explain(
     *,
     what_if: bool = False,
     heading: float = NORTH,
-    cell_side: float = 1.0,
+    cell_side: float | None = None,
+    approach: Approach | None = None,
 ) -> str:
     """Returns why the way was blocked and what was done about it; one line per task of a batch.
 
     Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as
-    in `explanation`, which has the same as data, and the same options. Lengths are in cell sides;
-    in metres where `cell_side` is given.
+    in `explanation`, which has the same as data, and the same options: the paper's words, and the
+    distance and the degrees that they stand for. Lengths are in cell sides; in metres where
+    `cell_side` is given. An answer without a route to the goal says how near one gets, and by which
+    route.
 
     Raises:
       ValueError: task and solution have different batch dimensions.
@@ -40,7 +44,9 @@ def explain(
       >>> "Destroyed obstacle 0 from (2, 2)" in srt_jax.explain(task, solution)
       True
     """
-    data = explanation(task, solution, what_if=what_if, heading=heading, cell_side=cell_side)
+    data = explanation(
+        task, solution, what_if=what_if, heading=heading, cell_side=cell_side, approach=approach
+    )
     if isinstance(data, dict):
         return _in_words(task, data)
     batch = np.shape(solution.status)
@@ -158,23 +164,27 @@ def _obstacle_title(task: Task, solution: Solution, obstacle: int) -> str:
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     view = places.view_from(task.start, heading=NORTH, cell_side=1.0, table=places.DEFAULT_TABLE)
-    return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0))}"
+    return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0), 'cells')}"
 
 
 def _in_words(task: Task, data: dict[str, Any]) -> str:
     status = Status[data["status"]]
     if status is Status.START_BLOCKED:
-        return (
+        cannot = (
             f"The start {_cell(data['start'])} {_what_covers(task, task.start)}, so the agent"
             " cannot move."
         )
+        return f"{cannot} {_how_near(data)}"
     lines = [_where_goal_is(data)]
     if status is Status.PATH_EXISTS:
         lines.append(
-            f"A path exists, {data['route']['length']:.1f} long; nothing has to be destroyed."
+            f"A path exists, {length_text(data['route']['length'], data['unit'])} long; nothing has"
+            " to be destroyed."
         )
     else:
-        lines += [_what_blocks(data["blockage"]), _what_was_done(task, data, status)]
+        lines += [_what_blocks(data), _what_was_done(task, data, status)]
+    if not status.is_solved:
+        lines.append(_how_near(data))
     for other in data.get("alternatives", ()):
         lines.append(
             f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost"
@@ -191,18 +201,38 @@ def _where_goal_is(data: dict[str, Any]) -> str:
     goal = data["goal"]
     if goal["direction"] is None:
         return f"The goal {_cell(goal['cell'])} is the start."
-    lies = f"lies {goal['distance']:.0f} away to the {goal['direction']} of {_cell(data['start'])}"
-    return f"The goal {_cell(goal['cell'])} {lies}: {', '.join(goal['seen_as'])}."
+    return (
+        f"The goal {_cell(goal['cell'])} lies to the {goal['direction']} of {_cell(data['start'])},"
+        f" {seen_text(goal, data['unit'])}."
+    )
 
 
-def _what_blocks(blockage: dict[str, Any]) -> str:
+def _how_near(data: dict[str, Any]) -> str:
+    """The sentence on the way as near as one gets, of an answer without a route to the goal."""
+    near, unit = data["approach"], data["unit"]
+    if near is None:
+        return "No cell of the map is free."
+    is_moved = near["begin"] != data["start"]
+    begins = f" from {_cell(near['begin'])}, the free cell nearest the start," if is_moved else ""
+    long = f"{length_text(near['length'], unit)} long"
+    if near["gap"] == 0:
+        return f"As near as one gets:{begins} a path leads to the goal, {long}."
+    return (
+        f"As near as one gets:{begins} {_cell(near['end'])}, {length_text(near['gap'], unit)} from"
+        f" the goal, by a route {long}."
+    )
+
+
+def _what_blocks(data: dict[str, Any]) -> str:
+    blockage, unit = data["blockage"], data["unit"]
     obstacles = blockage["obstacles"]
-    named = ", ".join(map(_obstacle, obstacles[:6]))
+    named = ", ".join(_obstacle(one, unit) for one in obstacles[:6])
     more = f" and {len(obstacles) - 6} more" if len(obstacles) > 6 else ""
     return (
-        f"No path leads there: the agent gets as near as {_cell(blockage['seed'])}, where it is cut"
-        f" off along {_count(blockage['contour_cells'], 'cell')} by"
-        f" {_count(len(obstacles), 'obstacle')}: {named}{more}."
+        f"No path leads there: the agent gets within {length_text(blockage['gap'], unit)} of the"
+        f" goal, to {_cell(blockage['seed'])}, where it is cut off along"
+        f" {_count(blockage['contour_cells'], 'cell')} by {_count(len(obstacles), 'obstacle')}:"
+        f" {named}{more}."
     )
 
 
@@ -234,7 +264,7 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
     moved = f", {route['relocation']['name']}" if route["relocation"]["name"] else ""
     return (
         f"Destroyed {', then '.join(steps)}; removal cost {data['removal_cost']:g}, {proven}. "
-        f"Route {route['length']:.1f} long{moved}."
+        f"Route {length_text(route['length'], data['unit'])} long{moved}."
     )
 
 
@@ -262,10 +292,12 @@ def _what_covers(task: Task, cell: Array) -> str:
     )
 
 
-def _obstacle(known: dict[str, Any]) -> str:
-    """Returns an obstacle in words: `7 (destroyable, 12 cells of contour, close, ahead)`."""
+def _obstacle(known: dict[str, Any], unit: str) -> str:
+    """Returns an obstacle in words: `7 (destroyable, 12 cells of contour, close, ahead: 12 cells,
+    10 degrees to the left)`.
+    """
     seen = (
-        [f"{_count(known['contour_cells'], 'cell')} of contour", *known["seen_as"]]
+        [f"{_count(known['contour_cells'], 'cell')} of contour", seen_text(known, unit)]
         if known["contour_cells"]
         else []
     )

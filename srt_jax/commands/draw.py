@@ -3,6 +3,7 @@
 import dataclasses
 import os
 import pathlib
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
@@ -20,7 +21,8 @@ from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_tasks
+from srt_jax.formats.task_files import read_prepared
+from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES
 from srt_jax.task import NamedTask
@@ -103,11 +105,16 @@ def draw(
     # What --only names may lie beyond the first tasks: the limit is then one on what was chosen.
     how = dataclasses.replace(reading, limit=None) if only else reading
 
+    frames: list[Frame | None] = []
+
     def read(path: str, notes: Notes) -> list[NamedTask]:
-        return read_tasks(path, destroyable=destroyable, reading=how, notes=notes)
+        source = read_prepared(path, how, destroyable, notes)
+        frames.extend([source.frame] * len(source.tasks))
+        return source.tasks
 
     with waiting("reading", quiet=as_json):
         tasks, _, failed = options.read_all(inputs, read, quiet=True)
+    frames = [frame for task, frame in zip(tasks, frames) if not only or task.name in only]
     tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to draw")
@@ -123,7 +130,7 @@ def draw(
             [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
         )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
-    files = _draw(named, out, show, ending, frame, quiet=as_json)
+    files = _draw(named, frames[: len(tasks)], out, show, ending, frame, quiet=as_json)
     if as_json:
         say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
     else:
@@ -162,6 +169,7 @@ def _chosen(tasks: list[NamedTask], only: list[str] | None) -> list[NamedTask]:
 
 def _draw(
     named: Named,
+    frames: Sequence[Frame | None],
     out: pathlib.Path,
     show: str,
     ending: str,
@@ -172,7 +180,7 @@ def _draw(
     if out.suffix.lower() in FORMATS:
         if len(named) == 1 and show != "sheet":
             name, task, solution = named[0]
-            draw_one(task, solution, out, title=name, polar=frame)
+            draw_one(task, solution, out, title=name, polar=frame, frame=frames[0])
         else:
             if len(named) > MOST_ON_SHEET:
                 note(
@@ -191,4 +199,6 @@ def _draw(
         return [out]
     make_folder(out)
     with show_progress("drawing", len(named), quiet=quiet) as progress:
-        return gallery(named, out, show=show, ending=ending, polar=frame, progress=progress)
+        return gallery(
+            named, out, show=show, ending=ending, polar=frame, frames=frames, progress=progress
+        )

@@ -8,6 +8,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import jax
+import numpy as np
+
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
 from srt_jax.commands.console import (
@@ -19,8 +22,11 @@ from srt_jax.commands.console import (
     show_progress,
 )
 from srt_jax.formats.files import make_folder
+from srt_jax.geometry.frame import Frame
+from srt_jax.paths.approach import approach
+from srt_jax.robots.path_file import write_path
 from srt_jax.task import NamedTask
-from srt_jax.types import Solution, Status, Task
+from srt_jax.types import Approach, Solution, Status, Task
 
 _COLUMNS = (
     ("task", 0),
@@ -47,28 +53,45 @@ def report(
     write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
     mode: str | None = None,
+    frames: Sequence[Frame | None] = (),
+    path: pathlib.Path | None = None,
 ) -> list[dict[str, Any]]:
     """Replays every solution, writes all files, then prints; returns the records. `notes` on the
     files go into the JSON.
 
     Args:
       results: a file of results. write_more: writes what else the command leaves.
+      frames: where the map of each task lies, or none: then lengths are in cell sides.
+      path: a file for the route of the one task.
     """
+    nears: list[Approach | None] = []
+    known = [*frames, *[None] * (len(tasks) - len(frames))]
+    sides = [frame.side if frame is not None and frame.has_metres else None for frame in known]
     with show_progress("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
-            problems = check(task, solution, mode=mode)
+            # of what is not solved the way as near as one gets, replayed as well
+            is_solved = Status(int(solution.status)).is_solved
+            nears.append(None if is_solved else jax.tree.map(np.asarray, approach(task)))
+            problems = check(task, solution, mode=mode, approach=nears[-1])
             if problems:
                 raise AssertionError(
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
                 )
             progress(1)
-    records = [as_record(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
+    records = [
+        as_record(name, task, solution, cell_side=side, approach=near)
+        for (name, task), solution, side, near in zip(tasks, solutions, sides, nears)
+    ]
     # All files first: a standard output that is closed or full loses none of them.
-    wrote = _write(out, tasks, solutions, records, pictures, quiet=as_json) if out else []
+    wrote = _write(out, tasks, solutions, records, pictures, known, quiet=as_json) if out else []
     if html:
         wrote += _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
     for file in (results,) if results else ():
         write_results(file, records)
+    if path:
+        name, task = tasks[0]
+        write_path(path, task, solutions[0], known[0], approach=nears[0], name=name)
+        wrote.append(_path_text(path, records[0]))
     if write_more:
         write_more()
     if as_json:
@@ -101,7 +124,17 @@ def require_page_name(html: pathlib.Path | None) -> None:
         )
 
 
-def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> list[str]:
+def _path_text(path: pathlib.Path, record: dict[str, Any]) -> str:
+    """Returns what to tell of a route that was written."""
+    if record["approach"] is None:
+        return f"Wrote {path}: the route."
+    return (
+        f"Wrote {path}: the way as near to the goal as one gets, for there is no route"
+        f" ({record['status']})."
+    )
+
+
+def _write(out, tasks, solutions, records, pictures: int, frames, *, quiet: bool) -> list[str]:
     """Writes results and pictures, and returns what to tell of them."""
     make_folder(out)
     drawn = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)][:pictures]
@@ -110,7 +143,7 @@ def _write(out, tasks, solutions, records, pictures: int, *, quiet: bool) -> lis
         from srt_jax.draw.gallery import gallery
 
         with show_progress("drawing", len(drawn), quiet=quiet) as progress:
-            files = gallery(drawn, out, progress=progress)
+            files = gallery(drawn, out, frames=frames[: len(drawn)], progress=progress)
     write_results(out / "results.json", records)
     few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
     and_pictures = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
@@ -161,8 +194,18 @@ def _row(task: Task, record: dict[str, Any]) -> list[str]:
         str(len(record["contour"]) or ""),
         _shortened(record["destroyed"]),
         f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",
-        f"{record['cost']:.2f}" if is_solved else "",
+        _route_text(record, is_solved),
     ]
+
+
+def _route_text(record: dict[str, Any], is_solved: bool) -> str:
+    """Returns the length of the route, or how far from the goal one gets."""
+    near, side = record["approach"], record["cell_side"]
+    if not is_solved and near is None:
+        return ""
+    length = record["cost"] if is_solved else near["gap"]
+    text = f"{length:.2f}" if side is None else f"{length * side:.2f} m"
+    return text if is_solved else f"{text} short"
 
 
 def _shortened(ids: list[int], most: int = 6) -> str:

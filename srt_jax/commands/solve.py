@@ -15,8 +15,10 @@ from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_tasks
+from srt_jax.formats.task_files import read_prepared
+from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
+from srt_jax.robots.path_file import require_path_name
 from srt_jax.task import NamedTask
 
 
@@ -63,6 +65,14 @@ def solve(
         pathlib.Path | None,
         typer.Option(metavar="FILE", help="Write the answers here: .json, or .parquet."),
     ] = None,
+    path: Annotated[
+        pathlib.Path | None,
+        typer.Option(
+            "--path",
+            metavar="FILE",
+            help="Write the route of one task, in metres: .geojson, or .json (nav_msgs/Path).",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
@@ -71,21 +81,32 @@ def solve(
     require_page_name(page)
     if results:
         require_name(results)
+    if path:
+        require_path_name(path)
     coalitions = [path for path in inputs if holds_coalitions(path)]
     if coalitions:
-        _require_alone(coalitions, inputs, page, results)
+        _require_alone(coalitions, inputs, page, results, path)
         from srt_jax.commands.coalitions import solve_files
 
         return solve_files(
             inputs, max_destroyed=max_destroyed, out=out, pictures=pictures, as_json=as_json
         )
 
-    def read(path: str, notes: Notes) -> list[NamedTask]:
-        return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
+    frames: list[Frame | None] = []
+
+    def read(name: str, notes: Notes) -> list[NamedTask]:
+        source = read_prepared(name, reading, destroyable, notes)
+        frames.extend([source.frame] * len(source.tasks))
+        return source.tasks
 
     tasks, notes, failed = options.read_all(inputs, read, quiet=as_json)
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
+    if path and len(tasks) > 1:
+        raise ValueError(
+            f"--path {path} holds the route of one task, and there are {len(tasks)}: choose one,"
+            " such as by --rows 3:4"
+        )
     begin = time.perf_counter()
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
@@ -105,6 +126,8 @@ def solve(
         results=results,
         notes=notes,
         mode=mode,
+        frames=frames,
+        path=path,
     )
     return BAD_INPUT if failed else exit_code(records)
 
@@ -114,6 +137,7 @@ def _require_alone(
     inputs: list[str],
     page: pathlib.Path | None,
     results: pathlib.Path | None,
+    path: pathlib.Path | None,
 ) -> None:
     """Raises ValueError where tasks of coalitions come with what is for other tasks only."""
     others = [path for path in inputs if path not in coalitions]
@@ -122,8 +146,8 @@ def _require_alone(
             f"{coalitions[0]} holds a coalition's task, {others[0]} does not: solve them one after"
             " the other"
         )
-    if page or results:
-        name = "--report" if page else "--results"
+    if page or results or path:
+        name = "--report" if page else "--results" if results else "--path"
         raise ValueError(
             f"{coalitions[0]}: {name} is not for tasks of coalitions: use --out or --json"
         )

@@ -36,6 +36,9 @@ class Kind(enum.IntEnum):
 LEGS = ("#0072b2", "#000000", "#009e73", "#7a4a00")
 """Colours of the legs of a route, in turn; neighbours differ in lightness."""
 
+APPROACH = LEGS[0]
+"""Colour of the way as near as one gets, a dashed line."""
+
 START, GOAL, SEED, BADGE = "#009e73", "#d55e00", "#000000", "#5b1a4a"
 
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from srt_jax.components import regions
 from srt_jax.draw.colours import Kind
-from srt_jax.types import FREE, Cell, Solution, Status, Task
+from srt_jax.geometry.frame import Frame
+from srt_jax.paths.approach import approach as approach_of
+from srt_jax.types import FREE, Approach, Array, Cell, Solution, Status, Task
 
 
 class Removal(NamedTuple):
@@ -26,7 +28,9 @@ class Removal(NamedTuple):
 
 class Scene(NamedTuple):
     """kinds: uint8 [H, W] of `Kind`. legs: of the route, each int [n, 2], n >= 2, one ending where
-    the next begins. status: None where the task is shown without a solution.
+    the next begins. status: None where the task is shown without a solution. approach: int [n, 2],
+    the way as near as one gets, of an unsolved task. frame: where the map lies in metres, where
+    that is known.
     """
 
     kinds: np.ndarray
@@ -37,10 +41,22 @@ class Scene(NamedTuple):
     removals: list[Removal]
     status: Status | None
     headline: str
+    approach: np.ndarray | None = None
+    frame: Frame | None = None
 
 
-def scene_of(task: Task, solution: Solution | None) -> Scene:
+def scene_of(
+    task: Task,
+    solution: Solution | None,
+    *,
+    frame: Frame | None = None,
+    approach: Approach | None = None,
+) -> Scene:
     """Returns what a picture of one task shows; without a solution the map and the ends.
+
+    Args:
+      frame: where the map lies, for lengths in metres. approach: of an unsolved task, where it is
+        known; else it is found.
 
     Raises:
       ValueError: a batch was given, or the solution is another task's.
@@ -55,7 +71,10 @@ def scene_of(task: Task, solution: Solution | None) -> Scene:
         kinds[tuple(removal.cells.T)] = Kind.DESTROYED
     contour = np.asarray(solution.contour)[: kinds.shape[0], : kinds.shape[1]]
     kinds[contour] = Kind.CONTOUR
-    seed = _cell(solution.seed)
+    seed, status, near = _cell(solution.seed), Status(int(solution.status)), None
+    if not status.is_solved:
+        near = approach_of(task) if approach is None else approach
+    frame = frame if frame is not None and frame.has_metres else None
     return Scene(
         kinds=kinds,
         start=_cell(task.start),
@@ -63,8 +82,10 @@ def scene_of(task: Task, solution: Solution | None) -> Scene:
         seed=seed if seed[0] >= 0 else None,
         legs=legs_of(solution),
         removals=removals,
-        status=Status(int(solution.status)),
-        headline=headline(solution),
+        status=status,
+        headline=headline(solution, frame, near),
+        approach=None if near is None else np.asarray(near.cells)[: int(near.num_cells)],
+        frame=frame,
     )
 
 
@@ -149,18 +170,28 @@ def legs_of(solution: Solution) -> list[np.ndarray]:
     return [route[first : last + 1] for first, last in itertools.pairwise(ends)]
 
 
-def headline(solution: Solution) -> str:
-    """Returns the outcome in one line."""
+def headline(solution: Solution, frame: Frame | None = None, near: Approach | None = None) -> str:
+    """Returns the outcome in one line; lengths in metres where a frame is given."""
     status = Status(int(solution.status))
+
+    def length(cells: Array) -> str:
+        return f"{float(cells):.1f} cell sides" if frame is None else _metres(cells, frame)
+
     if not status.is_solved:
-        return f"{status.name}: {status.meaning}"
+        has_gap = near is not None and 0 < float(near.gap) < np.inf
+        gets = f"; one gets within {length(near.gap)} of the goal" if near and has_gap else ""
+        return f"{status.name}: {status.meaning}{gets}"
     destroyed = int(solution.num_destroyed)
     what = (
         "nothing destroyed"
         if not destroyed
         else f"{destroyed} obstacle{'s' if destroyed > 1 else ''} destroyed"
     )
-    return f"{status.name}: route of {float(solution.cost):.1f} cell sides, {what}"
+    return f"{status.name}: route of {length(solution.cost)}, {what}"
+
+
+def _metres(cells: Array, frame: Frame) -> str:
+    return f"{float(cells) * frame.side:.2f} m"
 
 
 def _cell(cell) -> Cell:

@@ -11,6 +11,7 @@ from srt_jax.draw.animation import ANIMATIONS, animate
 from srt_jax.draw.picture import draw
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
+from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Task
 
 Named = Sequence[tuple[str, Task, Solution]]
@@ -58,6 +59,7 @@ def gallery(
     show: str = "pictures",
     ending: str = "png",
     polar: PolarFrame | None = None,
+    frames: Sequence[Frame | None] = (),
     progress: Callable[[int], None] = lambda count: None,
 ) -> list[pathlib.Path]:
     """Draws each (name, task, solution) into a folder that is there, and returns the files in
@@ -67,16 +69,19 @@ def gallery(
       show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets
         alone; "loop" or "wave", an animation each.
       ending: of pictures: "png", "svg" or "pdf".
+      frames: where the map of each task lies, or none.
       progress: called with the number of tasks drawn.
     """
     files = []
-    for stem, (name, task, solution) in zip(file_names([name for name, _, _ in named]), named):
+    stems = file_names([name for name, _, _ in named])
+    known = [*frames, *[None] * (len(named) - len(frames))]
+    for stem, (name, task, solution), frame in zip(stems, named, known):
         if show in ANIMATIONS:
             files.append(folder / f"{stem}-{show}.gif")
             animate(task, solution, files[-1], what=show, title=name)
         elif show == "pictures":
             files.append(folder / f"{stem}.{ending}")
-            draw(task, solution, files[-1], title=name, polar=polar)
+            draw(task, solution, files[-1], title=name, polar=polar, frame=frame)
         progress(1)
     return files + (
         _sheets(named, folder, ending)

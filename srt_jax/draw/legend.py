@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind, leg_colour
+from srt_jax.draw.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind, leg_colour
 from srt_jax.draw.content import Scene
 
 MARKS = {"start": ("o", START, 9), "goal": ("*", GOAL, 15), "seed": ("X", SEED, 10)}
@@ -47,6 +47,9 @@ def handles(scenes: list[Scene]) -> list[Any]:
             shown.append(mark(sign, colour, min(size, 11), name))
     if any(scene.removals for scene in scenes):
         shown.append(mark("D", BADGE, 5.5, "destroys from here"))
+    if any(scene.approach is not None and len(scene.approach) > 1 for scene in scenes):
+        line = {"color": APPROACH, "linewidth": 2.2, "linestyle": (0, (2.2, 1.4))}
+        shown.append(Line2D([], [], label="as near as one gets", **line))
     num_legs = max(len(scene.legs) for scene in scenes)
     for index in range(min(num_legs, _NAMED_LEGS)):
         name = "route" if num_legs == 1 else f"leg {index + 1}"

@@ -12,12 +12,13 @@ import numpy as np
 
 from sign_model.ground.legible import legible
 from srt_jax.draw.badges import draw_badges
-from srt_jax.draw.colours import BADGE, PALETTE, leg_colour, shrunk
+from srt_jax.draw.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
 from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
 from srt_jax.formats.files import atomic_write
-from srt_jax.types import Solution, Task
+from srt_jax.geometry.frame import Frame
+from srt_jax.types import Approach, Solution, Task
 
 FORMATS = (".png", ".svg", ".pdf")
 _SIDE = 7.0
@@ -55,6 +56,8 @@ def draw(
     polar: PolarFrame | None = None,
     axes: Any = None,
     kind: str = "png",
+    frame: Frame | None = None,
+    approach: Approach | None = None,
 ) -> Picture | None:
     """Draws one task and its solution: into a file, into a buffer, onto axes, or as what a notebook
     shows.
@@ -67,6 +70,9 @@ def draw(
       polar: draws the agent's frame with the fuzzy sectors over the map.
       axes: matplotlib axes to draw on, without title and legend; nothing is written then.
       kind: png, svg or pdf: the format where `path` is an open file.
+      frame: where the map lies: axes and lengths are in metres, where it has any.
+      approach: the way as near as one gets, of an unsolved task, where it is known; else it is
+        found.
 
     Raises:
       ImportError: matplotlib is missing. ValueError: a batch was given, the format is none of
@@ -89,16 +95,17 @@ def draw(
       >>> draw(task, solution).png[:4]  # a notebook shows it
       b'\x89PNG'
     """
+    scene = scene_of(task, solution, frame=frame, approach=approach)
     if axes is not None:
         if path is not None:
             raise ValueError("a picture goes onto axes or to a path: give one of them")
-        draw_map(axes, scene_of(task, solution))
+        draw_map(axes, scene)
         return None
     if path is None:
         buffer = io.BytesIO()
-        draw(task, solution, buffer, title=title, polar=polar)
+        near = approach
+        draw(task, solution, buffer, title=title, polar=polar, frame=frame, approach=near)
         return Picture(buffer.getvalue())
-    scene = scene_of(task, solution)
     height, width = scene.kinds.shape
     heading = [
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
@@ -111,10 +118,7 @@ def draw(
         axes = figure.add_subplot()
         draw_map(axes, scene)
         axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
-        axes.set_xlabel("column")
-        axes.set_ylabel("row")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.get_major_locator().set_params(integer=True)
+        label_axes(axes, scene)
         figure.legend(
             handles=handles([scene]), loc="outside lower center", ncols=4, fontsize=8, frameon=False
         )
@@ -186,7 +190,44 @@ def draw_map(axes, scene: Scene, *, zoom: float = 1.0, most_cells: int = _MOST_C
     _draw_marks(axes, scene, zoom)
 
 
+def label_axes(axes, scene: Scene) -> None:
+    """Names the axes: rows and columns, or metres where the map has them."""
+    frame = scene.frame
+    if frame is None:
+        axes.set_xlabel("column")
+        axes.set_ylabel("row")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.get_major_locator().set_params(integer=True)
+        return
+    from matplotlib.ticker import MaxNLocator
+
+    # Of a turned map metres go along its sides, from its own corner.
+    x, y = (0.0, 0.0) if frame.yaw else frame.corner
+    turned = f", turned by {np.degrees(frame.yaw):g} degrees" if frame.yaw else ""
+    axes.set_xlabel(f"x, metres{turned}")
+    axes.set_ylabel("y, metres")
+    height, width = scene.kinds.shape
+    for axis, low, count, is_up in ((axes.xaxis, x, width, False), (axes.yaxis, y, height, True)):
+        locator = MaxNLocator(7, steps=[1, 2, 5, 10])
+        ticks = np.asarray(locator.tick_values(low, low + count * frame.side))
+        places = (ticks - low) / frame.side - 0.5
+        is_inside = (places >= -0.5 - 1e-6) & (places <= count - 0.5 + 1e-6)
+        places = count - 1 - places if is_up else places
+        labels = [f"{tick:.6g}" for tick in ticks[is_inside]]
+        axis.set_ticks(places[is_inside], labels=labels)
+
+
 def _draw_route(axes, scene: Scene, zoom: float) -> None:
+    if scene.approach is not None and len(scene.approach) > 1:
+        for colour, width, dashes in (("white", 3.6, "-"), (APPROACH, 2.0, (0, (2.2, 1.4)))):
+            axes.plot(
+                scene.approach[:, 1],
+                scene.approach[:, 0],
+                color=colour,
+                linewidth=width * zoom,
+                linestyle=dashes,
+                zorder=3,
+            )
     for leg in scene.legs:
         axes.plot(
             leg[:, 1],

@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 
-from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
+from srt_jax.draw.colours import APPROACH, BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.types import Solution, Task
 
@@ -81,11 +81,22 @@ def png_of(kinds: np.ndarray) -> bytes:
 
 def _route(scene: Scene, scale: float) -> list[str]:
     lines = []
-    for index, leg in enumerate(scene.legs):
-        points = " ".join(
+
+    def points_of(cells: np.ndarray) -> str:
+        return " ".join(
             f"{(col + 0.5) * scale:.4g},{(row + 0.5) * scale:.4g}"
-            for row, col in _corners(leg).tolist()
+            for row, col in _corners(cells).tolist()
         )
+
+    if scene.approach is not None and len(scene.approach) > 1:
+        points = points_of(scene.approach)
+        for colour, width, dashes in (("#fff", 3.2, ""), (APPROACH, 1.8, "4 2.5")):
+            lines.append(
+                f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}"'
+                + (f' stroke-dasharray="{dashes}"/>' if dashes else "/>")
+            )
+    for index, leg in enumerate(scene.legs):
+        points = points_of(leg)
         for colour, width in (("#fff", 3.2), (leg_colour(index), 1.8)):
             lines.append(
                 f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}"'

@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from srt_jax.draw.colours import BADGE, GOAL, LEGS, SEED, START, Kind
+from srt_jax.draw.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind
 from srt_jax.draw.tile import svg_tile
 from srt_jax.formats.files import atomic_write
 from srt_jax.task import NamedTask
@@ -66,6 +66,7 @@ def write_page(
             "blocking": sorted(record["blocking"], key=lambda i: not task.destroyable[i]),
             "contour": len(record["contour"]),
             "size": task.size.tolist(),
+            "side": record["cell_side"],
         }
         if place < most_pictures:
             row["picture"] = base64.b64encode(svg_tile(task, solution).encode()).decode()
@@ -102,6 +103,7 @@ def _legend() -> list[list[str]]:
         ["★", GOAL, "goal"],
         ["✕", SEED, "seed"],
         ["◆", BADGE, "destroys from here"],
+        ["dashes", APPROACH, "as near as one gets"],
     ]
     return [
         *cells,

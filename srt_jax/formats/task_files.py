@@ -8,7 +8,7 @@ import numpy as np
 
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Cell as Cell
-from srt_jax.formats.reading import Reading, read_source
+from srt_jax.formats.reading import Reading, Source, read_source
 from srt_jax.instances.paper_blockers import block, require_kind
 from srt_jax.task import NamedTask
 from srt_jax.types import Task
@@ -35,8 +35,15 @@ def read_tasks(
       ValueError: the file cannot be read, or start or goal cannot be where they are.
     """
     how = reading or Reading(start=start, goal=goal, repair=repair)
-    notes = Notes() if notes is None else notes
-    return all_prepared(path, read_source(path, how, notes).tasks, destroyable, how.block, notes)
+    return read_prepared(path, how, destroyable, Notes() if notes is None else notes).tasks
+
+
+def read_prepared(path: str, how: Reading, destroyable: str | None, notes: Notes) -> Source:
+    """Returns what a file holds, with its tasks as `read_tasks` has them, and where its map lies in
+    metres.
+    """
+    source = read_source(path, how, notes)
+    return source._replace(tasks=all_prepared(path, source.tasks, destroyable, how.block, notes))
 
 
 def all_prepared(

@@ -43,16 +43,17 @@ def two_gates(mode="least"):
 def test_an_open_way_is_explained_with_its_length():
     assert (
         explained([[-1, -1, -1]], (0, 0), (0, 2))
-        == "The goal (0, 2) lies 2 away to the east of (0, 0): close, rightward. "
-        "A path exists, 2.0 long; nothing has to be destroyed."
+        == "The goal (0, 2) lies to the east of (0, 0), close, rightward: 2 cells, 90 degrees to"
+        " the right. A path exists, 2 cells long; nothing has to be destroyed."
     )
 
 
 def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     text = explained([[-1, -1, 0, -1], [-1, -1, 1, -1]], (0, 0), (1, 3), destroyable=[True, False])
     assert (
-        "0 (destroyable, 2 cells of contour, close, rightward), 1 (indestructible, 2 cells of"
-        " contour, close, rightward)" in text
+        "0 (destroyable, 2 cells of contour, close, rightward: 1 cell, 90 degrees to the right), 1"
+        " (indestructible, 2 cells of contour, close, rightward: 1 cell, 90 degrees to the right)"
+        in text
     )
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 

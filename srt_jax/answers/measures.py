@@ -1,0 +1,43 @@
+"""Numbers beside the paper's words: how far, and how many degrees to which side."""
+
+import math
+
+
+def length_text(length: float, unit: str) -> str:
+    """Returns a length in words: `12.5 m`, `3 cells`, `1 cell`.
+
+    Args:
+      unit: "m" or "cells".
+    """
+    if unit == "m":
+        return f"{length:.2f} m" if length < 100 else f"{length:.1f} m"
+    number = f"{length:.1f}".removesuffix(".0")
+    return f"{number} {'cell' if number == '1' else 'cells'}"
+
+
+def turn_text(turn: float) -> str:
+    """Returns a direction in words: `40 degrees to the right`.
+
+    Args:
+      turn: radians leftwards from where the agent looks, -pi to pi.
+    """
+    degrees = round(math.degrees(turn))
+    if degrees == 0:
+        return "straight ahead"
+    if abs(degrees) == 180:
+        return "straight behind"
+    number = f"{abs(degrees)} degree{'' if abs(degrees) == 1 else 's'}"
+    return f"{number} to the {'left' if degrees > 0 else 'right'}"
+
+
+def seen_text(seen: dict, unit: str) -> str:
+    """Returns how something is seen, the paper's words and their numbers: `close, rightward: 12 m,
+    40 degrees to the right`.
+
+    Args:
+      seen: of `facts.explanation`, with seen_as, away and turn.
+    """
+    words = ", ".join(seen["seen_as"])
+    if seen["away"] == 0:
+        return f"{words}: where the agent stands"
+    return f"{words}: {length_text(seen['away'], unit)}, {turn_text(seen['turn'])}"
