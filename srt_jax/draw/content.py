@@ -67,8 +67,10 @@ def scene_of(
         start, goal = _cell(task.start), _cell(task.goal)
         return Scene(kinds, start, goal, None, [], [], None, "")
     removals = removals_in(task, solution)
+    # what stands under another obstacle does not open
+    opens = free_without(task, np.isin(np.arange(len(task.destroyable)), solution.destroyed))
     for removal in removals:
-        kinds[tuple(removal.cells.T)] = Kind.DESTROYED
+        kinds[tuple(removal.cells[opens[tuple(removal.cells.T)]].T)] = Kind.DESTROYED
     contour = np.asarray(solution.contour)[: kinds.shape[0], : kinds.shape[1]]
     kinds[contour] = Kind.CONTOUR
     seed, status, near = _cell(solution.seed), Status(int(solution.status)), None
