@@ -19,7 +19,7 @@ pytest.importorskip("PIL.Image")
 pytest.importorskip("matplotlib")
 
 SMALL = {"height": 112, "width": 120}
-ENDS = ("--start", "-8.4m,-4.7m", "--goal", "-5.7m,-8m")
+ENDS = ("--start", "-8.4m,-5.6m", "--goal", "-5.7m,-8m")
 """In the small office, whose upper left corner is (-10, -4)."""
 
 
@@ -82,7 +82,7 @@ def run_office(here, capsys, start, goal):
 
 def test_one_command_gives_what_blocks_a_picture_and_a_path_in_metres(here, capsys):
     write_office(here, **SMALL)
-    run_office(here, capsys, "-8.4m,-4.7m", "-5.7m,-8m")
+    run_office(here, capsys, "-8.4m,-5.6m", "-5.7m,-8m")
 
 
 @pytest.mark.slow
@@ -102,7 +102,7 @@ def test_a_turned_map_turns_its_metres(here, capsys):
     write_office(here, **SMALL, yaw=0.5)
     frame = Frame.over(CORNER, SIDE, **SMALL, yaw=0.5)
     x, y = frame.point_of((30, 40)).tolist()
-    code, out, err = printed(
+    code, _, err = printed(
         capsys,
         *("convert", "office.yaml", "again.yaml", "--start", f"{x}m,{y}m", "--goal", "60,60"),
     )
@@ -213,6 +213,7 @@ BROKEN = {
     "a path of another form": (("--path", "a.csv"), ".geojson, or as .json"),
     "a path in no folder": (("--path", "no/a.json"), "there is no folder"),
     "a radius that leaves nothing": (("--radius", "50"), "office.yaml"),
+    "a start that is not free": (("--start", "0,0", "--goal", "60,60"), "is an unknown cell"),
 }
 
 
