@@ -95,17 +95,17 @@ def draw(
       >>> draw(task, solution).png[:4]  # a notebook shows it
       b'\x89PNG'
     """
-    scene = scene_of(task, solution, frame=frame, approach=approach)
+    options = {"frame": frame, "approach": approach}
     if axes is not None:
         if path is not None:
             raise ValueError("a picture goes onto axes or to a path: give one of them")
-        draw_map(axes, scene)
+        draw_map(axes, scene_of(task, solution, **options))
         return None
     if path is None:
         buffer = io.BytesIO()
-        near = approach
-        draw(task, solution, buffer, title=title, polar=polar, frame=frame, approach=near)
+        draw(task, solution, buffer, title=title, polar=polar, **options)
         return Picture(buffer.getvalue())
+    scene = scene_of(task, solution, **options)
     height, width = scene.kinds.shape
     heading = [
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),

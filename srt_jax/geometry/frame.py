@@ -32,9 +32,9 @@ class Frame:
       >>> import srt_jax
       >>> frame = srt_jax.Frame.over((-10.0, -5.0), 0.05, height=384, width=400)
       >>> frame.cell_of((1.5, -2.0)).tolist()
-      [323, 230]
-      >>> frame.point_of((323, 230)).tolist()
-      [1.525, -1.975]
+      [324, 230]
+      >>> frame.point_of((324, 230)).tolist()  # the centre
+      [1.525, -2.025]
     """
 
     grid: Grid
@@ -125,7 +125,8 @@ class Frame:
         Args:
           cell: integer [..., 2], (row, col), inside the map.
         """
-        return self._turned(raster.point_of(self.grid, cell), self.yaw)
+        points = self._turned(raster.point_of(self.grid, cell), self.yaw)
+        return np.round(points, 10) + 0.0  # finer than a nanometre there is nothing but noise
 
     def cell_at(self, place: ArrayLike) -> np.ndarray:
         """Returns the cell that holds a place on the globe.

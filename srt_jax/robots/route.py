@@ -38,7 +38,7 @@ def polyline(
       >>> task = srt_jax.make_task(np.ones((4, 6), bool), (3, 0), (0, 4))
       >>> frame = srt_jax.Frame.over((-1.0, 0.0), 0.5, height=4, width=6)
       >>> srt_jax.polyline(task, srt_jax.solve(task), frame, turns_only=True).tolist()
-      [[-0.75, 0.25], [-0.25, 0.25], [1.25, 1.75]]
+      [[-0.75, 0.25], [0.75, 1.75], [1.25, 1.75]]
     """
     if np.ndim(route.num_cells) or np.ndim(task.start) != 1:
         raise ValueError("polyline takes one task and its route: take them from the batch first")

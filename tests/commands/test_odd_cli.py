@@ -28,7 +28,7 @@ from srt_jax.draw.gallery import file_names
 from srt_jax.formats import gridmap
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import atomic_write, draft_of, read_bytes
-from srt_jax.formats.task_files import read_tasks
+from srt_jax.formats.task_files import read_prepared, read_tasks
 from srt_jax.task import make_task, stack
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -339,7 +339,7 @@ def test_whatever_goes_wrong_is_one_line_with_its_own_code(
         raise error
 
     monkeypatch.setattr(interrupts._State, "is_reported", False)
-    monkeypatch.setattr("srt_jax.commands.solve.read_tasks", fails)
+    monkeypatch.setattr("srt_jax.commands.solve.read_prepared", fails)
     assert run(["solve", "base.map", *ENDS]) == code
     out, err = capfd.readouterr()
     assert (
@@ -368,12 +368,12 @@ def test_whatever_goes_wrong_is_one_line_with_its_own_code(
 )
 @pytest.mark.parametrize("command", ["solve", "draw"])
 def test_one_bad_file_does_not_stop_the_others(here, capsys, monkeypatch, command, error, message):
-    def read(path, **options):
+    def read(path, *options):
         if path == "bad.map":
             raise error
-        return read_tasks(path, **options)
+        return read_prepared(path, *options)
 
-    monkeypatch.setattr(f"srt_jax.commands.{command}.read_tasks", read)
+    monkeypatch.setattr(f"srt_jax.commands.{command}.read_prepared", read)
     code, out, err = printed(capsys, command, "bad.map", "base.map", *ENDS, "--json")
     assert (code, err.count("\n")) == (2, 1) and message in err
     assert len(json.loads(out)["tasks"]) == 1
