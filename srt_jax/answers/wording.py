@@ -214,12 +214,13 @@ def _how_near(data: dict[str, Any]) -> str:
         return "No cell of the map is free."
     is_moved = near["begin"] != data["start"]
     begins = f" from {_cell(near['begin'])}, the free cell nearest the start," if is_moved else ""
+    to = " to" if is_moved else ""
     long = f"{length_text(near['length'], unit)} long"
     if near["gap"] == 0:
         return f"As near as one gets:{begins} a path leads to the goal, {long}."
     return (
-        f"As near as one gets:{begins} {_cell(near['end'])}, {length_text(near['gap'], unit)} from"
-        f" the goal, by a route {long}."
+        f"As near as one gets:{begins}{to} {_cell(near['end'])},"
+        f" {length_text(near['gap'], unit)} from the goal, by a route {long}."
     )
 
 

@@ -40,6 +40,18 @@ def test_a_record_holds_the_plan_with_where_each_step_ends_and_the_proof(records
     assert fixed["plan"] == [] and fixed["separating"] == fixed["blocking"] == [0]
 
 
+def test_a_record_of_no_route_holds_the_way_as_near_as_one_gets(records):
+    is_open, walled, fixed = records
+    assert is_open["approach"] is None and walled["approach"] is None
+    near = fixed["approach"]
+    assert near["cells"][0] == [0, 0] and near["cells"][-1] == fixed["seed"] == [3, 2]
+    assert near["gap"] == 3.0 and near["cost"] == pytest.approx(1 + 2 * 2**0.5)
+    assert fixed["cell_side"] is None
+    task = make_task(np.ones((2, 3), bool), (0, 0), (0, 2))
+    record = as_record("metres", task, solve_many([task])[0], cell_side=0.25)
+    assert record["cell_side"] == 0.25 and "0.50 m long" in record["explanation"]
+
+
 @pytest.mark.parametrize("ending", [".json", ".parquet"])
 def test_answers_are_read_back_equal(tmp_path, records, ending):
     if ending == ".parquet":

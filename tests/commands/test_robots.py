@@ -65,7 +65,7 @@ def run_office(here, capsys, start, goal):
     )
     words = " ".join(out.split())
     assert code == 0 and "Wrote route.json: the route." in out and "SOLVED" in out
-    assert "0 (destroyable" in words and " m long" in words and "degrees to the" in words
+    assert "(destroyable, " in words and " m long" in words and "degrees to the" in words
     assert (here / "answers" / "office.png").stat().st_size > 10_000
     (answer,) = json.loads((here / "answers" / "results.json").read_text())["tasks"]
     assert answer["destroyed"] and answer["cell_side"] == SIDE and answer["approach"] is None
@@ -146,9 +146,10 @@ def test_a_start_in_which_the_robot_does_not_fit_begins_beside_it(here, capsys):
 
 
 def test_cells_of_a_picture_get_a_side_and_a_radius_in_cells_needs_none(here, capsys):
-    free = write_office(here, **SMALL)
+    write_office(here, **SMALL)
     (here / "office.pgm").rename(here / "plan.pgm")
-    ends = ("--start", "30,40", "--goal", "90,90")
+    free = np.array(pytest.importorskip("PIL.Image").open("plan.pgm")) >= 128
+    ends = ("--start", "30,40", "--goal", "80,86")
     away = np.asarray(ndimage.distance_transform_edt(free))
     for options, radius in (
         (("--radius", "3"), 3),

@@ -26,13 +26,13 @@ def test_each_colour_is_an_obstacle_and_greys_name_nothing(tmp_path):
     found = read_labels(path, notes=notes)
     assert found.labels.tolist() == [[-1, 1, -1], [0, -1, 1]]
     assert found.names == ("#0000ff", "#ff0000")  # by ascending colour
-    told = " ".join(notes)
+    told = " ".join(map(str, notes))
     assert "#0000ff is obstacle 0 (1 cells), #ff0000 is obstacle 1 (2 cells)" in told
     # corner to corner is one piece; one apart is not
     assert "several pieces" not in told
     path = saved(tmp_path / "b.png", [[RED, WHITE, RED]])
     read_labels(path, notes=(again := Notes()))
-    assert "several pieces" in " ".join(again) and "#ff0000" in " ".join(again)
+    assert "several pieces" in (told := " ".join(map(str, again))) and "#ff0000" in told
 
 
 def test_a_picture_of_numbers_names_them_and_0_nothing(tmp_path):

@@ -15,10 +15,10 @@ FRAME = Frame.over((-2.0, -1.0), 0.5, height=10, width=20, projection=Projection
         ("3,5", (3, 5)),
         (" -1 , 7 ", (-1, 7)),  # outside: what is wrong with it is told with the map
         ("1.5m,-0.6m", (9, 7)),
-        ("1.5 m, .5m", (6, 7)),
+        ("1.5 m, .5m", (7, 7)),
         ("15e-1m,-6e-1m", (9, 7)),
-        ("24.94E,60.17N", (7, 4)),
-        ("60.17n, 24.94°e", (7, 4)),
+        ("24.94E,60.17N", (8, 4)),
+        ("60.17n, 24.94°e", (8, 4)),
     ],
 )
 def test_each_form_leads_to_its_cell(text, cell):
