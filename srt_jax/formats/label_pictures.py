@@ -125,7 +125,10 @@ def _numbers(picture: Any, notes: Notes) -> tuple[np.ndarray, bool]:
 
 def _note(labels: np.ndarray, names: list[str], notes: Notes) -> None:
     counts = np.bincount(labels[labels >= 0], minlength=len(names)).tolist()
-    told = [f"{name} is obstacle {i} ({counts[i]} cells)" for i, name in enumerate(names)]
+    told = [
+        f"{name} is obstacle {i} ({counts[i]} cell{'s' if counts[i] > 1 else ''})"
+        for i, name in enumerate(names)
+    ]
     more = f", and {len(told) - _MOST_NAMED} more" if told[_MOST_NAMED:] else ""
     notes.tell(f"of the labels {', '.join(told[:_MOST_NAMED])}{more}")
     # pieces are counted where obstacles do not touch one another, which is nearly always

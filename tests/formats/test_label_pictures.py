@@ -27,7 +27,7 @@ def test_each_colour_is_an_obstacle_and_greys_name_nothing(tmp_path):
     assert found.labels.tolist() == [[-1, 1, -1], [0, -1, 1]]
     assert found.names == ("#0000ff", "#ff0000")  # by ascending colour
     told = " ".join(map(str, notes))
-    assert "#0000ff is obstacle 0 (1 cells), #ff0000 is obstacle 1 (2 cells)" in told
+    assert "#0000ff is obstacle 0 (1 cell), #ff0000 is obstacle 1 (2 cells)" in told
     # corner to corner is one piece; one apart is not
     assert "several pieces" not in told
     path = saved(tmp_path / "b.png", [[RED, WHITE, RED]])
