@@ -83,7 +83,7 @@ def with_labels(
       free: bool [H, W], of the map.
 
     Raises:
-      ValueError: the picture has another size than the map; or as for `read_labels`.
+      ValueError: the picture has another size than the map, or leaves nothing free; or as for `read_labels`.
     """
     named = read_labels(path, notes=notes)
     if named.labels.shape != free.shape:
@@ -91,6 +91,12 @@ def with_labels(
         raise ValueError(
             f"{path}: it is {wide} pixels wide and {tall} high, but the map {map_name} {width} wide"
             f" and {height} high: give a picture of the map's own size, a pixel for each cell"
+        )
+    if free.any() and not (free & (named.labels < 0)).any():
+        raise ValueError(
+            f"{path}: it names an obstacle on every free cell of {map_name}: a picture of greys"
+            " alone holds numbers, and 0 names nothing; paint the obstacles of a copy of the map in"
+            " colours"
         )
     walls = label(~free & (named.labels < 0))
     labels = np.where(walls >= 0, walls + len(named.names), named.labels).astype(np.int32)

@@ -92,6 +92,9 @@ def test_broken_pictures_of_labels_are_refused_in_one_line(tmp_path):
         ValueError, match="2 pixels wide and 1 high, but the map m 3 wide and 2 high"
     ):
         with_labels(small, free, "m", Notes())
+    greys = saved(tmp_path / "greys.png", [[254, 254, 205], [254, 254, 254]])
+    with pytest.raises(ValueError, match="on every free cell of m: a picture of greys"):
+        with_labels(greys, free, "m", Notes())
     plain = saved(tmp_path / "plain.png", [[WHITE, BLACK], [RED, WHITE]])
     saved(tmp_path / "plain.png", [[0, 0], [0, 0]])
     with pytest.raises(ValueError, match="it names no obstacle"):
