@@ -83,7 +83,8 @@ def with_labels(
       free: bool [H, W], of the map.
 
     Raises:
-      ValueError: the picture has another size than the map, or leaves nothing free; or as for `read_labels`.
+      ValueError: the picture has another size than the map, or leaves nothing free; or as for
+        `read_labels`.
     """
     named = read_labels(path, notes=notes)
     if named.labels.shape != free.shape:
