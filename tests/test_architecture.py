@@ -21,6 +21,7 @@ FLOORS = {
         ("gradients", "instances"),
         ("paths", "geometry", "data"),
         ("removal", "formats"),
+        ("tolls",),
         ("solver",),
         ("coalition",),
         ("draw",),
