@@ -14,7 +14,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.tolls import entry
 from srt_jax.tolls.search import search
-from srt_jax.tolls.spread import UNREACHED, Ground, Size, bordered, place
+from srt_jax.tolls.spread import UNREACHED, Size, ground_of
 from srt_jax.types import Array, Task
 
 
@@ -74,8 +74,8 @@ def _of_map(
 
     # The set.
     own = lax.dynamic_index_in_dim(labels.all, labels.which, keepdims=False)
-    from_cell = jnp.where(is_requested, place(start, size), jnp.uint32(0))
-    ground = Ground(bordered(own), straight, diagonal, from_cell, goal)
+    ground = ground_of(own, straight, diagonal, start, goal, size)
+    ground = ground._replace(start=jnp.where(is_requested, ground.start, jnp.uint32(0)))
     found = search(ground, tolls, size, max_nodes)
     is_there = found.total < UNREACHED
 

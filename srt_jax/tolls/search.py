@@ -27,7 +27,7 @@ from jax import lax
 from srt_jax.engine.in_place import read_apart, write
 from srt_jax.removal.nodes import Decisions, decisions_of
 from srt_jax.tolls import entry, shapes
-from srt_jax.tolls.spread import UNREACHED, Ground, Size, place, sums_of
+from srt_jax.tolls.spread import UNREACHED, Ground, Size, sums_of
 from srt_jax.tolls.way_back import way_back
 from srt_jax.types import Array
 
@@ -72,8 +72,8 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
       max_nodes: searches at most, one more where the first proves nothing.
     """
     M = tolls.shape[0]
-    goal = place(ground.goal, size)
-    is_single = shapes.rectangles(ground.labels, *size, M)
+    goal = ground.goal
+    is_single = shapes.rectangles(ground.labels, ground.seen, size.stride, M)
     # What may be entered free of charge, since it may be paid for already.
     is_free = ~is_single & (tolls > 0) & (tolls < entry.CLOSED)
     num_places = 2 * max_nodes + 3

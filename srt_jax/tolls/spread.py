@@ -12,6 +12,7 @@ matter. With a goal, sums beyond that of the goal are not exact; those that lead
 """
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -19,26 +20,33 @@ import numpy as np
 from jax import lax
 
 from sign_model.ground.marks import apart, runs_in_place
-from srt_jax.engine.in_place import read_apart, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.moves import MOVES
 from srt_jax.tolls import entry
+from srt_jax.tolls.around import EVEN, seen_around
 from srt_jax.types import FREE, OUTSIDE, Array
 
 UNREACHED = entry.CLOSED
 """The sum of a cell that no way leads to, or only one too dear to be held."""
 
+STEPS = tuple((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1))
+"""To the nine cells of a square, in row order; the middle one is the cell itself."""
+
+_MIDDLE = 4
 _NUM_BUCKETS = 256
 
 
 class Ground(NamedTuple):
-    """What does not change while tolls do.
+    """What does not change while tolls do: of a map with a border that is OUTSIDE, N cells in all.
 
-    labels: int32 [(H + 2) * (W + 2), L], of the map with a border OUTSIDE; no cell has one label in
-      two layers. straight, diagonal: uint32 [], lengths of moves. goal: int32 [2], perhaps outside:
-      then there is none. start: uint32 [], a cell of the bordered map, 0 for none.
+    labels: int32 [N, L]; no cell has one label in two layers. seen: uint8 [N], bits of `around`.
+      left: uint32 [N], the length of the way to the goal at least. straight, diagonal: uint32 [], lengths of moves. start, goal:
+      uint32 [], cells, 0 for none.
     """
 
     labels: Array
+    seen: Array
+    left: Array
     straight: Array
     diagonal: Array
     start: Array
@@ -60,14 +68,36 @@ class Size(NamedTuple):
         return (self.height + 2) * self.stride
 
 
-def bordered(labels: Array) -> Array:
-    """Returns the labels of `Ground` from int32 [L, H, W]: what a cell has twice is left out."""
+def ground_of(
+    labels: Array, straight: Array, diagonal: Array, start: Array, goal: Array, size: Size
+) -> Ground:
+    """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]; goal likewise, outside
+    the map where there is none.
+    """
+    # What a cell has twice is left out.
     layers = [labels[0]]
     for layer in labels[1:]:
         is_known = functools.reduce(jnp.logical_or, [layer == other for other in layers])
         layers.append(jnp.where(is_known, FREE, layer))
-    around = [jnp.pad(layer, 1, constant_values=OUTSIDE).reshape(-1) for layer in layers]
-    return jnp.stack(around, axis=1)
+    bordered = [jnp.pad(layer, 1, constant_values=OUTSIDE) for layer in layers]
+    to = place(goal, size)
+    return Ground(
+        labels=jnp.stack([layer.reshape(-1) for layer in bordered], axis=1),
+        seen=seen_around(jnp.stack(bordered)).reshape(-1),
+        left=jnp.where(to != 0, _octile(goal, straight, diagonal, size), jnp.uint32(0)),
+        straight=straight,
+        diagonal=diagonal,
+        start=place(start, size),
+        goal=to,
+    )
+
+
+def _octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
+    """The octile distance of each cell to the goal, in units: uint32 [N]."""
+    rows = jnp.abs(jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]).astype(jnp.uint32)
+    cols = jnp.abs(jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]).astype(jnp.uint32)
+    low, high = jnp.minimum(rows[:, None], cols), jnp.maximum(rows[:, None], cols)
+    return (high * straight + low * (diagonal - straight)).reshape(-1)
 
 
 def place(cell: Array, size: Size) -> Array:
@@ -92,6 +122,22 @@ def sums_of(ground: Ground, tolls: Array, limit: Array, size: Size) -> Array:
     return solve(ground, tolls, limit, size, sums)
 
 
+def nine_moves(ground: Ground) -> Array:
+    """Returns the lengths of the moves to the nine cells round one, 0 to itself: uint32 [9]."""
+    is_move, is_diagonal = (
+        jnp.array(np.array([test(down, right) for down, right in STEPS]))
+        for test in (lambda down, right: bool(down or right), lambda down, right: bool(down and right))
+    )
+    length = jnp.where(is_diagonal, ground.diagonal, ground.straight)
+    return jnp.where(is_move, length, jnp.uint32(0))
+
+
+def nine_offsets(size: Size) -> Array:
+    """Returns the steps to the nine cells in the bordered map: uint32 [9], those back wrapped."""
+    offsets = [down * size.stride + right for down, right in STEPS]
+    return jnp.array((np.array(offsets, np.int64) % 2**32).astype(np.uint32))
+
+
 def square(array: Array, cell: Array, size: Size) -> Array:
     """Returns the entries of the nine cells around one, in row order: [9, ...]."""
     rest = array.shape[1:]
@@ -101,6 +147,11 @@ def square(array: Array, cell: Array, size: Size) -> Array:
         for shift in (-size.stride, 0, size.stride)
     ]
     return jnp.concatenate(rows)
+
+
+def square_of(size: Size) -> Callable[[Array, Array], Array]:
+    """Returns `square` on maps of one size."""
+    return functools.partial(square, size=size)
 
 
 def tolls_at(labels: Array, tolls: Array) -> Array:
@@ -132,29 +183,13 @@ class _Trial(NamedTuple):
     before: Array
 
 
-_three = apart(lambda array, at: lax.dynamic_slice(array, (at,), (3,)))
-
-
 def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array) -> Array:
     """Cell by cell, bucket by bucket."""
     N, one = jnp.uint32(size.num_cells), jnp.uint32(1)
     bits = entry.bucket_bits(ground.diagonal)
-    lengths = entry.lengths_of_moves(ground.straight, ground.diagonal)
-    goal = place(ground.goal, size)
-    offset = np.array([down * size.stride + right for down, right in MOVES], np.int64) % 2**32
-    offset = jnp.array(offset.astype(np.uint32))
-    downs, rights = (jnp.array(np.array(part, np.int32)) for part in zip(*MOVES))
-    order = jnp.arange(8, dtype=jnp.uint32)
-
-    def left_at_least(cell: Array, down: Array, right: Array) -> Array:
-        """The octile distance to the goal, in units, from the cell down and to the right."""
-        row, col = (part.astype(jnp.int32) for part in (cell // size.stride, cell % size.stride))
-        rows = jnp.abs(row + down - 1 - ground.goal[0])
-        cols = jnp.abs(col + right - 1 - ground.goal[1])
-        low, high = jnp.minimum(rows, cols), jnp.maximum(rows, cols)
-        extra = ground.diagonal - ground.straight
-        far = high.astype(jnp.uint32) * ground.straight + low.astype(jnp.uint32) * extra
-        return jnp.where(goal != 0, far, jnp.uint32(0))
+    lengths, offset = nine_moves(ground), nine_offsets(size)
+    order = jnp.arange(9, dtype=jnp.uint32)
+    is_move = order != _MIDDLE
 
     def ring_of(key: Array, bucket: Array) -> Array:
         """The ring of a bucket, or the last of those in use for one that is farther off."""
@@ -171,38 +206,38 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         before = write(write(before, cell, first), ring, cell)
         return write(write(after, first, cell), cell, ring), before
 
-    def price_moves(labels: Array, tolls: Array, cell: Array, here: Array) -> tuple[Array, Array]:
-        """The sum after each move, and what the whole way costs with it at least: uint32 [8]."""
+    def add_doors(totals: Array, labels: Array, tolls: Array, cell: Array) -> Array:
         nine = square(labels, cell, size)
         paid = tolls_at(nine, tolls)
-        doors = [entry.of_move(nine, paid, 4, move) for move in range(8)]
-        sums = here + lengths + jnp.stack(doors)
-        return sums, sums + left_at_least(cell, downs, rights)
+        doors = [entry.of_move(nine, paid, _MIDDLE, move) for move in range(8)]
+        doors = [*doors[:_MIDDLE], jnp.uint32(0), *doors[_MIDDLE:]]
+        return totals + jnp.stack(doors)
 
     def step(state: _Rings) -> _Rings:
-        # The first cell of the ring in work, if it has one, and if its sum belongs there.
+        # The first cell of the ring in work, if it has one, leaves it.
         ring = N + (state.bucket & jnp.uint32(_NUM_BUCKETS - 1))
         cell = read_apart(state.after, ring)
         is_cell = cell != ring
-        at = jnp.where(is_cell, cell, 0)
-        here = read_apart(state.sums, at)
-        zero = jnp.int32(0)
-        key = here + apart(left_at_least)(at, zero, zero)
-        is_early = (key >> bits) > state.bucket
+        at = jnp.where(is_cell, cell, jnp.uint32(0))
         after, before = unlinked(state.after, state.before, at)
-        home = jnp.where(is_cell & is_early, ring_of(key, state.bucket), at)
-        after, before = linked(after, before, at, home)
+        here = read_apart(state.sums, at)
 
-        # The moves that improve a cell.
-        totals, keys = apart(price_moves)(ground.labels, tolls, at, here)
-        above, beside, below = (
-            _three(state.sums, at + jnp.uint32((shift - 1) % 2**32))
-            for shift in (-size.stride, 0, size.stride)
+        # What each move leads to: the sum, and with what is left the whole way at least. Only where
+        # labels change a move may pay.
+        is_uneven = is_cell & (read(ground.seen, at) & jnp.uint8(EVEN) == 0)
+        _, totals = lax.while_loop(
+            lambda trial: trial[0],
+            lambda trial: (jnp.bool_(False), add_doors(trial[1], ground.labels, tolls, at)),
+            (is_uneven, here + lengths),
         )
-        old = jnp.concatenate([above, beside[:1], beside[2:], below])
-        is_better = (totals < old) & (totals < UNREACHED) & (keys <= state.limit)
-        mask = jnp.sum(is_better.astype(jnp.uint32) << order, dtype=jnp.uint32)
-        mask = jnp.where(is_cell & ~is_early, mask, jnp.uint32(0))
+        keys = totals + square(ground.left, at, size)
+
+        # The moves that improve a cell; one that is here early, from a bucket too far off, goes back.
+        is_better = (totals < apart(square_of(size))(state.sums, at)) & (keys <= state.limit)
+        mask = jnp.sum((is_better & is_move).astype(jnp.uint32) << order, dtype=jnp.uint32)
+        is_early = (keys[_MIDDLE] >> bits) > state.bucket
+        mask = jnp.where(is_early, one << _MIDDLE, mask)
+        mask = jnp.where(is_cell, mask, jnp.uint32(0))
 
         def improve(trial: _Trial) -> _Trial:
             move = lax.population_count((trial.left & -trial.left) - one)
@@ -220,19 +255,18 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
             )
 
         # Ends: each step takes one of the moves away.
-        is_done = is_cell & ~is_early
-        num_waiting = state.num_waiting - is_done.astype(jnp.uint32)
+        num_waiting = state.num_waiting - is_cell.astype(jnp.uint32)
         trial = _Trial(mask, num_waiting, state.sums, after, before)
         trial = lax.while_loop(lambda trial: trial.left != 0, improve, trial)
-        limit = jnp.minimum(state.limit, read_apart(trial.sums, goal))
+        limit = jnp.minimum(state.limit, read_apart(trial.sums, ground.goal))
         bucket = state.bucket + (~is_cell).astype(jnp.uint32)
         return _Rings(bucket, trial.num_waiting, limit, trial.sums, trial.after, trial.before)
 
     links = jnp.arange(size.num_cells + _NUM_BUCKETS, dtype=jnp.uint32)
-    key = left_at_least(ground.start, jnp.int32(0), jnp.int32(0))
+    key = read(ground.left, ground.start)
     after, before = linked(links, links, ground.start, ring_of(key, key >> bits))
     num = (ground.start != 0).astype(jnp.uint32)
-    # The border's sum would be that of no goal: it is UNREACHED, or 0 where there is no start.
+    # Without a goal its sum is that of the border: UNREACHED.
     begin = _Rings(key >> bits, num, limit, sums, after, before)
     # Ends: sums only fall, and the bucket rises where no cell is left in it.
     return lax.while_loop(
@@ -258,9 +292,8 @@ def _relax_all(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Arr
         wide = jnp.pad(array, [(0, 0)] * (array.ndim - 2) + [(1, 1)] * 2, constant_values=outside)
         return wide[..., 1 + down : 1 + down + shape[0], 1 + right : 1 + right + shape[1]]
 
-    steps = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
-    nine = jnp.stack([shifted(labels, *step, OUTSIDE) for step in steps])
-    tolls_of_nine = jnp.stack([shifted(paid, *step, entry.CLOSED) for step in steps])
+    nine = jnp.stack([shifted(labels, *step, OUTSIDE) for step in STEPS])
+    tolls_of_nine = jnp.stack([shifted(paid, *step, entry.CLOSED) for step in STEPS])
     doors = [
         lengths[move] + entry.of_move(nine, tolls_of_nine, 4, move, is_back=True)
         for move in range(8)
