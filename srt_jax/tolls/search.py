@@ -2,9 +2,10 @@
 
 Who pays a toll at each entry into an obstacle (`spread`) pays too much where a way enters one twice:
 the obstacle is destroyed once. The least sum with such tolls is therefore a way, and what it costs
-with every toll paid once an upper bound. A lower bound is the least sum with entries free of charge,
-but for the obstacles that no least way enters twice (`shapes`), which keep their tolls. Where both
-agree the answer is proven: with rectangles at the first search. Else branch and bound:
+with every toll paid once an upper bound, found by the first search. A lower bound is the least sum
+with entries free of charge, but for the obstacles that no least way enters twice (`shapes`), which
+keep their tolls. So the first answer is the best where every obstacle is of that kind, or where the
+others' tolls are too dear beside what a straight line could save. Else branch and bound:
 
 - a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is paid
   and the least sum with the others free or at their tolls as above;
@@ -69,7 +70,7 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
     Args:
       ground: with a start that is free, or none, and the goal.
       tolls: uint32 [M], CLOSED of what must stay.
-      max_nodes: searches at most, one more where the first proves nothing.
+      max_nodes: searches for bounds, at most; one more comes first.
     """
     M = tolls.shape[0]
     goal = ground.goal
@@ -79,9 +80,9 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
     num_places = 2 * max_nodes + 3
 
     def step(state: _State) -> _State:
-        # The first search settles nothing, the second looks for a better answer at full tolls.
-        is_probe = state.num == 1
-        node = jnp.where(is_probe, 0, state.at)
+        # The first search looks for an answer at full tolls, the others for bounds.
+        is_probe = state.num == 0
+        node = state.at
         gone, stays = decisions_of(state.nodes.decisions, node, M)
         paid = entry.total(tolls, gone)
         is_hopeless = is_free & ~gone & (_add(state.low, tolls) >= state.best)
@@ -111,7 +112,9 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
         branch = lax.argmax(jnp.where(doubtful, tolls, jnp.uint32(0)), 0, jnp.int32)
         is_open = jnp.any(doubtful)
         nodes = state.nodes
-        closed = jnp.where(is_probe, read_apart(nodes.bound, jnp.uint32(0)), jnp.uint32(UNREACHED))
+        # Where nothing free of charge could be part of a better answer, the first one is the best.
+        is_left = is_probe & jnp.any(is_free & (_add(state.low, tolls) < best))
+        closed = jnp.where(is_left, state.low, jnp.uint32(UNREACHED))
         bounds = write(nodes.bound, closed, node.astype(jnp.uint32))
         decisions = nodes.decisions
         toll = lax.dynamic_index_in_dim(tolls, branch, keepdims=False)
@@ -131,7 +134,9 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
 
     none = jnp.full(num_places, -1, jnp.int32)
     bounds = jnp.full(num_places, UNREACHED, jnp.uint32)
-    first = jnp.where(ground.start != 0, jnp.uint32(0), jnp.uint32(UNREACHED))
+    # No way is shorter than the octile distance.
+    far = jnp.where(goal != 0, read_apart(ground.left, ground.start), jnp.uint32(UNREACHED))
+    first = jnp.where(ground.start != 0, far, jnp.uint32(UNREACHED))
     nodes = _Nodes(
         Decisions(none, none, jnp.zeros(num_places, bool)),
         write(bounds, first, jnp.uint32(0)),
@@ -144,8 +149,7 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
         low=first,
         at=jnp.int32(0),
     )
-    # Ends: no open node has a bound below the best answer, or `max_nodes` are searched. With one
-    # node alone its bound is proven, and the probe is left out of the count.
+    # Ends: no open node has a bound below the best answer, or `max_nodes` are searched.
     end = lax.while_loop(
         lambda state: (state.num < max_nodes + 1) & (state.low < state.best), step, begin
     )
