@@ -44,6 +44,7 @@ _EXAMPLES = {
         "srt-jax solve tasks.npz world.json --out answers",
         "srt-jax solve city.osm.pbf --size 500 --block half",
         "srt-jax solve map.yaml --start 20,30 --goal 90,40",
+        "srt-jax solve city.map --start 3,5 --goal 200,310 --mode shortest --toll 20",
         "srt-jax solve tasks.npz --report run.html",
         "srt-jax solve tasks.npz --json > answers.json",
     ),

@@ -8,9 +8,10 @@ import jax
 import numpy as np
 
 from srt_jax.answers.what_if import if_flag
+from srt_jax.paths.distance import path_cost
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import PlannedStep, planned_steps
-from srt_jax.types import Act, Array, Solution, Status, Task
+from srt_jax.types import FREE, Act, Array, Solution, Status, Task
 
 NORTH = 90.0
 """The default heading: up the map, in degrees counter-clockwise from its right."""
@@ -31,7 +32,9 @@ def explanation(
     Keys: status, meaning; start; goal {cell, distance, direction, seen_as, sector, square};
       blockage {seed, contour_cells,
     obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
-    removal_cost}]; removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven,
+    toll, way_round} of mode "shortest", else None: in cell sides or metres, `toll` what was paid in
+    all, `way_round` the length of the shortest path with nothing destroyed or None; num_needed, the obstacles that
     have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
     None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
     if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
@@ -95,6 +98,7 @@ def _of_one(
         "removal_cost": _finite(cost),
         "removal_bound": _finite(bound),
         "is_proven_least": status.is_solved and cost == bound,
+        "total": _total(task, solution, cell_side),
         "num_needed": None if status.is_solved else int(solution.num_destroyed) or None,
         "route": None,
         "plan": [_step(step, solution, view, cell_side) for step in planned_steps(solution)],
@@ -109,6 +113,23 @@ def _of_one(
             "relocation": moved,
         }
     return data | (_what_if(task, solution) if what_if else {})
+
+
+def _total(task: Task, solution: Solution, cell_side: float) -> dict[str, Any] | None:
+    """What mode "shortest" weighs; None of the other modes."""
+    total, bound = float(solution.total), float(solution.total_bound)
+    if not (Status(int(solution.status)).is_solved and bound > 0):
+        return None
+    height, width = np.asarray(task.size).tolist()
+    free = (np.asarray(task.labels)[:, :height, :width] == FREE).all(axis=0)
+    way_round = float(path_cost(free, np.asarray(task.start), np.asarray(task.goal)))
+    return {
+        "total": total * cell_side,
+        "bound": bound * cell_side,
+        "is_proven": total == bound,
+        "toll": max(0.0, total - float(solution.cost)) * cell_side,
+        "way_round": way_round * cell_side if np.isfinite(way_round) else None,
+    }
 
 
 def obstacle_data(

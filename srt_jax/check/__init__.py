@@ -11,6 +11,7 @@ import numpy as np
 
 from srt_jax.check.bound import bound_problems, needless_problems
 from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
+from srt_jax.check.total import total_problems
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
 from srt_jax.types import OUTSIDE, Solution, Status, Task
 
@@ -32,6 +33,8 @@ _SOLUTION_FORM = {
     "destroyed_at": ("int32", "K"),
     "removal_cost": ("float32", ""),
     "removal_bound": ("float32", ""),
+    "total": ("float32", ""),
+    "total_bound": ("float32", ""),
     "seed": ("int32", "2"),
     "contour": ("bool", "HW"),
     "blocking": ("int32", "M"),
@@ -41,7 +44,9 @@ _SOLUTION_FORM = {
 }
 
 
-def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[str]:
+def check(
+    task: Task, solution: Solution, *, mode: str | None = None, toll: float | np.ndarray = 1.0
+) -> list[str]:
     """Returns what is wrong with `solution` as an answer to `task`, a sentence each; an empty list
     when all is well.
 
@@ -52,15 +57,19 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
     same story as the route; and the proof, `separating`: with all obstacles but these gone, start
     and goal are still apart. `removal_bound` must be no more than what the answer costs, nor than
     any set of obstacles that opens a way and is found within some floods: in small tasks all sets.
-    Not checked: that the route is the shortest and the removal the least, where the floods do not
-    suffice.
+    With mode "shortest" `total` must be the route's length and the tolls of what it destroys, and
+    `total_bound` no more than that, nor than any route found within some searches.
+    Not checked: that the route is the shortest and the removal or the total the least, where the
+    floods and searches do not suffice.
 
     Args:
       task: one task or a batch.
       solution: the answers, with the same batch dimensions.
       mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may
-        destroy nothing needless, and say which limit they met; the loop of the other modes destroys
-        what it meets before it knows the rest of the way.
+        destroy nothing needless, and say which limit they met; mode "shortest" may destroy though a
+        path exists; the loop of the other modes destroys what it meets before it knows the rest of
+        the way.
+      toll: of `solve`, where the mode is "shortest": one, or one for each task of a batch.
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
@@ -84,11 +93,12 @@ def check(task: Task, solution: Solution, *, mode: str | None = None) -> list[st
     if any(array.shape[: len(batch)] != batch for array in (*tasks.values(), *solutions.values())):
         shapes = {name: list(array.shape) for name, array in (tasks | solutions).items()}
         return [f"all fields must have the same batch dimensions, got shapes {shapes}"]
+    tolls = np.broadcast_to(np.asarray(toll, float), batch)
     for index in np.ndindex(batch):
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
-        problems += [name + problem for problem in _check_one(one_task, one_solution, mode)]
+        problems += [name + problem for problem in _check_one(one_task, one_solution, mode, tolls[index])]
     return problems
 
 
@@ -125,7 +135,9 @@ def _arrays(what: str, record: object, form: dict[str, tuple[str, str]], sides: 
     return arrays, problems
 
 
-def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | None) -> list[str]:
+def _check_one(
+    task: SimpleNamespace, solution: SimpleNamespace, mode: str | None, toll: float
+) -> list[str]:
     problems = _task_problems(task)
     if problems:
         return problems
@@ -151,6 +163,8 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
         problems += bound_problems(task, solution, labels, start, goal)
     if not status.is_solved:
         return problems + _no_route_problems(status, solution)
+    if mode == "shortest":
+        problems += total_problems(task, solution, labels, start, goal, toll)
     if mode == "least":
         problems += needless_problems(task, solution, labels, start, goal)
     walk = route_problems(task, solution, labels, start, goal) + destroyed_problems(task, solution)
@@ -201,10 +215,15 @@ def _status_problems(
     limit_met = truth in (Status.SOLVED, Status.UNSOLVABLE) or (
         truth is Status.PATH_EXISTS and is_too_long
     )
-    if mode == "least":  # says which limit was met
+    if mode == "shortest":
+        limit_met |= truth is Status.PATH_EXISTS
+    if mode in ("least", "shortest"):  # says which limit was met
         limit_met &= is_too_long or solution.num_destroyed > len(solution.destroyed)
     if status is truth or (status is Status.BUDGET_SPENT and limit_met):
         return []
+    if status is Status.BROKE_THROUGH and truth is Status.PATH_EXISTS:
+        if mode in (None, "shortest") and solution.num_destroyed > 0:
+            return []
     if status is Status.STOPPED_SHORT and truth is Status.SOLVED and mode in (None, "literal"):
         return []
     return [f"status is {status.name}, but the truth is {truth.name}: {truth.meaning}"]
@@ -294,6 +313,8 @@ def _no_route_problems(status: Status, solution: SimpleNamespace) -> list[str]:
         "removal_bound": (
             solution.removal_bound >= 0 if may_be_solvable else solution.removal_bound == np.inf
         ),
+        "total": solution.total in (0, np.inf),
+        "total_bound": solution.total_bound >= 0,
         "plan": (solution.plan == -1).all(),
         "plan_at": (solution.plan_at == -1).all(),
     }

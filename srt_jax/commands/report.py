@@ -47,6 +47,7 @@ def report(
     write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
     mode: str | None = None,
+    toll: float = 1.0,
 ) -> list[dict[str, Any]]:
     """Replays every solution, writes all files, then prints; returns the records. `notes` on the
     files go into the JSON.
@@ -56,7 +57,7 @@ def report(
     """
     with show_progress("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
-            problems = check(task, solution, mode=mode)
+            problems = check(task, solution, mode=mode, toll=toll)
             if problems:
                 raise AssertionError(
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
