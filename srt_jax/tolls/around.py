@@ -9,7 +9,7 @@ import functools
 import jax.numpy as jnp
 from jax import lax
 
-from srt_jax.types import Array
+from srt_jax.types import OUTSIDE, Array
 
 EVEN = 1
 """The cell and all round it have the same labels, so no move from it pays."""
@@ -33,7 +33,7 @@ def seen_around(layers: Array) -> Array:
         is OUTSIDE.
     """
     num_layers, height, width = layers.shape
-    wide = jnp.pad(layers, ((0, 0), (1, 1), (1, 1)), mode="edge")
+    wide = jnp.pad(layers, ((0, 0), (1, 1), (1, 1)), constant_values=OUTSIDE)
 
     def bits_of_row(row: Array) -> Array:
         zero = jnp.int32(0)

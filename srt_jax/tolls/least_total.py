@@ -47,13 +47,12 @@ def least_total(
     """
     price = jnp.where(task.destroyable, task.removal_cost * toll[:, None], jnp.inf)
     one_map = functools.partial(_of_map, capacity=capacity, max_nodes=max_nodes)
-    args = (task.destroyable, price, task.start, task.goal, room, among)
+    args = (price, task.start, task.goal, room, among)
     return LeastTotal(*obstacles.of_all(one_map, task.labels, *args))
 
 
 def _of_map(
     labels: Labels,
-    may_go: Array,
     price: Array,
     start: Array,
     goal: Array,
@@ -67,7 +66,7 @@ def _of_map(
     num_obstacles = len(price)
     size = Size(*labels.all.shape[2:])
     # The units, in which the longest route over whatever can be opened is held.
-    openable = obstacles.open_cells(labels, may_go)
+    openable = obstacles.open_cells(labels, price < jnp.inf)
     scale = jnp.asarray(fixed_point.finest_scale_within(openable, size.width), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     tolls = entry.in_units(price, straight)

@@ -241,7 +241,7 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
 
         def improve(trial: _Trial) -> _Trial:
             move = lax.population_count((trial.left & -trial.left) - one)
-            to = at + read_apart(offset, move)
+            to = at + read(offset, move)
             is_new = read_apart(trial.after, to) == to
             after, before = unlinked(trial.after, trial.before, to)
             ring = ring_of(read_apart(keys, move), state.bucket)

@@ -10,8 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import apart
-from srt_jax.engine.in_place import read_apart, write
+from srt_jax.engine.in_place import read, write
 from srt_jax.moves import MOVES
 from srt_jax.tolls import entry
 from srt_jax.tolls.spread import UNREACHED, Ground, Size, square, tolls_at
@@ -46,14 +45,14 @@ def way_back(
     offset = jnp.array(offsets.astype(np.uint32))
     order = jnp.arange(8, dtype=jnp.uint32)
 
-    def move_before(labels: Array, tolls: Array, sums: Array, cell: Array) -> Array:
+    def move_before(cell: Array) -> Array:
         """The direction, among MOVES, of the cell before."""
-        nine = square(labels, cell, size)
+        nine = square(ground.labels, cell, size)
         paid = tolls_at(nine, tolls)
         doors = jnp.stack([entry.of_move(nine, paid, 4, i, is_back=True) for i in range(8)])
         there = square(sums, cell, size)
         there = jnp.concatenate([there[:4], there[5:]])
-        fits = (there < UNREACHED) & (there + lengths + doors == read_apart(sums, cell))
+        fits = (there < UNREACHED) & (there + lengths + doors == read(sums, cell))
         return jnp.min(jnp.where(fits, order, jnp.uint32(8)))
 
     # Beside a diagonal move back: the cell in its row, and that in its column.
@@ -63,20 +62,20 @@ def way_back(
     in_row, in_col = (jnp.array((part % 2**32).astype(np.uint32)) for part in beside.T)
 
     def step(walk: _Walk) -> _Walk:
-        move = apart(move_before)(ground.labels, tolls, sums, walk.cell)
+        move = move_before(walk.cell)
         move = jnp.minimum(move, jnp.uint32(7))
         needed = walk.needed
-        for step_to in (jnp.uint32(0), read_apart(in_row, move), read_apart(in_col, move)):
+        for step_to in (jnp.uint32(0), read(in_row, move), read(in_col, move)):
             cell = walk.cell + step_to
             for layer in range(ground.labels.shape[1]):
                 at = (cell, jnp.uint32(layer))
                 owner = lax.dynamic_slice(ground.labels, at, (1, 1))[0, 0]
                 owner = jnp.where(owner < 0, num_obstacles, owner).astype(jnp.uint32)
                 needed = write(needed, jnp.uint32(1), owner)
-        length = walk.length + read_apart(lengths, move)
-        return _Walk(walk.cell + read_apart(offset, move), needed, length)
+        length = walk.length + read(lengths, move)
+        return _Walk(walk.cell + read(offset, move), needed, length)
 
-    is_there = (goal != 0) & (read_apart(sums, goal) < UNREACHED)
+    is_there = (goal != 0) & (read(sums, goal) < UNREACHED)
     nothing = jnp.zeros(num_obstacles + 1, jnp.uint32)
     begin = _Walk(jnp.where(is_there, goal, ground.start), nothing, jnp.uint32(0))
     # Ends: the sums fall from cell to cell, down to the start.
