@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from srt_jax.removal_gradient import least_removal
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
+    from srt_jax.tolls.field import toll_to_come
     from srt_jax.types import Path, Solution, Status, Task
 
 __version__ = "0.1.0"
@@ -64,6 +65,7 @@ __all__ = [
     "stack",
     "story",
     "table",
+    "toll_to_come",
     "trace_path",
     "unstack",
     "why",
@@ -92,6 +94,7 @@ _MODULES = {
     "removal_gradient": ("least_removal",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
+    "tolls.field": ("toll_to_come",),
     "types": ("Path", "Solution", "Status", "Task"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
