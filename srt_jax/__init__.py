@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
     from srt_jax.tolls.field import toll_to_come
+    from srt_jax.total_gradient import least_total
+    from srt_jax.tradeoffs import tradeoffs
     from srt_jax.types import Path, Solution, Status, Task
 
 __version__ = "0.1.0"
@@ -50,6 +52,7 @@ __all__ = [
     "explain",
     "explanation",
     "least_removal",
+    "least_total",
     "make_task",
     "octile_distance",
     "path_cost",
@@ -67,6 +70,7 @@ __all__ = [
     "table",
     "toll_to_come",
     "trace_path",
+    "tradeoffs",
     "unstack",
     "why",
     "why_not",
@@ -95,6 +99,8 @@ _MODULES = {
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
     "tolls.field": ("toll_to_come",),
+    "total_gradient": ("least_total",),
+    "tradeoffs": ("tradeoffs",),
     "types": ("Path", "Solution", "Status", "Task"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
@@ -121,7 +127,9 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """This package, in which `check` is both a folder and the public function in it."""
+    """This package, in which `check` and `tradeoffs` are both modules and the public functions in
+    them.
+    """
 
     def __setattr__(self, name: str, value: object) -> None:
         """Importing a module binds it here under its name: a public function of that name stays."""

@@ -59,6 +59,10 @@ _EXAMPLES = {
         "srt-jax draw tasks.npz --only rooms-0003 --out loop.gif",
         "srt-jax draw tasks.npz --show sheet --out pictures",
     ),
+    "tradeoffs": (
+        "srt-jax tradeoffs city.map --start 3,5 --goal 200,310 --out front.png",
+        "srt-jax tradeoffs tasks.npz --rows 7:8 --tolls 1,5,20 --json",
+    ),
     "scen": (
         "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
         "srt-jax scen arena.map.scen --limit 100 --json",

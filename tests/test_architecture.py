@@ -25,7 +25,7 @@ FLOORS = {
         ("solver",),
         ("coalition",),
         ("draw",),
-        ("many_tasks", "removal_gradient", "answers", "envs"),
+        ("many_tasks", "removal_gradient", "total_gradient", "tradeoffs", "answers", "envs"),
         ("dataset",),
         ("bench",),
         ("commands",),

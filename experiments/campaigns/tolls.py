@@ -38,8 +38,12 @@ def is_near(one: float, other: float) -> bool:
 def judge(tally: Tally, title: str, task: Task, toll: float, answer: Solution, best: Best) -> None:
     """Judges one answer by the optimum."""
     status = Status(int(answer.status))
-    tally.judge("replay", not (p := check(task, answer, mode="shortest", toll=toll)), f"{title} {p}")
-    tally.judge("status", status.is_solved == bool(np.isfinite(best.total)), f"{title} {status.name}")
+    tally.judge(
+        "replay", not (p := check(task, answer, mode="shortest", toll=toll)), f"{title} {p}"
+    )
+    tally.judge(
+        "status", status.is_solved == bool(np.isfinite(best.total)), f"{title} {status.name}"
+    )
     total, bound = float(answer.total), float(answer.total_bound)
     if not status.is_solved:
         tally.judge("bound is inf without a way", bound == np.inf, title)
@@ -89,7 +93,9 @@ def main() -> int:
             judge_sums(tally, title, task, price)
             if index % 20 == 0:
                 alone = solve(task, mode="shortest", toll=toll, **room)
-                same = all((np.asarray(getattr(alone, n)) == getattr(answer, n)).all() for n in _SAME)
+                same = all(
+                    (np.asarray(getattr(alone, n)) == getattr(answer, n)).all() for n in _SAME
+                )
                 tally.judge("alone as in the batch", same, title)
     print(tally)
     number = each * len(KINDS)

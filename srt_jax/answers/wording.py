@@ -271,7 +271,9 @@ def _total_in_words(total: dict[str, Any]) -> str:
 
 
 def _how_sure(total: dict[str, Any]) -> str:
-    return ", proven least" if total["is_proven"] else f", the least is at least {total['bound']:.1f}"
+    return (
+        ", proven least" if total["is_proven"] else f", the least is at least {total['bound']:.1f}"
+    )
 
 
 def _why_unsolvable(num_destroyable: int, separating: list[int]) -> str:

@@ -98,7 +98,9 @@ def check(
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
-        problems += [name + problem for problem in _check_one(one_task, one_solution, mode, tolls[index])]
+        problems += [
+            name + problem for problem in _check_one(one_task, one_solution, mode, tolls[index])
+        ]
     return problems
 
 

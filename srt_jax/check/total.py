@@ -103,7 +103,9 @@ def _length(free: np.ndarray, start: Cell, goal: Cell) -> float:
         for down in (-stride, 0, stride):
             for right in (-1, 0, 1):
                 to = cell + down + right
-                if to == cell or not (is_open[to] and is_open[cell + down] and is_open[cell + right]):
+                if to == cell or not (
+                    is_open[to] and is_open[cell + down] and is_open[cell + right]
+                ):
                     continue
                 length = here + (_ROOT if down and right else 1.0)
                 if length < lengths.get(to, np.inf):

@@ -53,8 +53,8 @@ def toll_to_come(labels: Array, toll: Array, start: Array) -> Array:
       >>> free = np.ones((5, 7), bool)
       >>> free[:, 3] = False  # a wall from edge to edge
       >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
-      >>> print(srt_jax.toll_to_come(task.labels, np.array([2.5], np.float32), task.start)[2].round(3))
-      [0.  1.  2.  5.5 6.5 7.5 8.5]
+      >>> print(srt_jax.toll_to_come(task.labels, np.array([20], np.float32), task.start)[2])
+      [ 0.  1.  2. 23. 24. 25. 26.]
     """
     start, toll = arguments.as_cells("start", start), arguments.as_floats("toll", toll, core_rank=1)
     if getattr(labels, "dtype", None) != np.int32:

@@ -126,7 +126,10 @@ def nine_moves(ground: Ground) -> Array:
     """Returns the lengths of the moves to the nine cells round one, 0 to itself: uint32 [9]."""
     is_move, is_diagonal = (
         jnp.array(np.array([test(down, right) for down, right in STEPS]))
-        for test in (lambda down, right: bool(down or right), lambda down, right: bool(down and right))
+        for test in (
+            lambda down, right: bool(down or right),
+            lambda down, right: bool(down and right),
+        )
     )
     length = jnp.where(is_diagonal, ground.diagonal, ground.straight)
     return jnp.where(is_move, length, jnp.uint32(0))

@@ -56,9 +56,7 @@ def way_back(
         return jnp.min(jnp.where(fits, order, jnp.uint32(8)))
 
     # Beside a diagonal move back: the cell in its row, and that in its column.
-    beside = np.array(
-        [[b, a * size.stride] if a and b else [0, 0] for a, b in MOVES], np.int64
-    )
+    beside = np.array([[b, a * size.stride] if a and b else [0, 0] for a, b in MOVES], np.int64)
     in_row, in_col = (jnp.array((part % 2**32).astype(np.uint32)) for part in beside.T)
 
     def step(walk: _Walk) -> _Walk:
