@@ -37,10 +37,11 @@ def solve_many(
     list for no task.
 
     Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per
-    group. `toll` is one for all, or one for each task. `progress` is called with the number of tasks finished after each batch. Other arguments
-    and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
-    so unlike there `cells` is no longer than that. The work is done on JAX's default device,
-    whatever device the tasks lie on: `with jax.default_device(device):` chooses another.
+    group. `toll` is one for all, or one for each task. `progress` is called with the number of
+    tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells`
+    the routes are given as much room as they need, so unlike there `cells` is no longer than that.
+    The work is done on JAX's default device, whatever device the tasks lie on: `with
+    jax.default_device(device):` chooses another.
 
     Examples:
       >>> import numpy as np

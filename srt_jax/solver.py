@@ -89,9 +89,10 @@ def solve(
         as any shortest path on a map of this shape can need (three quarters of its cells); give
         less to save memory on large batches of large maps.
       max_branches: modes "least" and "shortest" only: choices of obstacles looked into before the
-        best answer so far is returned. In mode "least", where every obstacle is connected by sides and no two overlap, one more
-        than must be destroyed is enough; in mode "shortest" one is enough where every obstacle is
-        a rectangle and no two overlap; else more close more gaps between cost and bound.
+        best answer so far is returned. In mode "least", where every obstacle is connected by sides
+        and no two overlap, one more than must be destroyed is enough; in mode "shortest" one is
+        enough where every obstacle is a rectangle and no two overlap; else more close more gaps
+        between cost and bound.
 
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of
@@ -142,8 +143,8 @@ def solve(
 
 
 def _default_room(height: int, width: int, mode: str) -> int:
-    """Returns room for any route of modes "least" and "shortest", a shortest path; the legs of the paper's loop may
-    add up to more.
+    """Returns room for any route of modes "least" and "shortest", a shortest path; the legs of the
+    paper's loop may add up to more.
     """
     return max_path_cells(height, width) * (1 if mode in ("least", "shortest") else 2)
 

@@ -21,8 +21,8 @@ def tradeoffs(
     max_destroyed: int = 8,
     max_branches: int = MAX_BRANCHES,
 ) -> list[Tradeoff]:
-    """Returns the front of (length, removal cost) pairs of one task, the shortest route first; empty
-    where no toll leads to a route.
+    """Returns the front of (length, removal cost) pairs of one task, the shortest route first;
+    empty where no toll leads to a route.
 
     Every toll is a task of one batch, solved in mode "shortest". So the front holds its supported
     points, those that are best at some toll, as far as the tolls tried lie between theirs; others,

@@ -100,8 +100,8 @@ def main() -> int:
     print(tally)
     number = each * len(KINDS)
     print(
-        f"{number} tasks: {proven} totals proven, {broken} times broken through though a path exists."
-        f" Solved in {took[0]:.1f} s, brute force in {took[1]:.1f} s"
+        f"{number} tasks: {proven} totals proven, {broken} times broken through though a path"
+        f" exists. Solved in {took[0]:.1f} s, brute force in {took[1]:.1f} s"
     )
     return int(tally.num_wrong > 0)
 

@@ -34,13 +34,13 @@ def explanation(
     obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
     removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven,
     toll, way_round} of mode "shortest", else None: in cell sides or metres, `toll` what was paid in
-    all, `way_round` the length of the shortest path with nothing destroyed or None; num_needed, the obstacles that
-    have to go where max_destroyed is less, else None; route {num_cells, length, relocation} or
-    None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With `what_if` also
-    if_firm: for each obstacle destroyed how the task would end if it were indestructible {id,
-    status, destroyed, removal_cost}; and alternatives: the other sets of obstacles found so,
-    cheapest first. What is seen is named from where the agent starts; `sector` is four pairs (r,
-    phi), `square` (centre (x, y), side).
+    all, `way_round` the length of the shortest path with nothing destroyed or None; num_needed, the
+    obstacles that have to go where max_destroyed is less, else None; route {num_cells, length,
+    relocation} or None; plan [{act, obstacle, from, to, cells, relocation}]; separating [ids]. With
+    `what_if` also if_firm: for each obstacle destroyed how the task would end if it were
+    indestructible {id, status, destroyed, removal_cost}; and alternatives: the other sets of
+    obstacles found so, cheapest first. What is seen is named from where the agent starts; `sector`
+    is four pairs (r, phi), `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.

@@ -21,8 +21,9 @@ _MOST_CELLS = 750
 def draw_tradeoffs(
     task: Task, front: Sequence[Tradeoff], path: str | os.PathLike, *, title: str = ""
 ) -> None:
-    """Writes a picture of a front: the routes on the map, and beside it length against removal cost,
-    each point in the colour of its route; the ending of `path` decides the format, as in `draw`.
+    """Writes a picture of a front: the routes on the map, and beside it length against removal
+    cost, each point in the colour of its route; the ending of `path` decides the format, as in
+    `draw`.
 
     Raises:
       ImportError: matplotlib is missing. ValueError: no point, a batch, or another ending.

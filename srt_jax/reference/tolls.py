@@ -1,5 +1,5 @@
-"""Length and tolls by a heap: the least sum to every cell, and the least over every set of obstacles
-paid once.
+"""Length and tolls by a heap: the least sum to every cell, and the least over every set of
+obstacles paid once.
 """
 
 from heapq import heappop, heappush
@@ -22,8 +22,8 @@ def least_sums(
     straight: int = 5741,
     diagonal: int = 8119,
 ) -> np.ndarray:
-    """Returns the least sum of length and tolls from `start` to each cell, inf where none leads; all
-    inf from a start that lies outside or that an obstacle covers.
+    """Returns the least sum of length and tolls from `start` to each cell, inf where none leads;
+    all inf from a start that lies outside or that an obstacle covers.
 
     A move pays for every obstacle that it needs gone (those on the cell entered, and on a diagonal
     those on the two cells beside it) unless the cell left lies in that obstacle.
@@ -74,7 +74,8 @@ def least_sums(
 class Best(NamedTuple):
     """The least total of length and tolls, each obstacle paid once.
 
-    total: in cell sides, inf where nothing helps. length: of a route of that total. destroyed: a set
+    total: in cell sides, inf where nothing helps. length: of a route of that total. destroyed: a
+    set
       that it takes, ids ascending.
     """
 
@@ -90,7 +91,8 @@ def brute_force_total(
     start: tuple[int, int],
     goal: tuple[int, int],
 ) -> Best:
-    """Returns the least length + tolls of what is destroyed, by a search for every set of obstacles.
+    """Returns the least length + tolls of what is destroyed, by a search for every set of
+    obstacles.
 
     Args:
       labels: as for `least_sums`. destroyable: bool [M], at most MAX_DESTROYABLE True.

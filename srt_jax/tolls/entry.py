@@ -1,5 +1,5 @@
-"""What a move pays at the door: the tolls of the obstacles that it needs gone and that the cell left
-does not lie in.
+"""What a move pays at the door: the tolls of the obstacles that it needs gone and that the cell
+left does not lie in.
 
 A move needs every owner of the cell entered gone, and on a diagonal the owners of both cells beside
 it: that is the library's rule for an obstacle destroyed. So whoever walks inside an obstacle has

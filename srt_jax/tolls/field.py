@@ -21,16 +21,16 @@ from srt_jax.types import FREE, OUTSIDE, Array
 
 
 def toll_to_come(labels: Array, toll: Array, start: Array) -> Array:
-    """Returns the least sum of length and tolls from `start` to each cell; inf where none leads, and
-    everywhere if the start is covered.
+    """Returns the least sum of length and tolls from `start` to each cell; inf where none leads,
+    and everywhere if the start is covered.
 
-    A move pays the toll of every obstacle that it needs gone and that the cell left does not lie in:
-    those that cover the cell entered, and on a diagonal those that cover a cell beside it, as the
-    library's corner rule wants them gone. So an obstacle that is left and entered again is paid
+    A move pays the toll of every obstacle that it needs gone and that the cell left does not lie
+    in: those that cover the cell entered, and on a diagonal those that cover a cell beside it, as
+    the library's corner rule wants them gone. So an obstacle that is left and entered again is paid
     again: what one way costs with everything paid once, `solve` with mode "shortest" finds.
 
-    Sums are whole numbers of the map's fixed point, tolls rounded to it (1/5741 cell side on maps of
-    up to 700 cells a side), so they do not depend on order, batch or machine; with no obstacle
+    Sums are whole numbers of the map's fixed point, tolls rounded to it (1/5741 cell side on maps
+    of up to 700 cells a side), so they do not depend on order, batch or machine; with no obstacle
     entered they are the lengths of `cost_to_come`. Sums from about 370,000 cell sides on count as
     inf.
 

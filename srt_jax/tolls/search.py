@@ -1,11 +1,12 @@
 """Break or go round: the least sum of a route's length and of the tolls of what it destroys.
 
-Who pays a toll at each entry into an obstacle (`spread`) pays too much where a way enters one twice:
-the obstacle is destroyed once. The least sum with such tolls is therefore a way, and what it costs
-with every toll paid once an upper bound, found by the first search. A lower bound is the least sum
-with entries free of charge, but for the obstacles that no least way enters twice (`shapes`), which
-keep their tolls. So the first answer is the best where every obstacle is of that kind, or where the
-others' tolls are too dear beside what a straight line could save. Else branch and bound:
+Who pays a toll at each entry into an obstacle (`spread`) pays too much where a way enters one
+twice: the obstacle is destroyed once. The least sum with such tolls is therefore a way, and what it
+costs with every toll paid once an upper bound, found by the first search. A lower bound is the
+least sum with entries free of charge, but for the obstacles that no least way enters twice
+(`shapes`), which keep their tolls. So the first answer is the best where every obstacle is of that
+kind, or where the others' tolls are too dear beside what a straight line could save. Else branch
+and bound:
 
 - a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is paid
   and the least sum with the others free or at their tolls as above;
@@ -53,8 +54,8 @@ class _Nodes(NamedTuple):
 
 
 class _State(NamedTuple):
-    """num: int32 [], searches done. low: uint32 [], the least bound of the open nodes. at: int32 [],
-    the node that is next."""
+    """num: int32 [], searches done. low: uint32 [], the least bound of the open nodes. at: int32
+    [], the node that is next."""
 
     num: Array
     nodes: _Nodes

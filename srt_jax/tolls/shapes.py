@@ -1,12 +1,12 @@
 """Which obstacles no least way enters twice: rectangles that nothing else covers.
 
 Take a way that needs such an obstacle gone at several moves, the first from u, the last to v. With
-the obstacle gone a straight line of the octile metric leads through the rectangle from where the way
-first meets it to where it last does, and none is shorter: where it enters, the cell entered; where
-it only cuts a corner, the cell of that corner, reached by one straight move, which is less than the
-diagonal. So what lies between u and v can be replaced by a way that is no longer, stays in the
-rectangle, needs nothing else gone, and pays once. One obstacle after the other: what replaces the
-way at one meets no other obstacle, so it pays no other a second time.
+the obstacle gone a straight line of the octile metric leads through the rectangle from where the
+way first meets it to where it last does, and none is shorter: where it enters, the cell entered;
+where it only cuts a corner, the cell of that corner, reached by one straight move, which is less
+than the diagonal. So what lies between u and v can be replaced by a way that is no longer, stays in
+the rectangle, needs nothing else gone, and pays once. One obstacle after the other: what replaces
+the way at one meets no other obstacle, so it pays no other a second time.
 
 Of any other shape the way through the inside may be longer than leaving it and coming back.
 """

@@ -40,8 +40,8 @@ class Ground(NamedTuple):
     """What does not change while tolls do: of a map with a border that is OUTSIDE, N cells in all.
 
     labels: int32 [N, L]; no cell has one label in two layers. seen: uint8 [N], bits of `around`.
-      left: uint32 [N], the length of the way to the goal at least. straight, diagonal: uint32 [], lengths of moves. start, goal:
-      uint32 [], cells, 0 for none.
+      left: uint32 [N], the length of the way to the goal at least. straight, diagonal: uint32 [],
+      lengths of moves. start, goal: uint32 [], cells, 0 for none.
     """
 
     labels: Array
@@ -71,8 +71,8 @@ class Size(NamedTuple):
 def ground_of(
     labels: Array, straight: Array, diagonal: Array, start: Array, goal: Array, size: Size
 ) -> Ground:
-    """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]; goal likewise, outside
-    the map where there is none.
+    """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]; goal likewise,
+    outside the map where there is none.
     """
     # What a cell has twice is left out.
     layers = [labels[0]]
@@ -101,7 +101,9 @@ def _octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
 
 
 def place(cell: Array, size: Size) -> Array:
-    """Returns a cell, int32 [2], as a place in the bordered map, uint32; 0 where it lies outside."""
+    """Returns a cell, int32 [2], as a place in the bordered map, uint32; 0 where it lies
+    outside.
+    """
     row, col = cell[0], cell[1]
     is_inside = (row >= 0) & (row < size.height) & (col >= 0) & (col < size.width)
     at = (row + 1) * size.stride + col + 1
@@ -177,7 +179,9 @@ class _Rings(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """left: uint32 [], a bit for each of MOVES that improves its cell; the others as in `_Rings`."""
+    """left: uint32 [], a bit for each of MOVES that improves its cell; the others as in
+    `_Rings`.
+    """
 
     left: Array
     num_waiting: Array
@@ -235,7 +239,8 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         )
         keys = totals + square(ground.left, at, size)
 
-        # The moves that improve a cell; one that is here early, from a bucket too far off, goes back.
+        # The moves that improve a cell; one that is here early, from a bucket too far off, goes
+        # back.
         is_better = (totals < apart(square_of(size))(state.sums, at)) & (keys <= state.limit)
         mask = jnp.sum((is_better & is_move).astype(jnp.uint32) << order, dtype=jnp.uint32)
         is_early = (keys[_MIDDLE] >> bits) > state.bucket
