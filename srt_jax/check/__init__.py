@@ -99,7 +99,8 @@ def check(
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
         problems += [
-            name + problem for problem in _check_one(one_task, one_solution, mode, tolls[index])
+            name + problem
+            for problem in _check_one(one_task, one_solution, mode, float(tolls[index]))
         ]
     return problems
 
@@ -223,9 +224,9 @@ def _status_problems(
         limit_met &= is_too_long or solution.num_destroyed > len(solution.destroyed)
     if status is truth or (status is Status.BUDGET_SPENT and limit_met):
         return []
-    if status is Status.BROKE_THROUGH and truth is Status.PATH_EXISTS:
-        if mode in (None, "shortest") and solution.num_destroyed > 0:
-            return []
+    breaks = mode in (None, "shortest") and solution.num_destroyed > 0
+    if status is Status.BROKE_THROUGH and truth is Status.PATH_EXISTS and breaks:
+        return []
     if status is Status.STOPPED_SHORT and truth is Status.SOLVED and mode in (None, "literal"):
         return []
     return [f"status is {status.name}, but the truth is {truth.name}: {truth.meaning}"]

@@ -1,4 +1,4 @@
-"""What the judge finds out about totals by itself: the sum of length and tolls, and routes for less.
+"""What the judge finds out about totals by itself: sums of length and tolls, and routes for less.
 
 A host's Dijkstra on maps where some obstacles are gone; it decides nothing that a kernel decided.
 """
@@ -30,7 +30,7 @@ def total_problems(
     goal: Cell,
     toll: float,
 ) -> list[str]:
-    """What is wrong with `total` and `total_bound` of a solution with a route, of mode "shortest"."""
+    """What is wrong with `total` and `total_bound` of a route of mode "shortest"."""
     ids = solution.destroyed[: max(0, int(solution.num_destroyed))].tolist()
     ids = [i for i in ids if 0 <= i < len(task.destroyable)]
     tolls = np.asarray(task.removal_cost, float) * float(toll)
@@ -65,13 +65,14 @@ def total_problems(
             )
         if list(chosen) == sorted(ids) and length < float(solution.cost) * (1 - _RELATIVE):
             problems.append(
-                f"the route is {solution.cost} long, but one of {length:.4f} needs no more destroyed"
+                f"the route is {solution.cost} long, but one of {length:.4f} needs no more"
+                " destroyed"
             )
     return problems
 
 
 def _sets(task: SimpleNamespace, ids: list[int]) -> Iterator[tuple[int, ...]]:
-    """What the solution destroys, nothing, that but one; then sets of all sizes, small ones first."""
+    """What the solution destroys, nothing, all of it but one; then all sets, small ones first."""
     yield tuple(sorted(ids))
     yield ()
     yield from combinations(sorted(ids), len(ids) - 1) if ids else ()

@@ -50,7 +50,10 @@ def solve(
         float | None,
         typer.Option(
             metavar="CELLS",
-            help="With --mode shortest: the detour that one unit of removal cost is worth. [default: 1]",
+            help=(
+                "With --mode shortest: the detour that one unit of removal cost is worth."
+                " Default: 1."
+            ),
             show_default=False,
         ),
     ] = None,

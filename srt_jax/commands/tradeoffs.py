@@ -1,4 +1,4 @@
-"""`srt-jax tradeoffs`: what breaking through is worth, as a table, JSON and a plot with the routes."""
+"""`srt-jax tradeoffs`: what breaking through is worth, as a table, JSON and a plot of the routes."""
 
 import pathlib
 from typing import Annotated, Any
@@ -62,7 +62,8 @@ def tradeoffs(
     tasks, _, _ = options.read_all([path], read, quiet=as_json)
     if len(tasks) != 1:
         raise ValueError(
-            f"{path} holds {len(tasks)} tasks: tradeoffs takes one, choose it with --rows or --limit"
+            f"{path} holds {len(tasks)} tasks: tradeoffs takes one, choose it with --rows or"
+            " --limit"
         )
     name, task = tasks[0]
     with waiting("weighing", quiet=as_json):

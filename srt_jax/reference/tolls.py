@@ -62,9 +62,10 @@ def least_sums(
             if down and right:
                 needed = needed | owners[row][to[1]] | owners[to[0]][col]
             tolls = [price[i] for i in needed - owners[row][col]]
+            paid = sum(toll for toll in tolls if toll is not None)
             if None in tolls:
                 continue
-            cost = here + (diagonal if down and right else straight) + sum(tolls)
+            cost = here + (diagonal if down and right else straight) + paid
             if cost < best.get(to, cost + 1):
                 best[to] = cost
                 heappush(heap, (cost, *to))

@@ -29,9 +29,8 @@ def seen_around(layers: Array) -> Array:
     """Returns the bits of each cell: uint8 [rows, columns].
 
     Args:
-      layers: int32 [L, rows, columns], no cell with one label in two layers; labels of a border
-      that
-        is OUTSIDE.
+      layers: int32 [L, rows, columns], no cell with one label in two layers, with a border
+        that is OUTSIDE.
     """
     num_layers, height, width = layers.shape
     wide = jnp.pad(layers, ((0, 0), (1, 1), (1, 1)), constant_values=OUTSIDE)

@@ -8,13 +8,13 @@ least sum with entries free of charge, but for the obstacles that no least way e
 kind, or where the others' tolls are too dear beside what a straight line could save. Else branch
 and bound:
 
-- a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is paid
-  and the least sum with the others free or at their tolls as above;
+- a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is
+  paid and the least sum with the others free or at their tolls as above;
 - the way of that sum costs so much with every toll paid once: an answer, perhaps the best so far;
 - what it takes free of charge may be paid more in truth: the dearest of these obstacles is gone in
   one child, at its toll, and stays in the other;
-- an obstacle free of charge stays, too, where the bound and its toll together are no better than the
-  best answer.
+- an obstacle free of charge stays, too, where the bound and its toll together are no better than
+  the best answer.
 
 The node of the least bound is next, the latest of several. If the nodes allowed do not suffice, the
 least bound of those left is proven all the same. Sums are whole numbers, so nothing is rounded but
