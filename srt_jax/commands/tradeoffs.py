@@ -1,4 +1,4 @@
-"""`srt-jax tradeoffs`: what breaking through is worth, as a table, JSON and a plot of the routes."""
+"""`srt-jax tradeoffs`: what breaking through is worth, as a table, JSON and a picture of routes."""
 
 import pathlib
 from typing import Annotated, Any
