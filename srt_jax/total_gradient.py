@@ -64,7 +64,8 @@ def least_total(
             for primal, tangent in zip((cost, toll), tangents)
         )
         ids = jnp.arange(cost.shape[-1], dtype=jnp.int32)
-        is_gone = (destroyed[..., None, :] == ids[:, None]).any(axis=-1)
+        ids = ids.reshape((1,) * (destroyed.ndim - 1) + (-1, 1))
+        is_gone = (destroyed[..., None, :] == ids).any(axis=-1)
         along = toll * jnp.where(is_gone, by_cost, 0).sum(axis=-1)
         along = along + jnp.where(jnp.isfinite(removal), removal, 0) * by_toll
         nothing = np.zeros(destroyed.shape, float0)

@@ -18,7 +18,7 @@ def walls():
 
 
 def test_points_are_sorted_and_none_is_better_than_another_in_both(walls):
-    front = tradeoffs(walls)
+    front = tradeoffs(walls, tolls=(1, 3, 5, 20, 40))
     assert len(front) == 3 and {point.destroyed for point in front} == {(0, 1), (1,), ()}
     lengths, costs = ([point[i] for point in front] for i in (0, 1))
     assert lengths == sorted(lengths) and costs == sorted(costs, reverse=True)

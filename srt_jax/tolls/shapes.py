@@ -36,7 +36,8 @@ def rectangles(labels: Array, seen: Array, stride: int, num_obstacles: int) -> A
     nothing = jnp.zeros(num_obstacles + 1, jnp.uint32)
     if not runs_in_place():
         at = jnp.where(labels >= 0, labels, num_obstacles)
-        return nothing.at[at].add(faults[:, None])[:num_obstacles] <= 1
+        more = jnp.broadcast_to(faults[:, None], labels.shape)
+        return nothing.at[at].add(more)[:num_obstacles] <= 1
 
     def visit(num: Array, row: Array, col: Array, is_set: Array) -> Array:
         place = jnp.where(is_set, row * jnp.uint32(stride) + col, jnp.uint32(0))

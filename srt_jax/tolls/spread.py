@@ -96,7 +96,7 @@ def _octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
     """The octile distance of each cell to the goal, in units: uint32 [N]."""
     rows = jnp.abs(jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]).astype(jnp.uint32)
     cols = jnp.abs(jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]).astype(jnp.uint32)
-    low, high = jnp.minimum(rows[:, None], cols), jnp.maximum(rows[:, None], cols)
+    low, high = jnp.minimum(rows[:, None], cols[None]), jnp.maximum(rows[:, None], cols[None])
     return (high * straight + low * (diagonal - straight)).reshape(-1)
 
 

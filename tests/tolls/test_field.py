@@ -67,10 +67,10 @@ def test_where_nothing_may_be_entered_the_sums_are_lengths(batch):
 
 
 def test_a_wall_is_paid_once_and_a_comb_at_every_tooth():
-    labels = np.full((1, 7, 9), -1, np.int32)
-    labels[0, :, 2] = labels[0, :, 6] = labels[0, 0, 2:7] = 0  # one obstacle, open below
-    sums = toll_to_come(labels, np.array([5], np.float32), np.array([3, 0], np.int32))
-    assert sums[3].tolist() == [0, 1, 7, 8, 9, 10, 16, 17, 18]
+    labels = np.full((1, 12, 9), -1, np.int32)
+    labels[0, :, 2] = labels[0, :, 6] = labels[0, 0, 2:7] = 0  # teeth down from a bar
+    sums = toll_to_come(labels, np.array([5], np.float32), np.array([9, 0], np.int32))
+    assert sums[9].tolist() == [0, 1, 7, 8, 9, 10, 16, 17, 18]
 
 
 def test_a_corner_that_is_cut_is_paid():

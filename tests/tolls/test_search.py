@@ -27,6 +27,10 @@ def cases():
     return tasks, tolls, answers, optima
 
 
+def one_of(record, index):
+    return jax.tree.map(lambda array: array[index], record)
+
+
 def test_totals_are_the_optima_and_proven(cases):
     tasks, _, answers, optima = cases
     assert {Status(s) for s in answers.status.tolist()} >= {
@@ -45,8 +49,7 @@ def test_every_answer_is_replayed_and_a_wrong_total_is_noticed(cases):
     batch = stack(tasks)
     assert check(batch, answers, mode="shortest", toll=tolls) == []
     index = int(np.argmax(answers.status == Status.BROKE_THROUGH))
-    task, toll = tasks[index], float(tolls[index])
-    answer = solve_many(tasks, mode="shortest", toll=tolls.tolist())[index]
+    task, answer, toll = one_of(batch, index), one_of(answers, index), float(tolls[index])
     total = np.float32(answer.total)
     for wrong, message in (
         ({"total": total + 1, "total_bound": total}, "total is"),
@@ -56,12 +59,13 @@ def test_every_answer_is_replayed_and_a_wrong_total_is_noticed(cases):
         problems = check(task, answer.replace(**wrong), mode="shortest", toll=toll)
         assert any(message in problem for problem in problems), (wrong, problems)
     # An answer for another toll, said to be proven for this one: a route for less refutes it.
-    other = solve_many(tasks, mode="shortest", toll=1000.0)[index]
+    other = one_of(jax.device_get(solve(batch, mode="shortest", toll=1000.0)), index)
     paid = np.float32(other.cost + toll * other.removal_cost)
     problems = check(task, other.replace(total=paid, total_bound=paid), mode="shortest", toll=toll)
     assert any("gone a route of" in problem for problem in problems)
 
 
+@pytest.mark.slow
 def test_the_bound_of_one_search_holds_and_is_tight_on_rectangles(cases):
     tasks, tolls, _, optima = cases
     firsts = solve(stack(tasks), mode="shortest", toll=tolls, max_branches=1)
@@ -72,6 +76,7 @@ def test_the_bound_of_one_search_holds_and_is_tight_on_rectangles(cases):
             assert bound == pytest.approx(best.total, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_task_alone_in_a_list_and_under_vmap_has_the_bits_of_the_batch(cases):
     tasks, tolls, answers, _ = cases
     many = solve_many(tasks, mode="shortest", toll=tolls.tolist())
@@ -85,6 +90,7 @@ def test_a_task_alone_in_a_list_and_under_vmap_has_the_bits_of_the_batch(cases):
             np.testing.assert_array_equal(one, getattr(answers, name)[index], name)
 
 
+@pytest.mark.slow
 def test_all_cells_at_once_give_the_same_answers(cases, monkeypatch):
     tasks, tolls, answers, _ = cases
     monkeypatch.setenv("SRT_JAX_PLAIN", "1")
@@ -107,15 +113,27 @@ def test_without_tolls_the_way_is_the_shortest_and_with_high_ones_the_removal_th
         assert float(free.cost[index]) == length, index
 
 
-def test_a_far_gap_is_passed_by_where_a_wall_is_cheap_and_the_words_say_so():
-    free = np.ones((12, 12), bool)
-    free[:11, 6] = False
-    task = make_task(free, (0, 4), (0, 8))
-    cheap, dear = (solve(task, mode="shortest", toll=toll) for toll in (3.0, 30.0))
+def test_a_far_gap_is_passed_by_where_a_wall_is_cheap_and_the_words_say_so(cases):
+    labels = np.full((2, 12, 12), -1)
+    labels[0, :11, 6] = 0
+    task = make_task(labels, (0, 4), (0, 8))
+    number = len(cases[0])  # the program of the other tests
+    tolls = np.where(np.arange(number) % 2, 30, 3).astype(np.float32)
+    answers = jax.device_get(solve(stack([task] * number), mode="shortest", toll=tolls))
+    cheap, dear = one_of(answers, 0), one_of(answers, 1)
     assert Status(int(cheap.status)) is Status.BROKE_THROUGH and float(cheap.total) == 7
     assert "breaking obstacle 0 saves" in explain(task, cheap)
     assert Status(int(dear.status)) is Status.PATH_EXISTS
     assert "Going round is cheaper" in explain(task, dear)
+
+
+def test_batches_of_other_sizes_hold_the_same_answers(cases):
+    tasks, tolls, answers, _ = cases
+    few = jax.device_get(solve(stack(tasks[:3]), mode="shortest", toll=tolls[:3]))
+    for name in SAME:
+        same = np.asarray(getattr(answers, name))[:3]
+        cut = tuple(slice(0, side) for side in getattr(few, name).shape)
+        np.testing.assert_array_equal(getattr(few, name), same[cut], name)
 
 
 def test_a_toll_that_makes_no_sense_is_refused():
