@@ -4,10 +4,10 @@
 
 Tasks between random free cells of the largest part of MovingAI's street maps of 256 x 256 (the
 first 12 by name of those in the folder street/ of the directory that SRT_SHARED_DATA names),
-farther apart than 0.8 of the side; every building is an 8-connected obstacle of removal cost 1. A row per
-toll: the share of routes that are cheaper with something destroyed, what is saved on average, how
-many buildings a route destroys, how many totals are proven, and the time of a task beside that of a
-complete answer of mode "least" in the same run.
+farther apart than 0.8 of the side; every building is an 8-connected obstacle of removal cost 1. A
+row per toll: the share of routes that are cheaper with something destroyed, what is saved on
+average, how many buildings a route destroys, how many totals are proven, and the time of a task
+beside that of a complete answer of mode "least" in the same run.
 """
 
 import argparse

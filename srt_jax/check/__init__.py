@@ -69,7 +69,7 @@ def check(
         destroy nothing needless, and say which limit they met; mode "shortest" may destroy though a
         path exists; the loop of the other modes destroys what it meets before it knows the rest of
         the way.
-      toll: of `solve`, where the mode is "shortest": one, or one for each task of a batch.
+      toll: of `solve`, where the mode is "shortest": a number, or float [...], one for each task.
 
     Returns:
       list of str; for a batch each begins with the task's index: "task 3: ".
