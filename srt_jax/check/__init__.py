@@ -11,7 +11,7 @@ import numpy as np
 
 from srt_jax.check.bound import bound_problems, needless_problems
 from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
-from srt_jax.check.total import total_problems
+from srt_jax.check.total import presence_problems, total_problems
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
 from srt_jax.types import OUTSIDE, Solution, Status, Task
 
@@ -164,6 +164,7 @@ def _check_one(
     problems += _proof_problems(status, task, solution, labels, start, goal)
     if truth is Status.SOLVED and solution.removal_bound > 0:
         problems += bound_problems(task, solution, labels, start, goal)
+    problems += presence_problems(solution, start, goal, mode, has_route=status.is_solved)
     if not status.is_solved:
         return problems + _no_route_problems(status, solution)
     if mode == "shortest":
@@ -316,8 +317,6 @@ def _no_route_problems(status: Status, solution: SimpleNamespace) -> list[str]:
         "removal_bound": (
             solution.removal_bound >= 0 if may_be_solvable else solution.removal_bound == np.inf
         ),
-        "total": solution.total in (0, np.inf),
-        "total_bound": solution.total_bound >= 0,
         "plan": (solution.plan == -1).all(),
         "plan_at": (solution.plan_at == -1).all(),
     }

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from srt_jax.check.floods import free_cells, holds_at
+from srt_jax.types import Status
 
 _RELATIVE = 1e-5
 _MOST_CELLS = 2**15
@@ -43,11 +44,6 @@ def total_problems(
             f"total is {solution.total}, but the route and the tolls of what it destroys come to"
             f" {true:.6f}"
         )
-    if not 0 <= solution.total_bound <= solution.total:
-        problems.append(
-            f"total_bound is {solution.total_bound}, but must lie between 0 and the total"
-            f" {solution.total}"
-        )
     # Routes that would refute the bound: around everything, and with the sets that are tried gone.
     searches = _MOST_CELLS // labels[0].size
     for number, chosen in enumerate(_sets(task, ids)):
@@ -69,6 +65,33 @@ def total_problems(
                 " destroyed"
             )
     return problems
+
+
+def presence_problems(
+    solution: SimpleNamespace, start: Cell, goal: Cell, mode: str | None, *, has_route: bool
+) -> list[str]:
+    """Whether `total` and `total_bound` are there where they must be, whatever the toll: 0 in the
+    modes that look at none, else no less than the route, and the bound no less than a straight
+    line.
+    """
+    total, bound = float(solution.total), float(solution.total_bound)
+    rows, cols = (abs(a - b) for a, b in zip(start, goal))
+    straight = (max(rows, cols) + (_ROOT - 1) * min(rows, cols)) * (1 - _RELATIVE)
+    is_none = total == bound == 0
+    if has_route:
+        length, pays = float(solution.cost), solution.num_destroyed > 0
+        is_whole = total >= length * (1 - _RELATIVE) and straight <= bound <= total
+        is_whole &= bool(pays or total <= length * (1 + _RELATIVE))
+    else:
+        is_budget = solution.status == Status.BUDGET_SPENT
+        is_whole = total == np.inf and (bound == np.inf or (is_budget and bound >= straight))
+    if {"shortest": is_whole, None: is_none or is_whole}.get(mode, is_none):
+        return []
+    return [
+        f"total is {solution.total} and total_bound {solution.total_bound}, which no answer of mode"
+        f" {mode or 'shortest'} has: both are 0 in the modes that look at no tolls, else no less"
+        " than the route and a straight line, inf without a route"
+    ]
 
 
 def _sets(task: SimpleNamespace, ids: list[int]) -> Iterator[tuple[int, ...]]:
