@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from srt_jax.robots.route import polyline
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
+    from srt_jax.tolls.field import toll_to_come
+    from srt_jax.total_gradient import least_total
+    from srt_jax.tradeoffs import tradeoffs
     from srt_jax.types import Approach, Path, Solution, Status, Task
 
 __version__ = "0.1.0"
@@ -58,6 +61,7 @@ __all__ = [
     "explanation",
     "inflate",
     "least_removal",
+    "least_total",
     "make_task",
     "octile_distance",
     "path_cost",
@@ -74,7 +78,9 @@ __all__ = [
     "stack",
     "story",
     "table",
+    "toll_to_come",
     "trace_path",
+    "tradeoffs",
     "unstack",
     "why",
     "why_not",
@@ -108,6 +114,9 @@ _MODULES = {
     "robots.route": ("polyline",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
+    "tolls.field": ("toll_to_come",),
+    "total_gradient": ("least_total",),
+    "tradeoffs": ("tradeoffs",),
     "types": ("Approach", "Path", "Solution", "Status", "Task"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
@@ -134,7 +143,9 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """This package, in which `check` is both a folder and the public function in it."""
+    """This package, in which `check` and `tradeoffs` are both modules and the public functions in
+    them.
+    """
 
     def __setattr__(self, name: str, value: object) -> None:
         """Importing a module binds it here under its name: a public function of that name stays."""

@@ -44,6 +44,7 @@ _EXAMPLES = {
         "srt-jax solve tasks.npz world.json --out answers",
         "srt-jax solve city.osm.pbf --size 500 --block half",
         "srt-jax solve map.yaml --start 20,30 --goal 90,40",
+        "srt-jax solve city.map --start 3,5 --goal 200,310 --mode shortest --toll 20",
         "srt-jax solve tasks.npz --report run.html",
         "srt-jax solve tasks.npz --json > answers.json",
     ),
@@ -57,6 +58,10 @@ _EXAMPLES = {
         "srt-jax draw city.map --start 3,5 --goal 200,310 --out city.svg --polar",
         "srt-jax draw tasks.npz --only rooms-0003 --out loop.gif",
         "srt-jax draw tasks.npz --show sheet --out pictures",
+    ),
+    "tradeoffs": (
+        "srt-jax tradeoffs city.map --start 3,5 --goal 200,310 --out front.png",
+        "srt-jax tradeoffs tasks.npz --rows 7:8 --tolls 1,5,20 --json",
     ),
     "scen": (
         "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",

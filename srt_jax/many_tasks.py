@@ -27,6 +27,7 @@ def solve_many(
     tasks: Sequence[Task],
     *,
     mode: str = "least",
+    toll: float | Sequence[float] = 1.0,
     max_destroyed: int = 8,
     max_cells: int | None = None,
     max_branches: int = MAX_BRANCHES,
@@ -36,10 +37,11 @@ def solve_many(
     list for no task.
 
     Tasks are grouped by the bucket of their maps' sides and solved in batches, compiled once per
-    group. `progress` is called with the number of tasks finished after each batch. Other arguments
-    and errors as for `solve`; without `max_cells` the routes are given as much room as they need,
-    so unlike there `cells` is no longer than that. The work is done on JAX's default device,
-    whatever device the tasks lie on: `with jax.default_device(device):` chooses another.
+    group. `toll` is one for all, or one for each task. `progress` is called with the number of
+    tasks finished after each batch. Other arguments and errors as for `solve`; without `max_cells`
+    the routes are given as much room as they need, so unlike there `cells` is no longer than that.
+    The work is done on JAX's default device, whatever device the tasks lie on: `with
+    jax.default_device(device):` chooses another.
 
     Examples:
       >>> import numpy as np
@@ -52,6 +54,7 @@ def solve_many(
       [7, 2]
     """
     solutions: dict[int, Solution] = {}
+    tolls = _toll_of_each(toll, len(tasks))
     # The largest first: what is compiled for them serves the smaller ones as well.
     groups = sorted(_groups(tasks).items(), key=lambda group: -math.prod(group[0]))
     for (L, height, width), members in groups:
@@ -65,15 +68,26 @@ def solve_many(
             batch = pad_batch(
                 stack([tasks[index] for index in chunk]), (at_once, L, height, width, M)
             )
-            answer = _with_room(
-                batch, max_cells, max_destroyed, mode=mode, max_branches=max_branches
-            )
+            own_tolls = np.zeros(at_once, np.float32)
+            own_tolls[: len(chunk)] = tolls[chunk]
+            options = {"mode": mode, "toll": own_tolls, "max_branches": max_branches}
+            answer = _with_room(batch, max_cells, max_destroyed, **options)
             solutions |= {
                 index: _cut_to(answer, place, tasks[index]) for place, index in enumerate(chunk)
             }
             if progress:
                 progress(len(chunk))
     return [solutions[index] for index in range(len(tasks))]
+
+
+def _toll_of_each(toll: float | Sequence[float], number: int) -> np.ndarray:
+    """Returns the toll of each task, float32 [number]; their values are checked by `solve`."""
+    given = np.asarray(toll, np.float32)
+    if given.shape not in ((), (number,)):
+        raise ValueError(
+            f"toll must be a number, or one for each of {number} tasks, got {list(given.shape)}"
+        )
+    return np.broadcast_to(given, number)
 
 
 def _groups(tasks: Sequence[Task]) -> dict[tuple[int, int, int], list[int]]:

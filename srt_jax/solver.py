@@ -25,13 +25,15 @@ from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
 from srt_jax.removal.proof import blockages, covering
-from srt_jax.removal.route import in_order
+from srt_jax.removal.route import NEVER, Route, in_order
 from srt_jax.removal.sums import totals
 from srt_jax.symbols.acts import left_behind, place_plan
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
+from srt_jax.tolls.least_total import least_total
+from srt_jax.tolls.options import toll_of_each
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
 
-MODES = ("least", "paper", "literal")
+MODES = ("least", "paper", "literal", "shortest")
 MAX_BRANCHES = 256
 """Enough for all but a few tasks with many overlaps: see `python -m
 experiments.campaigns.branches`.
@@ -45,6 +47,7 @@ def solve(
     task: Task,
     *,
     mode: str = "least",
+    toll: float | Array = 1.0,
     max_destroyed: int = 8,
     max_cells: int | None = None,
     max_branches: int = MAX_BRANCHES,
@@ -57,7 +60,10 @@ def solve(
     not needed, even where `max_branches` ends the search. Modes "paper" and "literal" are the
     paper's greedy loop, read kindly or literally (`srt_jax.removal.paper_loop`): it destroys before
     it knows the rest of the way, hence perhaps what turns out not to be needed; read literally it
-    may stop short of a goal that can be reached: STOPPED_SHORT. In every mode MAP plans what is
+    may stop short of a goal that can be reached: STOPPED_SHORT. Mode "shortest" asks whether it is
+    worth breaking even where a path exists: it takes the least sum of the route's length and of the
+    tolls of what it destroys (`total`; `total_bound` proves it where the two agree), and its status
+    is BROKE_THROUGH where it destroys though it could go round. In every mode MAP plans what is
     carried out (PY16 §3.1), and `plan` is that plan: made within the same jitted call, or, for
     chains of obstacles of every length up to 16, when that call is traced.
 
@@ -70,7 +76,11 @@ def solve(
 
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
-      mode: "least", "paper" or "literal".
+      mode: "least", "paper", "literal" or "shortest".
+      toll: mode "shortest" only: how many cell sides of detour one unit of removal cost is worth,
+        finite, not negative; float32 [...] gives each task of a batch its own. Tolls are rounded to
+        units of 1/5741 cell side (on larger maps a little coarser: `fields.fixed_point`). Totals
+        from about 370,000 cell sides on cannot be held: such a route counts as none.
       max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
         where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
         though a dearer set of fewer may open a way as well. More than the task has obstacles costs
@@ -78,9 +88,11 @@ def solve(
       max_cells: N, the room for the route in cells; more needed: BUDGET_SPENT. By default as much
         as any shortest path on a map of this shape can need (three quarters of its cells); give
         less to save memory on large batches of large maps.
-      max_branches: mode "least" only: choices of obstacles looked into before the best answer so
-        far is returned. Where every obstacle is connected by sides and no two overlap, one more
-        than must be destroyed is enough; else more close more gaps between cost and bound.
+      max_branches: modes "least" and "shortest" only: choices of obstacles looked into before the
+        best answer so far is returned. In mode "least", where every obstacle is connected by sides
+        and no two overlap, one more than must be destroyed is enough; in mode "shortest" one is
+        enough where every obstacle is a rectangle and no two overlap; else more close more gaps
+        between cost and bound.
 
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of
@@ -110,32 +122,41 @@ def solve(
     ranks = Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
     height, width = task.labels.shape[-2:]
     room = max_cells or _default_room(height, width, mode)
-    if is_traced(task):
+    tolls = toll_of_each(toll, batch, mode)
+    if is_traced(task, tolls):
         flat = jax.tree.map(fold, task, ranks)
         slots = min(max_destroyed, flat.destroyable.shape[1])
         solution = _solver(mode, slots, room, max_branches)(
-            flat, jnp.full(len(flat.start), room, jnp.int32)
+            flat, jnp.full(len(flat.start), room, jnp.int32), jnp.asarray(tolls)
         )
         solution = with_slots(solution, max_destroyed, jnp)
         return jax.tree.map(lambda array: unfold(array, batch), solution)
     flat = jax.tree.map(eager.fold, task, ranks)
 
     def run() -> Solution:
-        solution = _in_buckets(flat, room, max_cells is None, mode, max_destroyed, max_branches)
+        solution = _in_buckets(
+            flat, np.asarray(tolls), room, max_cells is None, mode, max_destroyed, max_branches
+        )
         return jax.tree.map(lambda array: eager.unfold(array, batch), solution)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
 
 
 def _default_room(height: int, width: int, mode: str) -> int:
-    """Returns room for any route of mode "least", a shortest path; the legs of the paper's loop may
-    add up to more.
+    """Returns room for any route of modes "least" and "shortest", a shortest path; the legs of the
+    paper's loop may add up to more.
     """
-    return max_path_cells(height, width) * (1 if mode == "least" else 2)
+    return max_path_cells(height, width) * (1 if mode in ("least", "shortest") else 2)
 
 
 def _in_buckets(
-    task: Task, room: int, is_default: bool, mode: str, max_destroyed: int, max_branches: int
+    task: Task,
+    tolls: np.ndarray,
+    room: int,
+    is_default: bool,
+    mode: str,
+    max_destroyed: int,
+    max_branches: int,
 ) -> Solution:
     """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are
     ever compiled.
@@ -158,27 +179,30 @@ def _in_buckets(
         else own.batch
     )
 
-    def program(shape: Bucket, is_part: bool = False) -> Callable[[Task, Array], Solution]:
+    def program(shape: Bucket, is_part: bool = False) -> Callable[[Task, Array, Array], Solution]:
         return _solver(mode, slots, shape.room, max_branches, is_part)
 
     # A part that fills its bucket needs neither padding nor cutting.
-    def run(part: Task, shape: Bucket, is_part: bool = False) -> Solution:
+    def run(some: tuple[Task, np.ndarray], shape: Bucket, is_part: bool = False) -> Solution:
+        part, own_tolls = some
         solve_in_bucket = program(shape, is_part)
         is_full = part.labels.shape == shape[:4] and part.destroyable.shape[1] == shape.obstacles
         whole = part if is_full else pad_batch(part, shape[:5])
-        solution = solve_in_bucket(whole, np.full(shape.batch, room, np.int32))
+        own_tolls = np.pad(own_tolls, (0, shape.batch - len(own_tolls)))
+        solution = solve_in_bucket(whole, np.full(shape.batch, room, np.int32), own_tolls)
         return solution if is_full and shape.room == room else _cut(solution, part, room)
 
+    everything = (task, tolls)
     if size < B:
         part_shape = own._replace(batch=size)
         solution = cores.in_parts(
-            lambda part: run(part, part_shape, True), task, size, (program(own, True), room)
+            lambda part: run(part, part_shape, True), everything, size, (program(own, True), room)
         )
     else:
         kind = (mode, slots, max_branches, *_settings())
         shape = _shapes.choose(kind, own, lambda shape: _is_kept(program(shape), shape), room_of)
         with _shapes.timed(kind, own, shape):
-            parts = [run(part, shape) for part in _parts(task, shape.batch)]
+            parts = [run(part, shape) for part in _parts(everything, shape.batch)]
             solution = parts[0] if len(parts) == 1 else jax.tree.map(_joined, *parts)
     return with_slots(solution, max_destroyed, np)
 
@@ -188,13 +212,13 @@ def _settings() -> tuple:
     return jax.config.jax_enable_x64, jax.config.jax_default_device  # pyright: ignore
 
 
-def _parts(task: Task, size: int) -> list[Task]:
-    """Returns a batch in parts of at most `size` tasks."""
-    count = len(task.start)
+def _parts(some: tuple[Task, np.ndarray], size: int) -> list[tuple[Task, np.ndarray]]:
+    """Returns a batch and its tolls in parts of at most `size` tasks."""
+    count = len(some[0].start)
     if count <= size:
-        return [task]
+        return [some]
     cuts = range(0, count, size)
-    return [Task(**{k: array[i : i + size] for k, array in task.items()}) for i in cuts]
+    return [jax.tree.map(lambda array, i=i: array[i : i + size], some) for i in cuts]
 
 
 def _joined(*arrays: Array) -> np.ndarray:
@@ -212,7 +236,8 @@ def _is_kept(run: Any, shape: Bucket) -> bool:
         goal=jax.ShapeDtypeStruct((B, 2), jnp.int32),
         size=jax.ShapeDtypeStruct((B, 2), jnp.int32),
     )
-    return run.is_kept(task, jax.ShapeDtypeStruct((B,), jnp.int32))
+    room, toll = (jax.ShapeDtypeStruct((B,), dtype) for dtype in (jnp.int32, jnp.float32))
+    return run.is_kept(task, room, toll)
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
@@ -268,19 +293,23 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
 @functools.cache
 def _solver(
     mode: str, max_destroyed: int, capacity: int, max_branches: int, is_part: bool = False
-) -> Callable[[Task, Array], Solution]:
+) -> Callable[[Task, Array, Array], Solution]:
     """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
     names = [field.name for field in dataclasses.fields(Task)]
     paper = functools.partial(_paper, is_literal=mode == "literal")
     walk = functools.partial(_least, max_branches=max_branches) if mode == "least" else paper
 
     @batch_kernel
-    def of_arrays(room: Array, *arrays: Array) -> Solution:
+    def of_arrays(room: Array, toll: Array, *arrays: Array) -> Solution:
         task = Task(**dict(zip(names, arrays)))
-        return _solve_batch(task, room, walk, max_destroyed=max_destroyed, capacity=capacity)
+        options = {"max_destroyed": max_destroyed, "capacity": capacity}
+        if mode == "shortest":
+            own = functools.partial(_shortest, toll=toll, max_branches=max_branches)
+            return _solve_batch(task, room, own, **options)
+        return _solve_batch(task, room, walk, **options)
 
     return jitted(
-        lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
+        lambda task, room, toll: of_arrays(room, toll, *(getattr(task, name) for name in names)),
         is_part=is_part,
         is_large=True,
         name=("solve", mode, max_destroyed, capacity, max_branches, is_part),
@@ -316,6 +345,7 @@ def _solve_batch(
     status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
     for applies, value in (  # the first that applies, so it is set last
         (is_open, Status.PATH_EXISTS),
+        (is_open & (way.num_destroyed > 0), Status.BROKE_THROUGH),
         (~has_route, Status.BUDGET_SPENT),
         (way.is_stuck, Status.STOPPED_SHORT),
         (is_apart, Status.UNSOLVABLE),
@@ -336,6 +366,8 @@ def _solve_batch(
         destroyed_at=jnp.where(has_route[:, None], way.destroyed_at, -1),
         removal_cost=jnp.where(has_route, way.removal_cost, jnp.inf),
         removal_bound=bound,
+        total=jnp.where(has_route | (way.total == 0), way.total, jnp.inf),
+        total_bound=way.total_bound,
         seed=first.seed,
         contour=unpack(first.contour, task.labels.shape[3]),
         blocking=_as_ids(first.on_contour),
@@ -363,6 +395,8 @@ class Way(NamedTuple):
     plan_at: Array
     is_there: Array
     is_stuck: Array
+    total: Array
+    total_bound: Array
 
 
 def _least(
@@ -372,17 +406,56 @@ def _least(
     plan over what must go.
     """
     found = search_least(task, room, among, capacity=capacity, max_nodes=max_branches)
-    path = found.route
-    destroyed, at, num_destroyed = in_order(found.needed, max_destroyed=max_destroyed)
+    way = _way_of_chain(task, found.route, found.cost, found.needed, max_destroyed=max_destroyed)
+    return found.reached, found.bound, way
+
+
+def _way_of_chain(
+    task: Task, path: Route, cost: Array, needed: Array, *, max_destroyed: int
+) -> Way:
+    """The way along a route from which obstacles are destroyed where it needs them gone, `needed`
+    as in `Removal`, with MAP's plan; no totals.
+    """
+    destroyed, at, num_destroyed = in_order(needed, max_destroyed=max_destroyed)
     is_here = (task.start == task.goal).all(axis=1)
     acts = plan_along_chain(num_destroyed, is_here, num_slots=max_destroyed)
     left_at = left_behind(task.labels, path.cells, path.num_cells, destroyed, at)
     plan, plan_at = place_plan(acts.act, acts.slot, path.num_cells, destroyed, at, left_at)
     is_there, never = path.num_cells > 0, jnp.zeros_like(is_here)
-    way = Way(
-        *path, found.cost, destroyed, at, num_destroyed, plan, plan_at, is_there, is_stuck=never
+    nothing = jnp.zeros_like(path.cost)
+    return Way(
+        *path,
+        cost,
+        destroyed,
+        at,
+        num_destroyed,
+        plan,
+        plan_at,
+        is_there,
+        is_stuck=never,
+        total=nothing,
+        total_bound=nothing,
     )
-    return found.reached, found.bound, way
+
+
+def _shortest(
+    task: Task,
+    among: Array,
+    room: Array,
+    *,
+    toll: Array,
+    max_destroyed: int,
+    capacity: int,
+    max_branches: int,
+) -> tuple[Array, Array, Way]:
+    """The least total of length and tolls; the bound on removals is the price of the goal."""
+    reached, bound = goal_prices(task, among)
+    among = among & jnp.isfinite(bound)
+    found = least_total(task, toll, room, among, capacity=capacity, max_nodes=max_branches)
+    cost = totals(task.removal_cost, found.needed < NEVER)
+    cost = jnp.where(found.route.num_cells > 0, cost, jnp.inf)
+    way = _way_of_chain(task, found.route, cost, found.needed, max_destroyed=max_destroyed)
+    return reached, bound, way._replace(total=found.total, total_bound=found.bound)
 
 
 def _paper(
@@ -395,8 +468,11 @@ def _paper(
         task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
     )
     cost = _total_cost(task, walk.destroyed)
-    fields = {field: getattr(walk, field) for field in Way._fields if field != "removal_cost"}
-    return reached, bound, Way(removal_cost=cost, **fields)
+    own = ("removal_cost", "total", "total_bound")
+    fields = {field: getattr(walk, field) for field in Way._fields if field not in own}
+    nothing = jnp.zeros_like(cost)
+    way = Way(removal_cost=cost, total=nothing, total_bound=nothing, **fields)
+    return reached, bound, way
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

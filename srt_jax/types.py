@@ -61,11 +61,15 @@ class Status(WithMeaning):
             " paper and least find a way"
         ),
     )
+    BROKE_THROUGH = (
+        7,
+        "a path exists, but with what the solution destroys length and tolls come to less",
+    )
 
     @property
     def is_solved(self) -> bool:
         """Whether the solution holds a route to the goal."""
-        return self in (Status.PATH_EXISTS, Status.SOLVED)
+        return self in (Status.PATH_EXISTS, Status.SOLVED, Status.BROKE_THROUGH)
 
 
 class Act(enum.IntEnum):
@@ -215,6 +219,11 @@ class Solution(Record):
       removal_bound: float32 [...], proven lower bound on the total removal cost of any solution,
         the exact one rounded down; inf where none exists. Equal to `removal_cost`: no set is
         cheaper by a step of float32.
+      total: float32 [...], mode "shortest": the length of the route and the tolls, `toll` times the
+        removal cost of each obstacle destroyed; inf without a route. 0 in the other modes, which
+        look at no tolls.
+      total_bound: float32 [...], mode "shortest": proven lower bound on the total of any route; inf
+        where none exists. Equal to `total`: no route has a lesser total. 0 in the other modes.
       seed: int32 [..., 2], reached cell next to the first blockage; (-1, -1) where nothing blocks.
       contour: bool [..., H, W], the reached cells that touch the first blocking obstacle; all False
         where nothing blocks.
@@ -253,6 +262,8 @@ class Solution(Record):
     destroyed_at: Array
     removal_cost: Array
     removal_bound: Array
+    total: Array
+    total_bound: Array
     seed: Array
     contour: Array
     blocking: Array
@@ -275,6 +286,10 @@ class Solution(Record):
             return f"Solution({Status(int(status)).name}, removal_bound={float(bound):g})"
         gone = np.asarray(self.destroyed)[: int(self.num_destroyed)].tolist()
         proven = ", proven least" if removal == bound else f", at least {float(bound):g}"
+        total, total_bound = float(np.asarray(self.total)), float(np.asarray(self.total_bound))
+        if total > 0:  # mode "shortest", whose measure is the total
+            least = "proven least" if total == total_bound else f"at least {total_bound:g}"
+            proven = f", total {total:g}, {least}"
         return (
             f"Solution({Status(int(status)).name}, length {float(cost):.2f}, {int(self.num_cells)}"
             f" cells, destroyed {gone}, removal cost {float(removal):g}{proven})"

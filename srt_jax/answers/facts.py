@@ -10,9 +10,10 @@ import numpy as np
 
 from srt_jax.answers.what_if import if_flag
 from srt_jax.paths.approach import approach as approach_of
+from srt_jax.paths.distance import path_cost
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import PlannedStep, planned_steps
-from srt_jax.types import Act, Approach, Array, Solution, Status, Task
+from srt_jax.types import FREE, Act, Approach, Array, Solution, Status, Task
 
 NORTH = 90.0
 """The default heading: up the map, in degrees counter-clockwise from its right."""
@@ -34,7 +35,9 @@ def explanation(
     Keys: status, meaning; unit of lengths, "cells" or "m"; start; goal {cell, distance, direction,
     seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells, obstacles [...]} or
     None, those first that can be destroyed; destroyed [{id, from, index, removal_cost}];
-    removal_cost, removal_bound, is_proven_least; num_needed, the obstacles that have to go where
+    removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven, toll, way_round}
+    of mode "shortest", else None: `toll` what was paid in all, `way_round` the length of the
+    shortest path with nothing destroyed or None; num_needed, the obstacles that have to go where
     max_destroyed is less, else None; route {num_cells, length, relocation} or None; approach
     {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the task is
     solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}]; separating
@@ -111,6 +114,7 @@ def _of_one(
         "removal_cost": _finite(cost),
         "removal_bound": _finite(bound),
         "is_proven_least": status.is_solved and cost == bound,
+        "total": _total(task, solution, cell_side),
         "num_needed": None if status.is_solved else int(solution.num_destroyed) or None,
         "route": None,
         "approach": None if status.is_solved else _approach_data(task, approach, cell_side),
@@ -126,6 +130,23 @@ def _of_one(
             "relocation": moved,
         }
     return data | (_what_if(task, solution) if what_if else {})
+
+
+def _total(task: Task, solution: Solution, cell_side: float) -> dict[str, Any] | None:
+    """What mode "shortest" weighs; None of the other modes."""
+    total, bound = float(solution.total), float(solution.total_bound)
+    if not (Status(int(solution.status)).is_solved and bound > 0):
+        return None
+    height, width = np.asarray(task.size).tolist()
+    free = (np.asarray(task.labels)[:, :height, :width] == FREE).all(axis=0)
+    way_round = float(path_cost(free, np.asarray(task.start), np.asarray(task.goal)))
+    return {
+        "total": total * cell_side,
+        "bound": bound * cell_side,
+        "is_proven": total == bound,
+        "toll": max(0.0, total - float(solution.cost)) * cell_side,
+        "way_round": way_round * cell_side if np.isfinite(way_round) else None,
+    }
 
 
 def obstacle_data(

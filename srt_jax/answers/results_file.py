@@ -54,6 +54,8 @@ def as_record(
         "destroyed_at": np.asarray(solution.destroyed_at)[:count].tolist(),
         "removal_cost": _finite(solution.removal_cost),
         "removal_bound": _finite(solution.removal_bound),
+        "total": _finite(solution.total),
+        "total_bound": _finite(solution.total_bound),
         "seed": seed if seed[0] >= 0 else None,
         "contour": np.argwhere(np.asarray(solution.contour)).tolist(),
         "blocking": blocking[blocking >= 0].tolist(),
@@ -162,6 +164,8 @@ def _schema(arrow: Any) -> Any:
     columns |= {
         "removal_cost": number,
         "removal_bound": number,
+        "total": number,
+        "total_bound": number,
         "seed": cell,
         "contour": cells,
         "blocking": ids,

@@ -29,7 +29,7 @@ class Outcome:
         """Returns the outcome in words, without a full stop."""
         if self.status is Status.PATH_EXISTS:
             return "a path exists"
-        if self.status is Status.SOLVED:
+        if self.status in (Status.SOLVED, Status.BROKE_THROUGH):
             return (
                 f"{' + '.join(map(str, self.destroyed))} would have to go, at cost"
                 f" {self.removal_cost:g}"

@@ -181,6 +181,10 @@ def _in_words(task: Task, data: dict[str, Any]) -> str:
             f"A path exists, {length_text(data['route']['length'], data['unit'])} long; nothing has"
             " to be destroyed."
         )
+        if data["total"]:
+            lines.append(f"Going round is cheaper than breaking through{_how_sure(data['total'])}.")
+    elif status is Status.BROKE_THROUGH:
+        lines.append(_why_break(data))
     else:
         lines += [_what_blocks(data), _what_was_done(task, data, status)]
     if not status.is_solved:
@@ -259,13 +263,49 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
             "Stopped short: what lies ahead is indestructible, though a way can be opened"
             f" (removal cost at least {bound:g})."
         )
-    steps = [f"obstacle {one['id']} from {_cell(one['from'])}" for one in data["destroyed"]]
+    steps = _steps(data)
     proven = "proven least" if data["is_proven_least"] else f"the least is at least {bound:g}"
     route = data["route"]
     moved = f", {route['relocation']['name']}" if route["relocation"]["name"] else ""
     return (
-        f"Destroyed {', then '.join(steps)}; removal cost {data['removal_cost']:g}, {proven}. "
+        f"Destroyed {steps}; removal cost {data['removal_cost']:g}, {proven}. "
         f"Route {length_text(route['length'], data['unit'])} long{moved}."
+        + (f" {_total_in_words(data['total'])}" if data["total"] else "")
+    )
+
+
+def _steps(data: dict[str, Any]) -> str:
+    return ", then ".join(
+        f"obstacle {one['id']} from {_cell(one['from'])}" for one in data["destroyed"]
+    )
+
+
+def _why_break(data: dict[str, Any]) -> str:
+    """What breaking saves where there is a way round."""
+    total, length = data["total"], data["route"]["length"]
+    saved, gained = total["way_round"] - length, total["way_round"] - total["total"]
+    unit = data["unit"]
+    return (
+        f"A path exists, {length_text(total['way_round'], unit)} long, but breaking {_names(data)}"
+        f" saves {saved:.1f} of it for a toll of {total['toll']:.1f}: {gained:.1f} gained. Destroyed"
+        f" {_steps(data)}; removal cost {data['removal_cost']:g}. Route"
+        f" {length_text(length, unit)} long."
+        f" {_total_in_words(total)}"
+    )
+
+
+def _names(data: dict[str, Any]) -> str:
+    ids = [str(one["id"]) for one in data["destroyed"]]
+    return f"obstacle{'s' if len(ids) > 1 else ''} {', '.join(ids)}"
+
+
+def _total_in_words(total: dict[str, Any]) -> str:
+    return f"Length and tolls {total['total']:.1f}{_how_sure(total)}."
+
+
+def _how_sure(total: dict[str, Any]) -> str:
+    return (
+        ", proven least" if total["is_proven"] else f", the least is at least {total['bound']:.1f}"
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from srt_jax.check.approach import approach_problems
 from srt_jax.check.bound import bound_problems, needless_problems
 from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
+from srt_jax.check.total import presence_problems, total_problems
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems
 from srt_jax.types import OUTSIDE, Approach, Solution, Status, Task
 
@@ -33,6 +34,8 @@ _SOLUTION_FORM = {
     "destroyed_at": ("int32", "K"),
     "removal_cost": ("float32", ""),
     "removal_bound": ("float32", ""),
+    "total": ("float32", ""),
+    "total_bound": ("float32", ""),
     "seed": ("int32", "2"),
     "contour": ("bool", "HW"),
     "blocking": ("int32", "M"),
@@ -51,7 +54,12 @@ _APPROACH_FORM = {
 
 
 def check(
-    task: Task, solution: Solution, *, mode: str | None = None, approach: Approach | None = None
+    task: Task,
+    solution: Solution,
+    *,
+    mode: str | None = None,
+    toll: float | np.ndarray = 1.0,
+    approach: Approach | None = None,
 ) -> list[str]:
     """Returns what is wrong with `solution` as an answer to `task`, a sentence each; an empty list
     when all is well.
@@ -63,15 +71,19 @@ def check(
     same story as the route; and the proof, `separating`: with all obstacles but these gone, start
     and goal are still apart. `removal_bound` must be no more than what the answer costs, nor than
     any set of obstacles that opens a way and is found within some floods: in small tasks all sets.
-    Not checked: that the route is the shortest and the removal the least, where the floods do not
-    suffice.
+    With mode "shortest" `total` must be the route's length and the tolls of what it destroys, and
+    `total_bound` no more than that, nor than any route found within some searches.
+    Not checked: that the route is the shortest and the removal or the total the least, where the
+    floods and searches do not suffice.
 
     Args:
       task: one task or a batch.
       solution: the answers, with the same batch dimensions.
       mode: of `solve`, how the answers were found, where it is known. Those of mode "least" may
-        destroy nothing needless, and say which limit they met; the loop of the other modes destroys
-        what it meets before it knows the rest of the way.
+        destroy nothing needless, and say which limit they met; mode "shortest" may destroy though a
+        path exists; the loop of the other modes destroys what it meets before it knows the rest of
+        the way.
+      toll: of `solve`, where the mode is "shortest": a number, or float [...], one for each task.
       approach: of the same tasks, which is walked as well: that it begins and ends where it must,
         move by move, with its sums.
 
@@ -102,11 +114,12 @@ def check(
     if any(array.shape[: len(batch)] != batch for _, array in known):
         shapes = {name: list(array.shape) for name, array in known}
         return [f"all fields must have the same batch dimensions, got shapes {shapes}"]
+    tolls = np.broadcast_to(np.asarray(toll, float), batch)
     for index in np.ndindex(batch):
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
-        found = _check_one(one_task, one_solution, mode)
+        found = _check_one(one_task, one_solution, mode, float(tolls[index]))
         if approach is not None and not _task_problems(one_task):
             near = SimpleNamespace(**{name: array[index] for name, array in approaches.items()})
             found += approach_problems(one_task, one_solution, near)
@@ -147,7 +160,9 @@ def _arrays(what: str, record: object, form: dict[str, tuple[str, str]], sides: 
     return arrays, problems
 
 
-def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | None) -> list[str]:
+def _check_one(
+    task: SimpleNamespace, solution: SimpleNamespace, mode: str | None, toll: float
+) -> list[str]:
     problems = _task_problems(task)
     if problems:
         return problems
@@ -171,8 +186,11 @@ def _check_one(task: SimpleNamespace, solution: SimpleNamespace, mode: str | Non
     problems += _proof_problems(status, task, solution, labels, start, goal)
     if truth is Status.SOLVED and solution.removal_bound > 0:
         problems += bound_problems(task, solution, labels, start, goal)
+    problems += presence_problems(solution, start, goal, mode, has_route=status.is_solved)
     if not status.is_solved:
         return problems + _no_route_problems(status, solution)
+    if mode == "shortest":
+        problems += total_problems(task, solution, labels, start, goal, toll)
     if mode == "least":
         problems += needless_problems(task, solution, labels, start, goal)
     walk = route_problems(task, solution, labels, start, goal) + destroyed_problems(task, solution)
@@ -223,9 +241,14 @@ def _status_problems(
     limit_met = truth in (Status.SOLVED, Status.UNSOLVABLE) or (
         truth is Status.PATH_EXISTS and is_too_long
     )
-    if mode == "least":  # says which limit was met
+    if mode == "shortest":
+        limit_met |= truth is Status.PATH_EXISTS
+    if mode in ("least", "shortest"):  # says which limit was met
         limit_met &= is_too_long or solution.num_destroyed > len(solution.destroyed)
     if status is truth or (status is Status.BUDGET_SPENT and limit_met):
+        return []
+    breaks = mode in (None, "shortest") and solution.num_destroyed > 0
+    if status is Status.BROKE_THROUGH and truth is Status.PATH_EXISTS and breaks:
         return []
     if status is Status.STOPPED_SHORT and truth is Status.SOLVED and mode in (None, "literal"):
         return []

@@ -55,6 +55,7 @@ def report(
     mode: str | None = None,
     frames: Sequence[Frame | None] = (),
     path: pathlib.Path | None = None,
+    toll: float = 1.0,
 ) -> list[dict[str, Any]]:
     """Replays every solution, writes all files, then prints; returns the records. `notes` on the
     files go into the JSON.
@@ -72,7 +73,7 @@ def report(
             # of what is not solved the way as near as one gets, replayed as well
             is_solved = Status(int(solution.status)).is_solved
             nears.append(None if is_solved else jax.tree.map(np.asarray, approach(task)))
-            problems = check(task, solution, mode=mode, approach=nears[-1])
+            problems = check(task, solution, mode=mode, toll=toll, approach=nears[-1])
             if problems:
                 raise AssertionError(
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"

@@ -41,10 +41,24 @@ def solve(
     mode: Annotated[
         str,
         typer.Option(
-            metavar="least|paper|literal",
-            help="least: the least removal. paper: the paper's loop. literal: to the letter.",
+            metavar="least|paper|literal|shortest",
+            help=(
+                "least: the least removal. paper: the paper's loop. literal: to the letter."
+                " shortest: break or go round, the least length and tolls."
+            ),
         ),
     ] = "least",
+    toll: Annotated[
+        float | None,
+        typer.Option(
+            metavar="CELLS",
+            help=(
+                "With --mode shortest: the detour that one unit of removal cost is worth."
+                " Default: 1."
+            ),
+            show_default=False,
+        ),
+    ] = None,
     max_destroyed: Annotated[
         int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
     ] = 8,
@@ -79,6 +93,12 @@ def solve(
     [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
     """
     require_page_name(page)
+    if toll is not None and mode != "shortest":
+        raise ValueError(
+            f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
+            " out --toll"
+        )
+    worth = 1.0 if toll is None else toll
     if results:
         require_name(results)
     if path:
@@ -112,7 +132,11 @@ def solve(
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with show_progress("solving", len(tasks), quiet=as_json) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
+            [task.task for task in tasks],
+            mode=mode,
+            toll=worth,
+            max_destroyed=most,
+            progress=progress,
         )
     seconds = time.perf_counter() - begin
     records = report(
@@ -128,6 +152,7 @@ def solve(
         mode=mode,
         frames=frames,
         path=path,
+        toll=worth,
     )
     return BAD_INPUT if failed else exit_code(records)
 

@@ -11,5 +11,6 @@ from srt_jax.draw.picture import draw
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import contact_sheet
 from srt_jax.draw.tile import svg_tile
+from srt_jax.draw.tradeoffs import draw_tradeoffs
 
-__all__ = ["PolarFrame", "animate", "contact_sheet", "draw", "svg_tile"]
+__all__ = ["PolarFrame", "animate", "contact_sheet", "draw", "draw_tradeoffs", "svg_tile"]

@@ -76,7 +76,8 @@ def contact_sheet(
 def _outcome(status: Status | None, num_removals: int) -> str:
     if status is None:
         return ""
-    return f"{status.name}, {num_removals} destroyed" if status is Status.SOLVED else status.name
+    is_breaking = num_removals and status.is_solved
+    return f"{status.name}, {num_removals} destroyed" if is_breaking else status.name
 
 
 def _shortened(name: str, most: int) -> str:

@@ -75,6 +75,25 @@ def finest_scale_of_words(free: Array, width: int) -> Array | int:
     return _finest_of(num_free, num_free - 2 * num_squares)
 
 
+def finest_scale_within(free: Array, width: int) -> Array | int:
+    """Returns the finest fixed point that cannot overflow on any map whose free cells are among
+    these, as `finest_scale_of_words`: a square of four may lose one, which makes three of two.
+    """
+    height = free.shape[0]
+    if _is_finest_always(height, width):
+        return 0
+    even = jnp.uint32(0x55555555)
+    above, below = (jnp.pad(free, ((0, height % 2), (0, 0)))[i::2] for i in (0, 1))
+    squares = above & below
+    squares = squares & (squares >> jnp.uint32(1)) & even
+    counts = [
+        lax.population_count(words).astype(jnp.int32).sum(dtype=jnp.int32)
+        for words in (free, squares)
+    ]
+    num_free, num_squares = counts
+    return _finest_of(num_free - num_squares, num_free - num_squares)
+
+
 def _is_finest_always(height: int, width: int) -> bool:
     """Whether the shape alone decides, since three free cells in every square make T = F largest.
 

@@ -77,6 +77,14 @@ def paid_at(nodes: Nodes, at: Array) -> Array:
     return lax.dynamic_index_in_dim(nodes.paid, at, axis=1, keepdims=False)
 
 
+class Decisions(NamedTuple):
+    """What each node settles: parent, obstacle and is_gone as in `Nodes`."""
+
+    parent: Array
+    obstacle: Array
+    is_gone: Array
+
+
 class _Settling(NamedTuple):
     """On the way from a node to the first one. at: int32 []. settled: uint8 [M], 1 gone, 2
     stays.
@@ -88,6 +96,11 @@ class _Settling(NamedTuple):
 
 def decisions_at(nodes: Nodes, at: Array, num_obstacles: int) -> tuple[Array, Array]:
     """Returns the obstacles that are gone at a node, and those that stay there: bool [M] each."""
+    return decisions_of(Decisions(nodes.parent, nodes.obstacle, nodes.is_gone), at, num_obstacles)
+
+
+def decisions_of(nodes: Decisions, at: Array, num_obstacles: int) -> tuple[Array, Array]:
+    """Returns `decisions_at` from decisions alone."""
 
     def note(state: _Settling) -> _Settling:
         what = jnp.where(_entry(nodes.is_gone, state.at), jnp.uint8(1), jnp.uint8(2))

@@ -353,7 +353,8 @@ def test_answers_of_the_slow_twins_pass():
         solution = answer_of_the_twins(task)
         assert check(task, solution) == []
         seen.add(Status(int(solution.status)))
-    assert seen == set(Status) - {Status.BUDGET_SPENT, Status.STOPPED_SHORT}
+    others = {Status.BUDGET_SPENT, Status.STOPPED_SHORT, Status.BROKE_THROUGH}
+    assert seen == set(Status) - others
 
 
 def test_spoilt_answers_of_the_slow_twins_are_noticed():
