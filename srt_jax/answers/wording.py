@@ -287,8 +287,8 @@ def _why_break(data: dict[str, Any]) -> str:
     unit = data["unit"]
     return (
         f"A path exists, {length_text(total['way_round'], unit)} long, but breaking {_names(data)}"
-        f" saves {saved:.1f} of it for a toll of {total['toll']:.1f}: {gained:.1f} gained. Destroyed"
-        f" {_steps(data)}; removal cost {data['removal_cost']:g}. Route"
+        f" saves {saved:.1f} of it for a toll of {total['toll']:.1f}: {gained:.1f} gained."
+        f" Destroyed {_steps(data)}; removal cost {data['removal_cost']:g}. Route"
         f" {length_text(length, unit)} long."
         f" {_total_in_words(total)}"
     )
