@@ -1,0 +1,235 @@
+"""The MAP iteration carried out forwards: from the start towards the goal, as PY16 §3.1 words it.
+
+    S := start
+    repeat  A-step  take the situations of best rating
+            M-step  scripts whose conditions are included in S; those of its relaxed plan first
+            P-step  the situation after each: (S & ~deletes) | adds
+                    forget it if it was reached before
+            rate all of them together by the length of their relaxed plans
+    until the goal is included in S, or nothing is left
+
+A rating is also a proposal: the relaxed plan itself, a script of scripts, is carried out as far as
+its conditions allow, and where it ends is one more situation (Vidal 2004 calls it a lookahead). So
+where deletes hardly matter a few ratings lead to the goal. Two queues take turns, one of the
+scripts of the relaxed plans and one of all scripts; the first is favoured while it makes progress
+(Richter & Westphal 2010).
+
+Nothing is cut off: when both queues are empty, there is no plan. Deterministic: ties go to the
+situation met first.
+"""
+
+import heapq
+from collections.abc import Callable
+
+import numpy as np
+
+from sign_model.bits import pack, unpack
+from sign_model.clock import NO_LIMIT, Clock
+from sign_model.forward_search.relaxed_costs import RelaxedCosts
+
+_AT_ONCE = 32
+"""How many situations are rated together."""
+
+_BOOST = 1000
+"""How many turns the queue of the relaxed plans gains by progress."""
+
+Canonical = Callable[[np.ndarray], np.ndarray]
+"""Situations bool [N, F] -> the same, each exchanged for the one that stands for all its like."""
+
+
+class Forwards:
+    """A forward search of one task that can be continued.
+
+    Args:
+      conditions, adds, deletes: bool [A, F].
+      start, goal: bool [F].
+      canonical: of situations that differ only by objects alike; None if none are.
+      clock: asked before each rating; OutOfTime once its limit has passed.
+
+    Attributes:
+      plan: actions in the order of execution, once one was found.
+      expansions: situations rated.
+    """
+
+    def __init__(
+        self,
+        conditions: np.ndarray,
+        adds: np.ndarray,
+        deletes: np.ndarray,
+        start: np.ndarray,
+        goal: np.ndarray,
+        *,
+        canonical: Canonical | None = None,
+        clock: Clock = NO_LIMIT,
+    ) -> None:
+        self.clock, self.canonical, self.num_features = clock, canonical, len(start)
+        self.goal, self.goal_words = np.flatnonzero(goal), pack(goal)
+        self.relaxed = RelaxedCosts(conditions, adds, np.ones(len(adds), np.int64), clock=clock)
+        self.gives, self.keeps = pack(adds), ~pack(deletes)
+        self.scripts = _Scripts(conditions, adds, deletes)
+
+        # The situations met, and for those in the queues the first scripts of their relaxed plans.
+        self.words: list[np.ndarray] = []
+        self.parents: list[int] = []
+        self.steps: list[tuple[int, ...]] = []
+        self.first: dict[int, np.ndarray] = {}
+        self.seen: set[bytes] = set()
+        self.queues: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
+        self.turns = [0, 0]
+        self.best, self.expansions = 1 << 40, 0
+        self.plan: list[int] | None = None
+        self.waiting = self._met(pack(start)[None], [-1], [()])
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether every situation was seen and none includes the goal: a proof."""
+        return self.plan is None and not self.waiting and not any(self.queues)
+
+    def advance(self, max_expansions: int) -> None:
+        """Continues until there is a plan, nothing is left, or `max_expansions` have been made in
+        all.
+        """
+        while self.plan is None and self.expansions < max_expansions and not self.is_exhausted:
+            if not self.waiting:
+                self.waiting = self._children()
+                continue
+            count = min(_AT_ONCE, max_expansions - self.expansions)
+            now, self.waiting = self.waiting[:count], self.waiting[count:]
+            self.waiting = self._rate(now) + self.waiting
+
+    def _rate(self, numbers: list[int]) -> list[int]:
+        """Rates situations, puts them into the queues, and returns where their best relaxed plans
+        lead.
+        """
+        self.clock.check()
+        self.expansions += len(numbers)
+        states = unpack(np.array([self.words[n] for n in numbers]), self.num_features)
+        cost = self.relaxed.from_states(states)
+        can_reach = (cost[self.goal] < self.relaxed.far).all(axis=0)
+        plans = self.relaxed.relaxed_plans(states[can_reach], cost[:, can_reach], self.goal)
+        if not self.relaxed.is_exact(cost):  # too dear to count is not unreachable: last of all
+            for number, is_counted in zip(numbers, can_reach.tolist()):
+                if not is_counted:
+                    heapq.heappush(self.queues[1], (1 << 40, number))
+
+        # Their relaxed plans, each in the order in which its actions become ready.
+        order = np.lexsort((plans.action, plans.ready, plans.owner))
+        actions, ready = plans.action[order], plans.ready[order]
+        alive = [n for n, reaches in zip(numbers, can_reach.tolist()) if reaches]
+        lengths = np.bincount(plans.owner, minlength=len(alive))
+        ends = np.cumsum(lengths)
+        of_state = {n: slice(end - k, end) for n, end, k in zip(alive, ends, lengths)}
+
+        # The queues; progress favours the scripts of the relaxed plans.
+        has_progress = False
+        for number, rating in zip(alive, lengths.tolist()):
+            part = of_state[number]
+            self.first[number] = actions[part][ready[part] == 0]
+            for queue in self.queues:
+                heapq.heappush(queue, (rating, number))
+            if rating < self.best:
+                self.best, has_progress = rating, True
+        if has_progress:
+            self.turns[0] -= _BOOST
+        if not alive:
+            return []
+        leader = alive[int(lengths.argmin())]
+        return self._ahead(leader, actions[of_state[leader]].tolist())
+
+    def _ahead(self, number: int, actions: list[int]) -> list[int]:
+        """Carries out a relaxed plan as far as it goes, and returns the situation where it ends, if
+        that is new.
+        """
+        words, taken = self.scripts.carried_out(self.words[number], actions)
+        return self._met(words[None], [number], [tuple(taken)]) if len(taken) > 1 else []
+
+    def _children(self) -> list[int]:
+        """Takes situations from the queues, and returns the new ones that follow them."""
+        found: list[int] = []
+        while len(found) < _AT_ONCE and any(self.queues) and self.plan is None:
+            turn = int(not self.queues[0] or (bool(self.queues[1]) and self.turns[1] < self.turns[0]))
+            self.turns[turn] += 1
+            _, number = heapq.heappop(self.queues[turn])
+            actions = self.first.pop(number, None) if turn == 0 else self._fitting(number)
+            if actions is not None and len(actions):
+                after = (self.words[number] & self.keeps[actions]) | self.gives[actions]
+                found += self._met(
+                    after, [number] * len(actions), [(action,) for action in actions.tolist()]
+                )
+        return found
+
+    def _fitting(self, number: int) -> np.ndarray:
+        """Returns the M-step: the actions whose conditions are included in a situation."""
+        held = np.flatnonzero(unpack(self.words[number], self.num_features))
+        met = np.bincount(self.relaxed.needed_by.of(held), minlength=self.relaxed.num_actions)
+        return np.flatnonzero(met == self.relaxed.needs.count)
+
+    def _met(
+        self, words: np.ndarray, parents: list[int], steps: list[tuple[int, ...]]
+    ) -> list[int]:
+        """Remembers situations, uint64 [n, W], that are new, and returns their numbers; the first
+        that includes the goal gives the plan.
+        """
+        likes = words
+        if self.canonical is not None:
+            likes = pack(self.canonical(unpack(words, self.num_features)))
+        done = ~(self.goal_words & ~words).any(axis=1)
+        found = []
+        for i, key in enumerate(row.tobytes() for row in likes):
+            if key in self.seen:
+                continue
+            self.seen.add(key)
+            found.append(len(self.words))
+            self.words.append(words[i])
+            self.parents.append(parents[i])
+            self.steps.append(steps[i])
+            if done[i] and self.plan is None:
+                self.plan = self._plan_to(found[-1])
+        return found
+
+    def _plan_to(self, number: int) -> list[int]:
+        parts = []
+        while number >= 0:
+            parts.append(self.steps[number])
+            number = self.parents[number]
+        return [action for part in reversed(parts) for action in part]
+
+
+class _Scripts:
+    """The actions as whole numbers of F bits, to carry out one after another."""
+
+    def __init__(self, conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray) -> None:
+        self.rows = [pack(matrix) for matrix in (conditions, adds, deletes)]
+        self.known: dict[int, tuple[int, ...]] = {}
+
+    def of(self, action: int) -> tuple[int, ...]:
+        """Returns (conditions, adds, deletes) of an action."""
+        if action not in self.known:
+            self.known[action] = tuple(
+                int.from_bytes(rows[action].tobytes(), "little") for rows in self.rows
+            )
+        return self.known[action]
+
+    def carried_out(self, words: np.ndarray, actions: list[int]) -> tuple[np.ndarray, list[int]]:
+        """Returns (the situation after, the actions that could go in the order in which they went).
+
+        Ends: an action goes once.
+
+        Args:
+          words: the situation before, uint64 [W].
+          actions: gone through again and again while one of them can go.
+        """
+        state, taken = int.from_bytes(words.tobytes(), "little"), []
+        while True:
+            left = []
+            for action in actions:
+                conditions, adds, deletes = self.of(action)
+                if conditions & ~state:
+                    left.append(action)
+                else:
+                    state = (state & ~deletes) | adds
+                    taken.append(action)
+            if len(left) in (0, len(actions)):
+                after = np.frombuffer(state.to_bytes(8 * len(words), "little"), np.uint64)
+                return after, taken
+            actions = left
