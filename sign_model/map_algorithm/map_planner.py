@@ -130,6 +130,7 @@ def regress(
     *,
     beam: int,
     max_expansions: int,
+    within: tuple[int, Rating] | None = None,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the result of a regression with one beam; a goal included in the start needs no
@@ -141,6 +142,8 @@ def regress(
       rating: the A-step.
       beam: situations kept in each step.
       max_expansions: the most situations expanded.
+      within: (the longest plan looked for, an estimate of the steps that are left before a
+        situation); situations that would exceed it are cut off. Plans of any length where None.
       clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
@@ -155,6 +158,8 @@ def regress(
     # Ends: every step keeps only new situations, of which there are finitely many.
     try:
         while len(situations) and expansions + len(situations) <= max_expansions:
+            if within is not None and len(trail) >= within[0]:
+                return Regression(None, expansions, False)
             # M-step and P-step; forget what is known.
             clock.check()
             expansions += len(situations)
@@ -172,7 +177,11 @@ def regress(
                     _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
                 )
 
-            # A-step: keep the best.
+            # A-step: keep the best, and none that would make the plan too long.
+            if within is not None and len(before):
+                is_near = within[1](before) < within[0] - len(trail)
+                was_cut = was_cut or not is_near.all()
+                parents, actions, before = parents[is_near], actions[is_near], before[is_near]
             if len(before) > beam:
                 was_cut = True
                 kept = np.argsort(rating(before), kind="stable")[:beam]

@@ -23,7 +23,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.bits import pack, unpack
+from sign_model.bits import any_row, pack, popcount, unpack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.forward_search.relaxed_costs import RelaxedCosts
 
@@ -43,6 +43,8 @@ class Forwards:
     Args:
       conditions, adds, deletes: bool [A, F].
       start, goal: bool [F].
+      is_bold: whether relaxed plans are carried out as far as they go.
+      landmarks: of the goal, as a second rating with queues of its own; None for none.
       canonical: of situations that differ only by objects alike; None if none are.
       clock: asked before each rating; OutOfTime once its limit has passed.
 
@@ -59,10 +61,13 @@ class Forwards:
         start: np.ndarray,
         goal: np.ndarray,
         *,
+        is_bold: bool = True,
+        landmarks: "Landmarks | None" = None,
         canonical: Canonical | None = None,
         clock: Clock = NO_LIMIT,
     ) -> None:
         self.clock, self.canonical, self.num_features = clock, canonical, len(start)
+        self.is_bold, self.landmarks = is_bold, landmarks
         self.goal, self.goal_words = np.flatnonzero(goal), pack(goal)
         self.relaxed = RelaxedCosts(conditions, adds, np.ones(len(adds), np.int64), clock=clock)
         self.gives, self.keeps = pack(adds), ~pack(deletes)
@@ -73,10 +78,13 @@ class Forwards:
         self.parents: list[int] = []
         self.steps: list[tuple[int, ...]] = []
         self.first: dict[int, np.ndarray] = {}
+        self.expanded: set[int] = set()
         self.seen: set[bytes] = set()
-        self.queues: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
-        self.turns = [0, 0]
-        self.best, self.expansions = 1 << 40, 0
+        self.reached: list[np.ndarray] = []
+        ratings = 1 if landmarks is None else 2
+        self.queues: list[list[tuple[int, int]]] = [[] for _ in range(2 * ratings)]
+        self.turns = [0] * (2 * ratings)
+        self.best, self.expansions = [1 << 40] * ratings, 0
         self.plan: list[int] | None = None
         self.waiting = self._met(pack(start)[None], [-1], [()])
 
@@ -120,18 +128,27 @@ class Forwards:
         ends = np.cumsum(lengths)
         of_state = {n: slice(end - k, end) for n, end, k in zip(alive, ends, lengths)}
 
-        # The queues; progress favours the scripts of the relaxed plans.
-        has_progress = False
-        for number, rating in zip(alive, lengths.tolist()):
+        # The queues, two for each rating; progress favours the scripts of the relaxed plans.
+        if not alive:
+            return []
+        for number in alive:
             part = of_state[number]
             self.first[number] = actions[part][ready[part] == 0]
-            for queue in self.queues:
-                heapq.heappush(queue, (rating, number))
-            if rating < self.best:
-                self.best, has_progress = rating, True
+        ratings = [lengths.tolist()]
+        if self.landmarks is not None:
+            reached = np.array([self.reached[n] for n in alive])
+            ratings.append(self.landmarks.left(states[can_reach], reached).tolist())
+        has_progress = False
+        for i, row in enumerate(ratings):
+            for number, rating in zip(alive, row):
+                heapq.heappush(self.queues[2 * i], (rating, number))
+                heapq.heappush(self.queues[2 * i + 1], (rating, number))
+            if min(row) < self.best[i]:
+                self.best[i], has_progress = min(row), True
         if has_progress:
-            self.turns[0] -= _BOOST
-        if not alive:
+            for i in range(len(ratings)):
+                self.turns[2 * i] -= _BOOST
+        if not self.is_bold:
             return []
         leader = alive[int(lengths.argmin())]
         return self._ahead(leader, actions[of_state[leader]].tolist())
@@ -147,10 +164,14 @@ class Forwards:
         """Takes situations from the queues, and returns the new ones that follow them."""
         found: list[int] = []
         while len(found) < _AT_ONCE and any(self.queues) and self.plan is None:
-            turn = int(not self.queues[0] or (bool(self.queues[1]) and self.turns[1] < self.turns[0]))
+            turn = min((t, i) for i, t in enumerate(self.turns) if self.queues[i])[1]
             self.turns[turn] += 1
             _, number = heapq.heappop(self.queues[turn])
-            actions = self.first.pop(number, None) if turn == 0 else self._fitting(number)
+            if turn % 2 == 0:
+                actions = self.first.pop(number, None)
+            else:
+                actions = None if number in self.expanded else self._fitting(number)
+                self.expanded.add(number)
             if actions is not None and len(actions):
                 after = (self.words[number] & self.keeps[actions]) | self.gives[actions]
                 found += self._met(
@@ -183,6 +204,9 @@ class Forwards:
             self.words.append(words[i])
             self.parents.append(parents[i])
             self.steps.append(steps[i])
+            if self.landmarks is not None:
+                known = self.reached[parents[i]] if parents[i] >= 0 else np.zeros_like(words[i])
+                self.reached.append(known | words[i])
             if done[i] and self.plan is None:
                 self.plan = self._plan_to(found[-1])
         return found
@@ -193,6 +217,48 @@ class Forwards:
             parts.append(self.steps[number])
             number = self.parents[number]
         return [action for part in reversed(parts) for action in part]
+
+
+class Landmarks:
+    """How many landmarks of the goal are left on a path: a rating of situations with their past.
+
+    A landmark is left if it was never reached, or if it has gone since and is needed again: it
+    belongs to the goal, or all scripts that bring about a landmark never reached need it.
+
+    Args:
+      conditions, adds: bool [A, F].
+      table: uint64 [F, W], the landmarks of each feature, as `landmark_table` makes them.
+      start, goal: bool [F].
+    """
+
+    def __init__(
+        self,
+        conditions: np.ndarray,
+        adds: np.ndarray,
+        table: np.ndarray,
+        start: np.ndarray,
+        goal: np.ndarray,
+    ) -> None:
+        needed = np.bitwise_or.reduce(table[goal], axis=0, initial=0)
+        self.numbers = np.flatnonzero(unpack(needed, len(start)))
+        self.goal = pack(goal)
+        self.shared = pack(
+            np.array([conditions[adds[:, f]].all(axis=0) for f in self.numbers]).reshape(
+                -1, len(start)
+            )
+        )
+
+    def left(self, states: np.ndarray, reached: np.ndarray) -> np.ndarray:
+        """Returns how many are left, int [N].
+
+        Args:
+          states: bool [N, F].
+          reached: uint64 [N, W], what has held on the path to each, itself included.
+        """
+        is_new = ~unpack(reached, states.shape[1])[:, self.numbers]
+        owner, member = np.nonzero(is_new)
+        again = any_row(self.shared, owner, member, len(states)) | self.goal
+        return is_new.sum(axis=1) + popcount(again & reached & ~pack(states))
 
 
 class _Scripts:
