@@ -8,7 +8,6 @@ costs are small they are whole numbers of 16 bits, which quarters the memory tha
 sums that reach their limit are recognised, and then nothing is called unreachable.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,10 @@ _FAR = 1 << 14
 
 _ACTIONS_AT_ONCE = 1 << 13
 """How many actions of all states are evaluated at once: bounds the memory."""
+
+
+_FEW = 1 << 14
+"""How many numbers reduceat combines faster than rounds of whole rows."""
 
 
 class RelaxedPlans(NamedTuple):
@@ -178,7 +181,7 @@ class RelaxedCosts:
         while True:
             # The features needed now, each once.
             waiting = np.sort(waiting[~is_known[waiting]])
-            waiting = waiting[np.diff(waiting, prepend=-1) > 0]
+            waiting = waiting[_is_first(waiting)]
             if not len(waiting):
                 break
             self.clock.check()
@@ -193,13 +196,13 @@ class RelaxedCosts:
             value = self._values_of_pairs(flat, action, state[of], num_states)
             best = np.minimum.reduceat(value + self.costs[action], begin)
             hits = np.flatnonzero(value + self.costs[action] == best[of])
-            hits = hits[np.diff(of[hits], prepend=-1) > 0]
+            hits = hits[_is_first(of[hits])]
             action, state, value = action[hits], state[of[hits]], value[hits]
 
             # Of the actions, those not chosen before, each once; then what they need.
             key = action * num_states + state
             order = np.argsort(key, kind="stable")
-            order = order[np.diff(key[order], prepend=-1) > 0]
+            order = order[_is_first(key[order])]
             order = order[~is_chosen[key[order]]]
             action, state, value = action[order], state[order], value[order]
             is_chosen[key[order]] = True
@@ -253,8 +256,15 @@ class _Lists:
         return self.members[np.arange(total) + np.repeat(self.first[rows] - ends + count, count)]
 
 
+def _is_first(keys: np.ndarray) -> np.ndarray:
+    """Returns bool [P]: whether each of ascending keys, int [P], differs from the one before."""
+    is_first = np.ones(len(keys), bool)
+    np.not_equal(keys[1:], keys[:-1], out=is_first[1:])
+    return is_first
+
+
 def _folded(
-    operation: Callable[..., np.ndarray], values: np.ndarray, keys: np.ndarray, rows: np.ndarray
+    operation: np.ufunc, values: np.ndarray, keys: np.ndarray, rows: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns (the keys, each once; for each the operation over its rows of `values`).
 
@@ -267,9 +277,14 @@ def _folded(
       keys: int [P], ascending.
       rows: int [P], of `values`.
     """
+    if len(keys) * values.shape[1] <= _FEW:
+        begin = np.flatnonzero(_is_first(keys))
+        if not len(begin):
+            return keys, values[rows]
+        return keys[begin], operation.reduceat(values[rows], begin, axis=0)
     current: np.ndarray | None = None
     while True:
-        is_first = np.diff(keys, prepend=-1) > 0
+        is_first = _is_first(keys)
         if is_first.all():
             return keys, values[rows] if current is None else current
         # The place of each row among those of its key; even places take in their successor.

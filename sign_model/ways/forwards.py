@@ -23,9 +23,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.bits import any_row, pack, popcount, unpack
+from sign_model.bits import pack, unpack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.forward_search.relaxed_costs import RelaxedCosts
+from sign_model.ways.landmarks_left import LandmarksLeft
 
 _AT_ONCE = 32
 """How many situations are rated together."""
@@ -62,7 +63,7 @@ class Forwards:
         goal: np.ndarray,
         *,
         is_bold: bool = True,
-        landmarks: "Landmarks | None" = None,
+        landmarks: LandmarksLeft | None = None,
         canonical: Canonical | None = None,
         clock: Clock = NO_LIMIT,
     ) -> None:
@@ -194,6 +195,8 @@ class Forwards:
         likes = words
         if self.canonical is not None:
             likes = pack(self.canonical(unpack(words, self.num_features)))
+        if self.landmarks is not None:
+            now = pack(self.landmarks.seen_in(unpack(words, self.num_features)))
         done = ~(self.goal_words & ~words).any(axis=1)
         found = []
         for i, key in enumerate(row.tobytes() for row in likes):
@@ -205,8 +208,8 @@ class Forwards:
             self.parents.append(parents[i])
             self.steps.append(steps[i])
             if self.landmarks is not None:
-                known = self.reached[parents[i]] if parents[i] >= 0 else np.zeros_like(words[i])
-                self.reached.append(known | words[i])
+                past = self.reached[parents[i]] if parents[i] >= 0 else np.uint64(0)
+                self.reached.append(past | now[i])
             if done[i] and self.plan is None:
                 self.plan = self._plan_to(found[-1])
         return found
@@ -217,48 +220,6 @@ class Forwards:
             parts.append(self.steps[number])
             number = self.parents[number]
         return [action for part in reversed(parts) for action in part]
-
-
-class Landmarks:
-    """How many landmarks of the goal are left on a path: a rating of situations with their past.
-
-    A landmark is left if it was never reached, or if it has gone since and is needed again: it
-    belongs to the goal, or all scripts that bring about a landmark never reached need it.
-
-    Args:
-      conditions, adds: bool [A, F].
-      table: uint64 [F, W], the landmarks of each feature, as `landmark_table` makes them.
-      start, goal: bool [F].
-    """
-
-    def __init__(
-        self,
-        conditions: np.ndarray,
-        adds: np.ndarray,
-        table: np.ndarray,
-        start: np.ndarray,
-        goal: np.ndarray,
-    ) -> None:
-        needed = np.bitwise_or.reduce(table[goal], axis=0, initial=0)
-        self.numbers = np.flatnonzero(unpack(needed, len(start)))
-        self.goal = pack(goal)
-        self.shared = pack(
-            np.array([conditions[adds[:, f]].all(axis=0) for f in self.numbers]).reshape(
-                -1, len(start)
-            )
-        )
-
-    def left(self, states: np.ndarray, reached: np.ndarray) -> np.ndarray:
-        """Returns how many are left, int [N].
-
-        Args:
-          states: bool [N, F].
-          reached: uint64 [N, W], what has held on the path to each, itself included.
-        """
-        is_new = ~unpack(reached, states.shape[1])[:, self.numbers]
-        owner, member = np.nonzero(is_new)
-        again = any_row(self.shared, owner, member, len(states)) | self.goal
-        return is_new.sum(axis=1) + popcount(again & reached & ~pack(states))
 
 
 class _Scripts:
