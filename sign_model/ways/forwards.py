@@ -38,13 +38,77 @@ Canonical = Callable[[np.ndarray], np.ndarray]
 """Situations bool [N, F] -> the same, each exchanged for the one that stands for all its like."""
 
 
+class Scripts:
+    """The actions of one task, prepared once for all forward searches.
+
+    Args:
+      conditions, adds, deletes: bool [A, F].
+      clock: asked in every phase.
+    """
+
+    def __init__(
+        self,
+        conditions: np.ndarray,
+        adds: np.ndarray,
+        deletes: np.ndarray,
+        clock: Clock = NO_LIMIT,
+    ) -> None:
+        self.relaxed = RelaxedCosts(conditions, adds, np.ones(len(adds), np.int64), clock=clock)
+        self.rows = [pack(matrix) for matrix in (conditions, adds, deletes)]
+        self.gives, self.keeps = self.rows[1], ~self.rows[2]
+        self.known: dict[int, tuple[int, ...]] = {}
+
+    def of(self, action: int) -> tuple[int, ...]:
+        """Returns (conditions, adds, deletes) of an action as whole numbers of F bits."""
+        if action not in self.known:
+            self.known[action] = tuple(
+                int.from_bytes(rows[action].tobytes(), "little") for rows in self.rows
+            )
+        return self.known[action]
+
+    def fitting(self, state: np.ndarray) -> np.ndarray:
+        """Returns the M-step: the actions whose conditions are included in a situation, bool
+        [F].
+        """
+        met = np.bincount(
+            self.relaxed.needed_by.of(np.flatnonzero(state)), minlength=self.relaxed.num_actions
+        )
+        return np.flatnonzero(met == self.relaxed.needs.count)
+
+    def carried_out(self, words: np.ndarray, actions: list[int]) -> tuple[np.ndarray, list[int]]:
+        """Returns (the situation after, the actions that could go in the order in which they went).
+
+        Ends: an action goes once.
+
+        Args:
+          words: the situation before, uint64 [W].
+          actions: gone through again and again while one of them can go.
+        """
+        state, taken = int.from_bytes(words.tobytes(), "little"), []
+        while True:
+            left = []
+            for action in actions:
+                conditions, adds, deletes = self.of(action)
+                if conditions & ~state:
+                    left.append(action)
+                else:
+                    state = (state & ~deletes) | adds
+                    taken.append(action)
+            if len(left) in (0, len(actions)):
+                after = np.frombuffer(state.to_bytes(8 * len(words), "little"), np.uint64)
+                return after, taken
+            actions = left
+
+
 class Forwards:
     """A forward search of one task that can be continued.
 
     Args:
-      conditions, adds, deletes: bool [A, F].
+      scripts: of the task.
       start, goal: bool [F].
       is_bold: whether relaxed plans are carried out as far as they go.
+      is_deferred: whether a situation waits under the rating of the one before it, and is rated
+        only when its turn comes: fewer ratings, longer plans.
       landmarks: of the goal, as a second rating with queues of its own; None for none.
       canonical: of situations that differ only by objects alike; None if none are.
       clock: asked before each rating; OutOfTime once its limit has passed.
@@ -56,34 +120,31 @@ class Forwards:
 
     def __init__(
         self,
-        conditions: np.ndarray,
-        adds: np.ndarray,
-        deletes: np.ndarray,
+        scripts: Scripts,
         start: np.ndarray,
         goal: np.ndarray,
         *,
-        is_bold: bool = True,
+        is_bold: bool = False,
+        is_deferred: bool = False,
         landmarks: LandmarksLeft | None = None,
         canonical: Canonical | None = None,
         clock: Clock = NO_LIMIT,
     ) -> None:
         self.clock, self.canonical, self.num_features = clock, canonical, len(start)
-        self.is_bold, self.landmarks = is_bold, landmarks
+        self.is_bold, self.is_deferred, self.landmarks = is_bold, is_deferred, landmarks
         self.goal, self.goal_words = np.flatnonzero(goal), pack(goal)
-        self.relaxed = RelaxedCosts(conditions, adds, np.ones(len(adds), np.int64), clock=clock)
-        self.gives, self.keeps = pack(adds), ~pack(deletes)
-        self.scripts = _Scripts(conditions, adds, deletes)
+        self.scripts, self.relaxed = scripts, scripts.relaxed
 
         # The situations met, and for those in the queues the first scripts of their relaxed plans.
         self.words: list[np.ndarray] = []
         self.parents: list[int] = []
         self.steps: list[tuple[int, ...]] = []
         self.first: dict[int, np.ndarray] = {}
-        self.expanded: set[int] = set()
+        self.fitting: dict[int, np.ndarray] = {}
         self.seen: set[bytes] = set()
         self.reached: list[np.ndarray] = []
         ratings = 1 if landmarks is None else 2
-        self.queues: list[list[tuple[int, int]]] = [[] for _ in range(2 * ratings)]
+        self.queues: list[list[tuple[int, int, int]]] = [[] for _ in range(2 * ratings)]
         self.turns = [0] * (2 * ratings)
         self.best, self.expansions = [1 << 40] * ratings, 0
         self.plan: list[int] | None = None
@@ -119,7 +180,7 @@ class Forwards:
         if not self.relaxed.is_exact(cost):  # too dear to count is not unreachable: last of all
             for number, is_counted in zip(numbers, can_reach.tolist()):
                 if not is_counted:
-                    heapq.heappush(self.queues[1], (1 << 40, number))
+                    heapq.heappush(self.queues[1], (1 << 40, number, 0))
 
         # Their relaxed plans, each in the order in which its actions become ready.
         order = np.lexsort((plans.action, plans.ready, plans.owner))
@@ -142,8 +203,8 @@ class Forwards:
         has_progress = False
         for i, row in enumerate(ratings):
             for number, rating in zip(alive, row):
-                heapq.heappush(self.queues[2 * i], (rating, number))
-                heapq.heappush(self.queues[2 * i + 1], (rating, number))
+                heapq.heappush(self.queues[2 * i], (rating, number, 0))
+                heapq.heappush(self.queues[2 * i + 1], (rating, number, 0))
             if min(row) < self.best[i]:
                 self.best[i], has_progress = min(row), True
         if has_progress:
@@ -164,27 +225,33 @@ class Forwards:
     def _children(self) -> list[int]:
         """Takes situations from the queues, and returns the new ones that follow them."""
         found: list[int] = []
-        while len(found) < _AT_ONCE and any(self.queues) and self.plan is None:
+        most = _AT_ONCE // 2 if self.is_deferred else _AT_ONCE
+        while len(found) < most and any(self.queues) and self.plan is None:
             turn = min((t, i) for i, t in enumerate(self.turns) if self.queues[i])[1]
             self.turns[turn] += 1
-            _, number = heapq.heappop(self.queues[turn])
+            rating, number, place = heapq.heappop(self.queues[turn])
             if turn % 2 == 0:
-                actions = self.first.pop(number, None)
+                actions = self.first[number]
             else:
-                actions = None if number in self.expanded else self._fitting(number)
-                self.expanded.add(number)
-            if actions is not None and len(actions):
-                after = (self.words[number] & self.keeps[actions]) | self.gives[actions]
-                found += self._met(
-                    after, [number] * len(actions), [(action,) for action in actions.tolist()]
-                )
+                actions = self._fitting(number)
+            if self.is_deferred:  # one after another; the rest waits in the same place
+                if place + 1 < len(actions):
+                    heapq.heappush(self.queues[turn], (rating, number, place + 1))
+                actions = actions[place : place + 1]
+            keeps, gives = self.scripts.keeps[actions], self.scripts.gives[actions]
+            after = (self.words[number] & keeps) | gives
+            found += self._met(
+                after, [number] * len(actions), [(action,) for action in actions.tolist()]
+            )
         return found
 
     def _fitting(self, number: int) -> np.ndarray:
-        """Returns the M-step: the actions whose conditions are included in a situation."""
-        held = np.flatnonzero(unpack(self.words[number], self.num_features))
-        met = np.bincount(self.relaxed.needed_by.of(held), minlength=self.relaxed.num_actions)
-        return np.flatnonzero(met == self.relaxed.needs.count)
+        """Returns the actions that can go in a situation."""
+        if number not in self.fitting:
+            self.fitting[number] = self.scripts.fitting(
+                unpack(self.words[number], self.num_features)
+            )
+        return self.fitting[number]
 
     def _met(
         self, words: np.ndarray, parents: list[int], steps: list[tuple[int, ...]]
@@ -220,43 +287,3 @@ class Forwards:
             parts.append(self.steps[number])
             number = self.parents[number]
         return [action for part in reversed(parts) for action in part]
-
-
-class _Scripts:
-    """The actions as whole numbers of F bits, to carry out one after another."""
-
-    def __init__(self, conditions: np.ndarray, adds: np.ndarray, deletes: np.ndarray) -> None:
-        self.rows = [pack(matrix) for matrix in (conditions, adds, deletes)]
-        self.known: dict[int, tuple[int, ...]] = {}
-
-    def of(self, action: int) -> tuple[int, ...]:
-        """Returns (conditions, adds, deletes) of an action."""
-        if action not in self.known:
-            self.known[action] = tuple(
-                int.from_bytes(rows[action].tobytes(), "little") for rows in self.rows
-            )
-        return self.known[action]
-
-    def carried_out(self, words: np.ndarray, actions: list[int]) -> tuple[np.ndarray, list[int]]:
-        """Returns (the situation after, the actions that could go in the order in which they went).
-
-        Ends: an action goes once.
-
-        Args:
-          words: the situation before, uint64 [W].
-          actions: gone through again and again while one of them can go.
-        """
-        state, taken = int.from_bytes(words.tobytes(), "little"), []
-        while True:
-            left = []
-            for action in actions:
-                conditions, adds, deletes = self.of(action)
-                if conditions & ~state:
-                    left.append(action)
-                else:
-                    state = (state & ~deletes) | adds
-                    taken.append(action)
-            if len(left) in (0, len(actions)):
-                after = np.frombuffer(state.to_bytes(8 * len(words), "little"), np.uint64)
-                return after, taken
-            actions = left
