@@ -72,8 +72,8 @@ class RelaxedCosts:
 
         # Both matrices as lists of numbers, by row and by column.
         clock.check()
-        self.needs = _Lists(conditions)
-        self.gives = _Lists(adds)
+        self.needs = Lists(conditions)
+        self.gives = Lists(adds)
         clock.check()
         self.needed_by = self.needs.turned(self.num_features)
         self.given_by = self.gives.turned(self.num_features)
@@ -229,7 +229,7 @@ class RelaxedCosts:
         return value
 
 
-class _Lists:
+class Lists:
     """The columns of the ones in each row of a matrix, bool [N, M], one list after another."""
 
     def __init__(self, matrix: np.ndarray) -> None:
@@ -240,9 +240,9 @@ class _Lists:
         self.count = np.bincount(self.rows, minlength=size)
         self.first = np.cumsum(self.count) - self.count
 
-    def turned(self, size: int) -> "_Lists":
+    def turned(self, size: int) -> "Lists":
         """Returns the rows of the ones in each column, of which there are `size`."""
-        other = object.__new__(_Lists)
+        other = object.__new__(Lists)
         order = np.argsort(self.members, kind="stable")
         other.rows, other.members = self.members[order], self.rows[order]
         other._index(size)
@@ -254,6 +254,15 @@ class _Lists:
         total = int(count.sum())
         ends = np.cumsum(count)
         return self.members[np.arange(total) + np.repeat(self.first[rows] - ends + count, count)]
+
+    def part(self, rows: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+        """Returns some rows and columns of the matrix, bool [n, m], of its `size` columns."""
+        place = np.full(size, -1)
+        place[columns] = np.arange(len(columns))
+        bits = np.zeros((len(rows), len(columns)), bool)
+        row, column = np.repeat(np.arange(len(rows)), self.count[rows]), place[self.of(rows)]
+        bits[row[column >= 0], column[column >= 0]] = True
+        return bits
 
 
 def _is_first(keys: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ situation.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,11 +53,13 @@ class Regression:
     plan: actions of the space in the order of execution; None without a plan.
     expansions: situations expanded.
     is_proof: whether it is proven that there is no plan.
+    is_shortest: whether nothing was cut off, so no plan is shorter.
     """
 
     plan: list[int] | None
     expansions: int
     is_proof: bool
+    is_shortest: bool = False
 
 
 def plan_map(
@@ -84,42 +86,75 @@ def plan_map(
     """
     # The tables. A goal that mutexes exclude needs no search.
     try:
-        space = regression_space(task, clock=clock)
-        start, goal = space.situations(task.start), space.situations(task.goal)
-        if not space.is_consistent(goal[None])[0]:
-            return Regression(None, 0, True)
-        schemas = [task.actions[a][0] for a in space.kept_actions]
-        ratings = [make_rating(sign, space, start, goal, schemas, clock) for sign in signs]
+        rungs = Rungs(task, signs, clock)
     except OutOfTime:
         return Regression(None, 0, False)
+    if rungs.is_excluded:
+        return Regression(None, 0, True)
 
     # Each rung tries every sign, and stops at the first rung with a plan. Ends: the last rung keeps
     # all situations, so it finds a plan or a proof, or exhausts the budget.
     expansions = 0
     for beam in beams:
-        best: Regression | None = None
-        for rating in ratings if beam < 1 << 30 else ratings[:1]:
+        found = rungs.tried(beam, max_expansions - expansions)
+        expansions += found.expansions
+        if found.is_proof or found.plan is not None:
+            return replace(found, expansions=expansions)
+        if expansions >= max_expansions or clock.is_over():
+            break
+    return Regression(None, expansions, False)
+
+
+class Rungs:
+    """The regressions of one task, from rung to rung.
+
+    Args:
+      task: to be solved.
+      signs: the heuristics, at least one.
+      clock: asked in every phase; OutOfTime once its limit has passed while this is made.
+
+    Attributes:
+      space: the features and actions that matter.
+      is_excluded: whether the goal can never hold by the mutexes alone: a proof.
+    """
+
+    def __init__(
+        self, task: PlanningTask, signs: Sequence[HeuristicSign], clock: Clock = NO_LIMIT
+    ) -> None:
+        self.clock, self.space = clock, regression_space(task, clock=clock)
+        self.start, self.goal = (self.space.situations(rows) for rows in (task.start, task.goal))
+        self.is_excluded = not self.space.is_consistent(self.goal[None])[0]
+        self.ratings: list[Rating] = []
+        if not self.is_excluded:
+            schemas = [task.actions[a][0] for a in self.space.kept_actions]
+            ends = self.start, self.goal
+            self.ratings = [make_rating(sign, self.space, *ends, schemas, clock) for sign in signs]
+
+    def tried(self, beam: int, max_expansions: int, patience: int | None = None) -> Regression:
+        """Returns the shortest plan of one rung, its actions numbered as in the task; options as in
+        `regress`.
+        """
+        best, expansions = None, 0
+        for rating in self.ratings if beam < 1 << 30 else self.ratings[:1]:
             found = regress(
-                space,
-                start,
-                goal,
+                self.space,
+                self.start,
+                self.goal,
                 rating,
                 beam=beam,
                 max_expansions=max_expansions - expansions,
-                clock=clock,
+                patience=patience,
+                clock=self.clock,
             )
             expansions += found.expansions
             if found.is_proof:
                 return Regression(None, expansions, True)
-            if found.plan is not None and (
-                best is None or best.plan is None or len(found.plan) < len(best.plan)
-            ):
+            if found.plan is not None and (best is None or len(found.plan) < len(best.plan or ())):
                 best = found
-        if best is not None and best.plan is not None:
-            return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
-        if expansions >= max_expansions or clock.is_over():
-            break
-    return Regression(None, expansions, False)
+        if best is None or best.plan is None:
+            return Regression(None, expansions, False)
+        plan = [int(self.space.kept_actions[a]) for a in best.plan]
+        return Regression(plan, expansions, False, best.is_shortest)
 
 
 def regress(
@@ -131,6 +166,7 @@ def regress(
     beam: int,
     max_expansions: int,
     within: tuple[int, Rating] | None = None,
+    patience: int | None = None,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the result of a regression with one beam; a goal included in the start needs no
@@ -144,14 +180,17 @@ def regress(
       max_expansions: the most situations expanded.
       within: (the longest plan looked for, an estimate of the steps that are left before a
         situation); situations that would exceed it are cut off. Plans of any length where None.
+      patience: how many steps may pass, or a third of all so far if that is more, in which no
+        situation is rated better than all before; then the search gives up. Without end where None.
       clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
-        return Regression([], 0, False)
+        return Regression([], 0, False, True)
 
     # The beam, the memory of what was kept, and the trail (parents, actions) of each step.
     scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
+    best, best_at = 1 << 40, 0
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -173,9 +212,8 @@ def regress(
             done = ~(before & ~start).any(axis=1)
             if done.any():
                 first = int(done.argmax())
-                return Regression(
-                    _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
-                )
+                plan = _unwind(trail, int(parents[first]), int(actions[first]))
+                return Regression(plan, expansions, False, not was_cut)
 
             # A-step: keep the best, and none that would make the plan too long.
             if within is not None and len(before):
@@ -184,7 +222,12 @@ def regress(
                 parents, actions, before = parents[is_near], actions[is_near], before[is_near]
             if len(before) > beam:
                 was_cut = True
-                kept = np.argsort(rating(before), kind="stable")[:beam]
+                rated = rating(before)
+                if rated.min() < best:
+                    best, best_at = int(rated.min()), len(trail)
+                if patience is not None and len(trail) - best_at > max(patience, len(trail) // 3):
+                    return Regression(None, expansions, False)
+                kept = np.argsort(rated, kind="stable")[:beam]
                 parents, actions, before = parents[kept], actions[kept], before[kept]
             memory.learn(before)
             trail.append((parents, actions))

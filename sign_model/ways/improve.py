@@ -127,8 +127,8 @@ class _Improving:
         """Returns fewer actions that do what the part does; None if none were found."""
         space, start, goal, best = window.space, window.start, window.goal, None
         schemas = [self.task.actions[a][0] for a in space.kept_actions]
-        length = len(window.part)
-        left = make_rating(_STEPS_LEFT, space, start, goal, schemas, self.clock)
+        length, tables = len(window.part), {}
+        left = make_rating(_STEPS_LEFT, space, start, goal, schemas, self.clock, tables)
         if left(goal[None])[0] >= length:
             return None
         for sign in (RELAXED_PLAN, LANDMARKS):
@@ -136,7 +136,7 @@ class _Improving:
                 space,
                 start,
                 goal,
-                make_rating(sign, space, start, goal, schemas, self.clock),
+                make_rating(sign, space, start, goal, schemas, self.clock, tables),
                 beam=_BEAM,
                 max_expansions=1 << 40,
                 within=(length - 1, left),

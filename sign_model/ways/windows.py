@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sign_model.forward_search.relaxed_costs import Lists
 from sign_model.map_algorithm.mutex import clashes
 from sign_model.map_algorithm.regression import RegressionSpace
 from sign_model.pddl.planning_task import PlanningTask
@@ -39,11 +40,10 @@ class Rearranging:
 
     def __init__(self, task: PlanningTask, mutex: np.ndarray) -> None:
         self.task, self.mutex = task, mutex
-        action_of, deleted = np.nonzero(task.deletes)
-        self.num_deletes = np.bincount(action_of, minlength=task.num_actions)
-        order = np.argsort(deleted, kind="stable")
-        self.deleters = action_of[order]
-        self.first = np.searchsorted(deleted[order], np.arange(task.num_features + 1))
+        self.needs, self.gives, self.takes = (
+            Lists(matrix) for matrix in (task.conditions, task.adds, task.deletes)
+        )
+        self.taken_by = self.takes.turned(task.num_features)
         self.rows: dict[int, tuple[int, int, int]] = {}
         self.orders: dict[tuple[int, int], bool] = {}
         self.start, self.goal = _number(task.start), _number(task.goal)
@@ -98,9 +98,7 @@ class Rearranging:
         part: list[int] = []
         later: list[int] = []
         for action, is_chosen in reversed(middle):
-            if is_chosen or any(
-                self.must_precede(action, other) for other in (*part, *reversed(later))
-            ) and any(self.must_precede(action, other) for other in part):
+            if is_chosen or any(self.must_precede(action, other) for other in part):
                 part.insert(0, action)
             else:
                 later.insert(0, action)
@@ -132,12 +130,15 @@ class Rearranging:
         # All features that the actions don't change stay: conditions on them hold, or never will.
         task = self.task
         actions, features = self._local(part, start, is_wide)
-        is_changed = np.zeros(task.num_features, bool)
-        is_changed[features] = True
-        never = np.flatnonzero(~is_changed & ~start)
-        actions = actions[~task.conditions[np.ix_(actions, never)].any(axis=1)]
-        rows = np.ix_(actions, features)
-        conditions, adds, deletes = task.conditions[rows], task.adds[rows], task.deletes[rows]
+        can_hold = start.copy()
+        can_hold[features] = True
+        never = np.repeat(np.arange(len(actions)), self.needs.count[actions])
+        never = never[~can_hold[self.needs.of(actions)]]
+        actions = np.delete(actions, never)
+        conditions, adds, deletes = (
+            lists.part(actions, features, task.num_features)
+            for lists in (self.needs, self.gives, self.takes)
+        )
         mutex = self.mutex[np.ix_(features, features)]
         space = RegressionSpace(
             features=tuple(task.features[f] for f in features),
@@ -158,33 +159,39 @@ class Rearranging:
         change.
         """
         task, steps = self.task, np.array(sorted(set(part)))
-        changes = (task.adds[steps] | task.deletes[steps]).any(axis=0)
+        changes = self._changed_by(steps)
         if is_wide:
             touches = self._deletes_in(np.flatnonzero(changes)) > 0
-            fits = self._deletes_in(np.flatnonzero(changes | start)) == self.num_deletes
+            fits = self._deletes_in(np.flatnonzero(changes | start)) == self.takes.count
             near = np.flatnonzero(touches & fits)
-            changes |= (task.adds[near] | task.deletes[near]).any(axis=0)
+            changes |= self._changed_by(near)
 
         # Actions whose deletes all lie there; what they add can then be deleted. Ends: the set only
         # grows.
-        missing, new = self.num_deletes.copy(), np.flatnonzero(changes)
+        missing, new = self.takes.count.copy(), np.flatnonzero(changes)
         while len(new):
             gone = self._deletes_in(new)
             missing -= gone
             allowed = np.flatnonzero((missing == 0) & (gone > 0))
-            more = task.adds[allowed].any(axis=0) & ~changes
+            more = np.zeros(task.num_features, bool)
+            more[self.gives.of(allowed)] = True
+            more &= ~changes
             changes |= more
             new = np.flatnonzero(more)
-        is_allowed = (missing == 0) & (self.num_deletes > 0)
+        is_allowed = (missing == 0) & (self.takes.count > 0)
         is_allowed[steps] = True
         return np.flatnonzero(is_allowed), np.flatnonzero(changes)
 
+    def _changed_by(self, actions: np.ndarray) -> np.ndarray:
+        """Returns bool [F]: the features that some of the actions, int [n], add or delete."""
+        changed = np.zeros(self.task.num_features, bool)
+        changed[self.gives.of(actions)] = True
+        changed[self.takes.of(actions)] = True
+        return changed
+
     def _deletes_in(self, features: np.ndarray) -> np.ndarray:
         """Returns how many of the features, int [n], each action deletes, int [A]."""
-        count = self.first[features + 1] - self.first[features]
-        ends = np.cumsum(count)
-        places = np.arange(int(count.sum())) + np.repeat(self.first[features] - ends + count, count)
-        return np.bincount(self.deleters[places], minlength=len(self.num_deletes))
+        return np.bincount(self.taken_by.of(features), minlength=self.task.num_actions)
 
 
 def _number(row: np.ndarray) -> int:
