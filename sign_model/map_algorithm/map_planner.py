@@ -130,7 +130,13 @@ class Rungs:
             ends = self.start, self.goal
             self.ratings = [make_rating(sign, self.space, *ends, schemas, clock) for sign in signs]
 
-    def tried(self, beam: int, max_expansions: int, patience: int | None = None) -> Regression:
+    def tried(
+        self,
+        beam: int,
+        max_expansions: int,
+        patience: int | None = None,
+        max_rated: int | None = None,
+    ) -> Regression:
         """Returns the shortest plan of one rung, its actions numbered as in the task; options as in
         `regress`.
         """
@@ -144,6 +150,7 @@ class Rungs:
                 beam=beam,
                 max_expansions=max_expansions - expansions,
                 patience=patience,
+                max_rated=max_rated,
                 clock=self.clock,
             )
             expansions += found.expansions
@@ -167,6 +174,7 @@ def regress(
     max_expansions: int,
     within: tuple[int, Rating] | None = None,
     patience: int | None = None,
+    max_rated: int | None = None,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the result of a regression with one beam; a goal included in the start needs no
@@ -182,6 +190,7 @@ def regress(
         situation); situations that would exceed it are cut off. Plans of any length where None.
       patience: how many steps may pass, or a third of all so far if that is more, in which no
         situation is rated better than all before; then the search gives up. Without end where None.
+      max_rated: the most situations rated; any number where None.
       clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
@@ -190,7 +199,7 @@ def regress(
     # The beam, the memory of what was kept, and the trail (parents, actions) of each step.
     scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
-    best, best_at = 1 << 40, 0
+    best, best_at, num_rated = 1 << 40, 0, 0
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -207,6 +216,10 @@ def regress(
             clock.check()
             fresh = memory.forget_known(before)
             parents, actions, before = parents[fresh], actions[fresh], before[fresh]
+
+            num_rated += len(before)
+            if max_rated is not None and num_rated > max_rated:
+                return Regression(None, expansions, False)
 
             # Stop at the first situation that is included in the start.
             done = ~(before & ~start).any(axis=1)

@@ -16,13 +16,25 @@ from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.ways.rule import PlanningRule
 
-_PATIENCE = 32
-"""How many steps of a regression may pass without a better rating before it gives up its turn."""
-
-_TABLE_WORDS = 1 << 18
-"""A task whose tables, (A + F) F / 64, are larger is not first planned backwards, and gets no
-landmarks forwards.
+_PATIENCE = (8, 32)
+"""How many steps of a regression may pass without a better rating before it gives up its turn, at
+least and at most: the fewer, the longer a step takes.
 """
+
+_WORDS_OF_PATIENCE = 1 << 19
+"""The words that these steps go through, about (A + F) F / 64 for each situation of a beam."""
+
+_RATED_PER_EXPANSION = 64
+"""How many situations a regression may rate for each expansion of its turn."""
+
+_LARGE = 1 << 17
+"""A task with more words is not planned backwards before a quick way has tried it."""
+
+_QUICK = {"goal by goal": 500, "boldly": 125}
+"""The quick ways, and how many expansions they get on a large task before all others."""
+
+_LANDMARK_WORDS = 1 << 18
+"""A task with more words gets no landmarks forwards."""
 
 _GOAL_PATIENCE = 1000
 """How many situations are rated for one goal before another goal is tried."""
@@ -31,6 +43,11 @@ _EFFORT_PER_EXPANSION, _EFFORT_WITHOUT_STALL, _LEAST_EFFORT = 1500, 200, 100_000
 """How much effort improves a plan, for each expansion that it took; less where the first way led to
 it at once, since such plans are short.
 """
+
+
+def _words(task: PlanningTask) -> int:
+    """Returns the size of the task's tables in words of 64 bits."""
+    return sum(task.conditions.shape) * task.num_features // 64
 
 
 class Way(Protocol):
@@ -112,11 +129,13 @@ class _Turns:
     def run(self) -> None:
         """Gives the ways their turns, then improves the plan."""
         order = list(self.rule.turns)
-        words = sum(self.task.conditions.shape) * self.task.num_features // 64
-        is_large = words > _TABLE_WORDS
-        if is_large and "backwards" in order:
-            order.sort(key=lambda way: way == "backwards")
+        is_large = _words(self.task) > _LARGE
         growth, finder = 1, ""
+        if is_large:
+            for name in (name for name in order if name in _QUICK):
+                self._turn(name, _QUICK[name])
+                if self.plan is not None or self.is_proven:
+                    break
         while self.plan is None and not self.is_proven and self.spent < self.budget:
             self.clock.check()
             waiting = [name for name in order if not self._is_over(name)]
@@ -189,6 +208,8 @@ class _Backwards:
         self.rungs = Rungs(turns.task, turns.signs, turns.clock)
         self.plan: list[int] | None = None
         self.expansions, self.rung = 0, 0
+        least, most = _PATIENCE
+        self.patience = max(least, min(most, _WORDS_OF_PATIENCE // max(1, _words(turns.task))))
         self.is_proof, self.is_shortest = self.rungs.is_excluded, False
 
     @property
@@ -196,20 +217,16 @@ class _Backwards:
         return self.is_proof or self.rung >= len(BEAMS)
 
     def advance(self, max_expansions: int) -> None:
-        """Tries rungs, each until it stalls, even beyond its turn; the last one to its end."""
-        while self.plan is None and not self.is_exhausted and self.expansions < max_expansions:
-            beam, is_last = BEAMS[self.rung], self.rung == len(BEAMS) - 1
-            left = self.turns.budget - self.turns.spent
-            found = self.rungs.tried(beam, left, None if is_last else _PATIENCE)
-            self.expansions += found.expansions
-            self.plan, self.is_proof = found.plan, self.is_proof or found.is_proof
-            self.is_shortest = found.is_shortest
-            if not is_last:
-                self.rung += 1
-            elif self.plan is None:
-                return
-            if found.expansions == 0:
-                return
+        """Tries one rung until it stalls, even beyond the turn; the last rung to its end."""
+        beam, is_last = BEAMS[self.rung], self.rung == len(BEAMS) - 1
+        left = self.turns.budget - self.turns.spent
+        rated = _RATED_PER_EXPANSION * (max_expansions - self.expansions)
+        limits = (None, None) if is_last else (self.patience, rated)
+        found = self.rungs.tried(beam, left, *limits)
+        self.expansions += found.expansions
+        self.plan, self.is_proof = found.plan, self.is_proof or found.is_proof
+        self.is_shortest = found.is_shortest
+        self.rung += 1
 
 
 class _Forward:
@@ -310,7 +327,7 @@ def _forwards(turns: _Turns, *, is_bold: bool = False, is_deferred: bool = False
 
     shared, landmarks = _shared(turns), None
     task = shared.task
-    if not is_bold and sum(task.conditions.shape) * task.num_features // 64 <= _TABLE_WORDS:
+    if not is_bold and _words(task) <= _LANDMARK_WORDS:
         landmarks = LandmarksLeft(
             task.conditions,
             task.adds,
