@@ -20,20 +20,19 @@ _ROUNDS = 2
 
 
 class Alike:
-    """The classes of objects alike in one task.
+    """The classes of objects alike in one task, for a search towards its goal.
 
     Args:
       task: with names; without them nothing is alike.
-      in_goal: whether the goal must not distinguish them either, as a search towards it requires.
 
     Attributes:
       classes: the objects of each class, at least two.
     """
 
-    def __init__(self, task: PlanningTask, *, in_goal: bool = True) -> None:
+    def __init__(self, task: PlanningTask) -> None:
         number_of = {atom: i for i, atom in enumerate(task.features)}
         tables = {}
-        for members in _classes(task, number_of, in_goal):
+        for members in _classes(task, number_of):
             table = _table(members, task.features, number_of)
             if table is not None and table.shape[1]:
                 tables[members] = table
@@ -63,15 +62,13 @@ def _sorted(rows: np.ndarray) -> np.ndarray:
     return np.take_along_axis(rows, order[:, :, None], axis=1)
 
 
-def _classes(
-    task: PlanningTask, number_of: dict[Atom, int], in_goal: bool
-) -> list[tuple[str, ...]]:
+def _classes(task: PlanningTask, number_of: dict[Atom, int]) -> list[tuple[str, ...]]:
     """Returns the classes of two objects or more; objects are compared with the first of each."""
     if task.problem is None:
         return []
     actions = set(task.actions)
     features_of, actions_of = _by_object(task.features), _by_object(task.actions)
-    goal = {a for a, is_goal in zip(task.features, task.goal) if is_goal and in_goal}
+    goal = {atom for atom, is_goal in zip(task.features, task.goal) if is_goal}
 
     def is_alike(one: str, other: str) -> bool:
         swap = {one: other, other: one}

@@ -262,8 +262,6 @@ class Forwards:
         likes = words
         if self.canonical is not None:
             likes = pack(self.canonical(unpack(words, self.num_features)))
-        if self.landmarks is not None:
-            now = pack(self.landmarks.seen_in(unpack(words, self.num_features)))
         done = ~(self.goal_words & ~words).any(axis=1)
         found = []
         for i, key in enumerate(row.tobytes() for row in likes):
@@ -276,7 +274,7 @@ class Forwards:
             self.steps.append(steps[i])
             if self.landmarks is not None:
                 past = self.reached[parents[i]] if parents[i] >= 0 else np.uint64(0)
-                self.reached.append(past | now[i])
+                self.reached.append(past | words[i])
             if done[i] and self.plan is None:
                 self.plan = self._plan_to(found[-1])
         return found

@@ -27,11 +27,19 @@ _WORDS_OF_PATIENCE = 1 << 19
 _RATED_PER_EXPANSION = 64
 """How many situations a regression may rate for each expansion of its turn."""
 
-_LARGE = 1 << 17
-"""A task with more words is not planned backwards before a quick way has tried it."""
+_LARGE = 1 << 15
+"""A task with more words is not planned backwards before other ways have tried it."""
 
-_QUICK = {"goal by goal": 500, "boldly": 125}
-"""The quick ways, and how many expansions they get on a large task before all others."""
+_HUGE = 1 << 17
+"""A task with more words is not planned backwards once there is a plan."""
+
+_QUICK = {"goal by goal": 500, "boldly": 125, "forwards": 4000}
+"""The expansions of these ways before all others on a large task."""
+
+_FORWARD_WORDS = 1 << 27
+"""How many words of tables, for all situations, limit these expansions and those that look for a
+shorter plan.
+"""
 
 _LANDMARK_WORDS = 1 << 18
 """A task with more words gets no landmarks forwards."""
@@ -129,11 +137,12 @@ class _Turns:
     def run(self) -> None:
         """Gives the ways their turns, then improves the plan."""
         order = list(self.rule.turns)
-        is_large = _words(self.task) > _LARGE
+        words = _words(self.task)
+        most = _FORWARD_WORDS // max(1, words)
         growth, finder = 1, ""
-        if is_large:
+        if words > _LARGE:
             for name in (name for name in order if name in _QUICK):
-                self._turn(name, _QUICK[name])
+                self._turn(name, min(most, _QUICK[name]))
                 if self.plan is not None or self.is_proven:
                     break
         while self.plan is None and not self.is_proven and self.spent < self.budget:
@@ -150,12 +159,14 @@ class _Turns:
         if self.plan is None or self.is_shortest or not self.plan:
             return
 
-        # The ways that had no turn yet may find a shorter plan, with as much effort as it took.
+        # The ways that had no turn yet may find a shorter plan; deferring only makes plans longer.
         is_quick = finder == order[0] == "backwards"
         effort = self.spent
         for name in order:
-            if name not in self.ways and not (is_large and name == "backwards"):
-                self._turn(name, min(self.rule.turns[name], effort // 4 if is_quick else 1 << 40))
+            is_useful = name != "deferred" and not (name == "backwards" and words > _HUGE)
+            if name not in self.ways and is_useful:
+                limit = effort // 4 if is_quick else 8 * most
+                self._turn(name, min(self.rule.turns[name], limit))
         self._improve(is_quick)
 
     def _is_over(self, name: str) -> bool:
@@ -321,21 +332,13 @@ def _goal_by_goal(turns: _Turns) -> Way:
 
 
 def _forwards(turns: _Turns, *, is_bold: bool = False, is_deferred: bool = False) -> Way:
-    from sign_model.ways.alike import Alike
     from sign_model.ways.forwards import Forwards
     from sign_model.ways.landmarks_left import LandmarksLeft
 
     shared, landmarks = _shared(turns), None
     task = shared.task
     if not is_bold and _words(task) <= _LANDMARK_WORDS:
-        landmarks = LandmarksLeft(
-            task.conditions,
-            task.adds,
-            task.start,
-            task.goal,
-            tables=Alike(task, in_goal=False).tables,
-            clock=shared.clock,
-        )
+        landmarks = LandmarksLeft(task, task.start, task.goal, shared.clock)
     search = Forwards(
         shared.scripts,
         task.start,
