@@ -159,9 +159,7 @@ class RelaxedCosts:
         highest = np.where(cost < self.far, cost, 0).max(initial=0)
         return int(highest) * max(1, self.most) + int(self.costs.max(initial=0)) < _FAR
 
-    def relaxed_plans(
-        self, states: np.ndarray, cost: np.ndarray, goal: np.ndarray
-    ) -> RelaxedPlans:
+    def relaxed_plans(self, states: np.ndarray, cost: np.ndarray, goal: np.ndarray) -> RelaxedPlans:
         """Returns the relaxed plans of states from which the goal can be reached: for each needed
         feature its cheapest achiever, ties to the lowest action.
 

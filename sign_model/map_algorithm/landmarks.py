@@ -32,9 +32,7 @@ class Scripts(Protocol):
         ...
 
 
-def landmark_table(
-    space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+def landmark_table(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, including itself; 0 for
     features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
@@ -69,9 +67,7 @@ def landmark_table(
         table = new
 
 
-def relaxed_plan_table(
-    space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+def relaxed_plan_table(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns uint64 [F, ceil(A / 64)]: the actions of the relaxed plan of each feature; 0 for
     features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
@@ -99,9 +95,7 @@ def relaxed_plan_table(
         table = new
 
 
-def best_achievers(
-    space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+def best_achievers(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns int [F]: the action of least h_add cost that adds each feature; -1 for features that
     hold at the start, bool [F], or can never be reached. OutOfTime once the limit of the clock has
     passed.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sign_model.bits import WORD, pack, unpack
+from sign_model.bits import pack, unpack
 from sign_model.pddl.lifted import Atom
 from sign_model.pddl.planning_task import PlanningTask
 

@@ -175,7 +175,7 @@ class Forwards:
         self.expansions += len(numbers)
         states = unpack(np.array([self.words[n] for n in numbers]), self.num_features)
         cost = self.relaxed.from_states(states)
-        can_reach = (cost[self.goal] < self.relaxed.far).all(axis=0)
+        can_reach = np.all(cost[self.goal] < self.relaxed.far, axis=0)
         plans = self.relaxed.relaxed_plans(states[can_reach], cost[:, can_reach], self.goal)
         if not self.relaxed.is_exact(cost):  # too dear to count is not unreachable: last of all
             for number, is_counted in zip(numbers, can_reach.tolist()):
@@ -262,7 +262,7 @@ class Forwards:
         likes = words
         if self.canonical is not None:
             likes = pack(self.canonical(unpack(words, self.num_features)))
-        done = ~(self.goal_words & ~words).any(axis=1)
+        done = ~np.any(self.goal_words & ~words, axis=1)
         found = []
         for i, key in enumerate(row.tobytes() for row in likes):
             if key in self.seen:

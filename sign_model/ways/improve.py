@@ -7,7 +7,7 @@ pass to pass. The effort is counted in expansions and in the size of the tasks, 
 the result is the same on every machine unless the clock ends it.
 """
 
-from collections.abc import Iterator
+import contextlib
 
 import numpy as np
 
@@ -46,10 +46,8 @@ def improve(
       clock: once its limit has passed, the plan stays as it is then.
     """
     improving = _Improving(task, mutex, plan, effort, clock)
-    try:
+    with contextlib.suppress(OutOfTime):
         improving.run()
-    except OutOfTime:
-        pass
     return improving.plan
 
 

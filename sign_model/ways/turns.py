@@ -2,6 +2,7 @@
 proof, the others may look for a shorter plan, and then the plan is improved part by part.
 """
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
@@ -105,10 +106,8 @@ def plan_by_rule(
       clock: asked in every phase; once its limit has passed the best plan so far is returned.
     """
     turns = _Turns(task, signs, rule, max_expansions, clock)
-    try:
+    with contextlib.suppress(OutOfTime):
         turns.run()
-    except OutOfTime:
-        pass
     plan = turns.plan
     return Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
 

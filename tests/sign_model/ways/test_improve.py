@@ -11,9 +11,7 @@ from sign_model.ways.windows import Rearranging
 
 
 def mutex_of(task):
-    return mutexes(
-        task.features, task.conditions, task.adds, task.deletes, task.start[None]
-    )[0]
+    return mutexes(task.features, task.conditions, task.adds, task.deletes, task.start[None])[0]
 
 
 def found(task, **options):
