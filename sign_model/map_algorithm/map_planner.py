@@ -188,7 +188,7 @@ def regress(
       max_expansions: the most situations expanded.
       within: (the longest plan looked for, an estimate of the steps that are left before a
         situation); situations that would exceed it are cut off. Plans of any length where None.
-      patience: how many steps may pass, or a third of all so far if that is more, in which no
+      patience: how many steps may pass, or half of all so far if that is more, in which no
         situation is rated better than all before; then the search gives up. Without end where None.
       max_rated: the most situations rated; any number where None.
       clock: asked before and during every step; its end ends the search without a proof.
@@ -238,7 +238,7 @@ def regress(
                 rated = rating(before)
                 if rated.min() < best:
                     best, best_at = int(rated.min()), len(trail)
-                if patience is not None and len(trail) - best_at > max(patience, len(trail) // 3):
+                if patience is not None and len(trail) - best_at > max(patience, len(trail) // 2):
                     return Regression(None, expansions, False)
                 kept = np.argsort(rated, kind="stable")[:beam]
                 parents, actions, before = parents[kept], actions[kept], before[kept]

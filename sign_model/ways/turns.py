@@ -34,12 +34,15 @@ _LARGE = 1 << 15
 _HUGE = 1 << 17
 """A task with more words is not planned backwards once there is a plan."""
 
-_QUICK = {"goal by goal": 500, "boldly": 125, "forwards": 4000}
+_VAST = 1 << 19
+"""A task with more words is planned backwards last of all."""
+
+_QUICK = {"goal by goal": 500, "boldly": 500, "forwards": 4000}
 """The expansions of these ways before all others on a large task."""
 
 _FORWARD_WORDS = 1 << 27
-"""How many words of tables, for all situations, limit these expansions and those that look for a
-shorter plan.
+"""How many words of tables, for all situations, limit the last of these, and the expansions that
+look for a shorter plan.
 """
 
 _LANDMARK_WORDS = 1 << 18
@@ -138,10 +141,12 @@ class _Turns:
         order = list(self.rule.turns)
         words = _words(self.task)
         most = _FORWARD_WORDS // max(1, words)
+        if words > _VAST:
+            order.sort(key=lambda way: way == "backwards")
         growth, finder = 1, ""
         if words > _LARGE:
             for name in (name for name in order if name in _QUICK):
-                self._turn(name, min(most, _QUICK[name]))
+                self._turn(name, min(most if name == "forwards" else 1 << 40, _QUICK[name]))
                 if self.plan is not None or self.is_proven:
                     break
         while self.plan is None and not self.is_proven and self.spent < self.budget:
