@@ -51,7 +51,7 @@ _LANDMARK_WORDS = 1 << 18
 _GOAL_PATIENCE = 1000
 """How many situations are rated for one goal before another goal is tried."""
 
-_EFFORT_PER_EXPANSION, _EFFORT_WITHOUT_STALL, _LEAST_EFFORT = 1500, 200, 100_000
+_EFFORT_PER_EXPANSION, _EFFORT_WITHOUT_STALL, _LEAST_EFFORT = 1500, 50, 100_000
 """How much effort improves a plan, for each expansion that it took; less where the first way led to
 it at once, since such plans are short.
 """
@@ -169,7 +169,7 @@ class _Turns:
         for name in order:
             is_useful = name != "deferred" and not (name == "backwards" and words > _HUGE)
             if name not in self.ways and is_useful:
-                limit = effort // 4 if is_quick else 8 * most
+                limit = effort // 16 if is_quick else 8 * most
                 self._turn(name, min(self.rule.turns[name], limit))
         self._improve(is_quick)
 
