@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sign_model.bits import pack
+from sign_model.bits import any_row, pack, popcount
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import Rating, make_rating
@@ -125,10 +125,24 @@ class Rungs:
         self.start, self.goal = (self.space.situations(rows) for rows in (task.start, task.goal))
         self.is_excluded = not self.space.is_consistent(self.goal[None])[0]
         self.ratings: list[Rating] = []
+        self.tables: dict[str, np.ndarray] = {}
         if not self.is_excluded:
             schemas = [task.actions[a][0] for a in self.space.kept_actions]
             ends = self.start, self.goal
-            self.ratings = [make_rating(sign, self.space, *ends, schemas, clock) for sign in signs]
+            self.ratings = [
+                make_rating(sign, self.space, *ends, schemas, clock, self.tables) for sign in signs
+            ]
+
+    def estimate(self) -> int:
+        """Returns how long a plan may be at least, by the landmarks and the relaxed plan of the
+        goal: an estimate, not a bound.
+        """
+        counts = (
+            popcount(any_row(table, np.zeros(len(goal), np.int64), goal, 1))[0]
+            for goal in (np.flatnonzero(self.goal),)
+            for table in self.tables.values()
+        )
+        return int(max(counts, default=0))
 
     def tried(
         self,
@@ -188,8 +202,9 @@ def regress(
       max_expansions: the most situations expanded.
       within: (the longest plan looked for, an estimate of the steps that are left before a
         situation); situations that would exceed it are cut off. Plans of any length where None.
-      patience: how many steps may pass, or half of all so far if that is more, in which no
-        situation is rated better than all before; then the search gives up. Without end where None.
+      patience: in how many steps that cut something off, or in half of all steps so far if that is
+        more, no situation may be rated better than all before; then the search gives up. Without
+        end where None.
       max_rated: the most situations rated; any number where None.
       clock: asked before and during every step; its end ends the search without a proof.
     """
@@ -199,7 +214,7 @@ def regress(
     # The beam, the memory of what was kept, and the trail (parents, actions) of each step.
     scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
-    best, best_at, num_rated = 1 << 40, 0, 0
+    best, since_best, num_rated = 1 << 40, 0, 0
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -236,9 +251,9 @@ def regress(
             if len(before) > beam:
                 was_cut = True
                 rated = rating(before)
-                if rated.min() < best:
-                    best, best_at = int(rated.min()), len(trail)
-                if patience is not None and len(trail) - best_at > max(patience, len(trail) // 2):
+                since_best = 0 if rated.min() < best else since_best + 1
+                best = min(best, int(rated.min()))
+                if patience is not None and since_best > max(patience, len(trail) // 2):
                     return Regression(None, expansions, False)
                 kept = np.argsort(rated, kind="stable")[:beam]
                 parents, actions, before = parents[kept], actions[kept], before[kept]

@@ -129,3 +129,10 @@ def test_a_rule_changes_no_verdict():
         for rule in rules:
             status = plan(task, rule=rule).status
             assert status == (PlanStatus.SOLVED if has_plan else PlanStatus.UNSOLVABLE), seed
+
+
+def test_steps_that_cut_nothing_off_are_no_stall(shared_data):
+    folder = shared_data / "pddl" / "hanoi"
+    task = load(folder / "domain.pddl", folder / "pfile8.pddl")
+    result = plan(task, rule=PlanningRule("one", {"backwards": 8000}, improvement=0))
+    assert len(result.actions) == 255 and result.expansions < 12_000
