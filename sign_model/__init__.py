@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
+    from sign_model.ways.rule import PlanningRule, load_rule, save_rule
 
 __all__ = [
     "HeuristicSign",
@@ -30,15 +31,18 @@ __all__ = [
     "PddlError",
     "PlanResult",
     "PlanStatus",
+    "PlanningRule",
     "PlanningTask",
     "describe",
     "learn",
     "load",
     "load_memory",
+    "load_rule",
     "load_signs",
     "plan",
     "plan_batch",
     "save_memory",
+    "save_rule",
     "save_signs",
     "to_dot",
     "validate",
@@ -59,6 +63,7 @@ _MODULES = {
     "pddl.planning_task": ("PlanningTask",),
     "pddl.validate": ("validate",),
     "signs.from_tasks": ("world_model_of",),
+    "ways.rule": ("PlanningRule", "load_rule", "save_rule"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

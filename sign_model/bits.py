@@ -8,6 +8,9 @@ NumPy works on 64 bits at a time, so the exact searches use these. Kernels use w
 import numpy as np
 
 WORD = 64
+_MANY = 4
+"""So many owners for each member of the largest are reduced member by member."""
+
 _COUNTS = (
     np.unpackbits(np.arange(1 << 16, dtype=np.uint16).view(np.uint8))
     .reshape(-1, 16)
@@ -67,7 +70,25 @@ def _reduced(
     empty: np.uint64,
 ) -> np.ndarray:
     out = np.full((num_owners, rows.shape[1]), empty, np.uint64)
-    if len(owner):
-        first = np.flatnonzero(np.diff(owner, prepend=-1))
+    if not len(owner):
+        return out
+    is_first = np.ones(len(owner), bool)
+    np.not_equal(owner[1:], owner[:-1], out=is_first[1:])
+    first = np.flatnonzero(is_first)
+    count = np.diff(np.append(first, len(owner)))
+    most = int(count.max())
+    if len(first) < _MANY * most:
         out[owner[first]] = operation.reduceat(rows[member], first, axis=0)
+        return out
+
+    # Many owners of few members each: the n-th members of all owners at once, owners of most
+    # members first. That is several times faster than reduceat, which works element by element.
+    order = np.argsort(-count, kind="stable")
+    first, count = first[order], count[order]
+    reduced = rows[member[first]]
+    for n in range(1, most):
+        num_left = int(np.searchsorted(-count, -n, side="left"))
+        some = reduced[:num_left]
+        operation(some, rows[member[first[:num_left] + n]], out=some)
+    out[owner[first]] = reduced
     return out

@@ -1,5 +1,5 @@
-"""One task in, one replayed plan out: `plan` composes a precedent, a planner, the shortening and
-the independent replay.
+"""One task in, one replayed plan out: `plan` composes a precedent, a planner and the independent
+replay.
 """
 
 import time
@@ -15,11 +15,11 @@ from sign_model.map_algorithm.heuristics import (
     RELAXED_PLAN,
     HeuristicSign,
 )
-from sign_model.map_algorithm.map_planner import plan_map
-from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.result import PlanResult, PlanStatus
+from sign_model.ways.rule import UNLEARNED, PlanningRule
+from sign_model.ways.turns import plan_by_rule
 
 Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
 
@@ -45,6 +45,7 @@ def plan(
     *,
     planner: str = "map",
     heuristic: Heuristic = None,
+    rule: PlanningRule | None = None,
     memory: Memory | None = None,
     max_expansions: int = 200_000,
     max_seconds: float | None = None,
@@ -60,6 +61,7 @@ def plan(
       heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
         where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
         rest where None.
+      rule: for map, which ways of planning take turns; the `UNLEARNED` one where None.
       memory: precedents, tried first; where none serves, planning continues without it.
       max_expansions: the most situations expanded.
       max_seconds: the most time for it all, the replay of a long plan included; unbounded where
@@ -89,8 +91,10 @@ def plan(
             task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock
         )
     if planner == "map":
-        found = plan_map(task, _signs(heuristic), max_expansions=max_expansions, clock=clock)
-        actions = None if found.plan is None else shorten(task, found.plan, clock)
+        found = plan_by_rule(
+            task, _signs(heuristic), rule or UNLEARNED, max_expansions=max_expansions, clock=clock
+        )
+        actions = found.plan
     elif heuristic is not None and not isinstance(heuristic, str):
         raise ValueError(
             f"planner '{planner}' takes the name of a heuristic (blind, goals, hmax, hadd, ff), not"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sign_model.clock import NO_LIMIT, Clock
+from sign_model.forward_search.relaxed_costs import RelaxedCosts
 from sign_model.pddl.planning_task import PlanningTask
 
 StateHeuristic = Callable[[np.ndarray], np.ndarray]
@@ -14,9 +15,8 @@ StateHeuristic = Callable[[np.ndarray], np.ndarray]
 the goal cannot be reached.
 """
 
-_CHECKED_EVERY = 1 << 12
-_NEEDS_AT_ONCE = 1 << 24
-"""How many conditions, of all actions in all states, are looked up at once: bounds the memory."""
+_STATES_AT_ONCE = 64
+"""How many states are rated together: bounds the memory."""
 
 
 def make_heuristic(name: str, task: PlanningTask, clock: Clock = NO_LIMIT) -> StateHeuristic:
@@ -40,84 +40,36 @@ def make_heuristic(name: str, task: PlanningTask, clock: Clock = NO_LIMIT) -> St
 
 class _Relaxation:
     def __init__(self, task: PlanningTask, name: str, clock: Clock) -> None:
-        self.task, self.name, self.clock = task, name, clock
+        self.task, self.name = task, name
         self.goal = np.flatnonzero(task.goal)
+        self.relaxed = RelaxedCosts(
+            task.conditions, task.adds, task.costs, is_sum=name != "hmax", clock=clock
+        )
         # Whole numbers up to 2^24 are exact in float32; where a sum of costs may be greater,
         # float64 keeps hmax admissible.
         is_small = int(task.costs.sum()) < 1 << 24
         self.dtype: type[np.floating] = np.float32 if is_small else np.float64
-        self.costs = task.costs.astype(self.dtype)
-        most = max(1, int(task.conditions.sum(axis=1).max(initial=0)))
-        # the extra feature is free
-        self.needs = np.full((task.num_actions, most), task.num_features)
-        for action, row in enumerate(task.conditions):
-            if not action % _CHECKED_EVERY:
-                clock.check()
-            held = np.flatnonzero(row)
-            self.needs[action, : len(held)] = held
-        self.feature_of, self.achievers = np.nonzero(task.adds.T)
-        self.first = np.flatnonzero(np.diff(self.feature_of, prepend=-1))
 
     def __call__(self, states: np.ndarray) -> np.ndarray:
-        if not len(states):
-            return np.zeros(0, self.dtype)
-        most = max(1, _NEEDS_AT_ONCE // max(1, self.needs.size))
-        return np.concatenate(
-            [self._rated(states[i : i + most]) for i in range(0, len(states), most)]
-        )
+        parts = [
+            self._rated(states[i : i + _STATES_AT_ONCE])
+            for i in range(0, len(states), _STATES_AT_ONCE)
+        ]
+        return np.concatenate([np.zeros(0, self.dtype), *parts])
 
     def _rated(self, states: np.ndarray) -> np.ndarray:
-        cost, action_cost = self._fixpoint(states)
+        cost = self.relaxed.from_states(states)
+        goal = cost[self.goal]
+        can_reach = np.all(goal < self.relaxed.far, axis=0)
+        is_exact = self.relaxed.is_exact(cost)
+        rating = np.full(len(states), np.inf if is_exact else float(1 << 40), self.dtype)
         if self.name == "hmax":
-            return cost[:, self.goal].max(axis=1, initial=0)
-        summed = cost[:, self.goal].sum(axis=1, dtype=self.dtype)
-        if self.name == "hadd":
-            return summed
-        found = [
-            self._relaxed_plan(*row) if np.isfinite(h) else np.inf
-            for *row, h in zip(states, cost, action_cost, summed)
-        ]
-        return np.array(found, self.dtype)
-
-    def _fixpoint(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(cost of each feature [N, F], of each action [N, A]). Ends: costs only fall, and take
-        finitely many values.
-        """
-        free = np.zeros((len(states), 1), self.dtype)
-        cost = np.where(states, self.dtype(0), self.dtype(np.inf))
-        while True:
-            self.clock.check()
-            of_needs = np.concatenate([cost, free], axis=1)[:, self.needs]
-            together = (
-                of_needs.max(axis=2)
-                if self.name == "hmax"
-                else of_needs.sum(axis=2, dtype=self.dtype)
+            rating[can_reach] = goal[:, can_reach].max(axis=0, initial=0)
+        elif self.name == "hadd":
+            rating[can_reach] = goal[:, can_reach].sum(axis=0, dtype=np.float64)
+        else:
+            plans = self.relaxed.relaxed_plans(states[can_reach], cost[:, can_reach], self.goal)
+            rating[can_reach] = np.bincount(
+                plans.owner, weights=self.task.costs[plans.action], minlength=int(can_reach.sum())
             )
-            action_cost = together + self.costs
-            new = cost.copy()
-            if len(self.first):
-                features = self.feature_of[self.first]
-                new[:, features] = np.minimum(
-                    cost[:, features],
-                    np.minimum.reduceat(action_cost[:, self.achievers], self.first, axis=1),
-                )
-            if (new == cost).all():
-                return cost, action_cost
-            cost = new
-
-    def _relaxed_plan(self, state: np.ndarray, cost: np.ndarray, action_cost: np.ndarray) -> float:
-        """The cost of the relaxed plan: for each needed feature its cheapest achiever, ties to the
-        lowest action.
-        """
-        chosen: set[int] = set()
-        waiting, seen = [f for f in self.goal if not state[f]], set()
-        while waiting:
-            feature = waiting.pop()
-            if feature in seen:
-                continue
-            seen.add(feature)
-            achievers = np.flatnonzero(self.task.adds[:, feature])
-            best = int(achievers[action_cost[achievers].argmin()])
-            chosen.add(best)
-            waiting += [f for f in np.flatnonzero(self.task.conditions[best]) if not state[f]]
-        return float(self.costs[list(chosen)].sum())
+        return rating

@@ -10,16 +10,29 @@ OR of table rows and a count.
                   FF heuristic, tabulated)
 """
 
+from typing import Protocol
+
 import numpy as np
 
 from sign_model.bits import all_rows, any_row, pack
 from sign_model.clock import NO_LIMIT, Clock
-from sign_model.map_algorithm.regression import RegressionSpace
 
 
-def landmark_table(
-    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+class Scripts(Protocol):
+    """Actions as matrices, such as those of a `RegressionSpace`: bool [A, F] each."""
+
+    @property
+    def conditions(self) -> np.ndarray:
+        """What each action needs."""
+        ...
+
+    @property
+    def adds(self) -> np.ndarray:
+        """What each action brings about."""
+        ...
+
+
+def landmark_table(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns uint64 [F, ceil(F / 64)]: the landmarks of each feature, including itself; 0 for
     features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
@@ -54,9 +67,7 @@ def landmark_table(
         table = new
 
 
-def relaxed_plan_table(
-    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+def relaxed_plan_table(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns uint64 [F, ceil(A / 64)]: the actions of the relaxed plan of each feature; 0 for
     features that hold at the start, bool [F]. OutOfTime once the limit of the clock has passed.
 
@@ -84,9 +95,7 @@ def relaxed_plan_table(
         table = new
 
 
-def best_achievers(
-    space: RegressionSpace, start: np.ndarray, clock: Clock = NO_LIMIT
-) -> np.ndarray:
+def best_achievers(space: Scripts, start: np.ndarray, clock: Clock = NO_LIMIT) -> np.ndarray:
     """Returns int [F]: the action of least h_add cost that adds each feature; -1 for features that
     hold at the start, bool [F], or can never be reached. OutOfTime once the limit of the clock has
     passed.

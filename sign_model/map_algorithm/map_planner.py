@@ -19,11 +19,11 @@ situation.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sign_model.bits import pack
+from sign_model.bits import any_row, pack, popcount
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import Rating, make_rating
@@ -53,11 +53,13 @@ class Regression:
     plan: actions of the space in the order of execution; None without a plan.
     expansions: situations expanded.
     is_proof: whether it is proven that there is no plan.
+    is_shortest: whether nothing was cut off, so no plan is shorter.
     """
 
     plan: list[int] | None
     expansions: int
     is_proof: bool
+    is_shortest: bool = False
 
 
 def plan_map(
@@ -84,42 +86,96 @@ def plan_map(
     """
     # The tables. A goal that mutexes exclude needs no search.
     try:
-        space = regression_space(task, clock=clock)
-        start, goal = space.situations(task.start), space.situations(task.goal)
-        if not space.is_consistent(goal[None])[0]:
-            return Regression(None, 0, True)
-        schemas = [task.actions[a][0] for a in space.kept_actions]
-        ratings = [make_rating(sign, space, start, goal, schemas, clock) for sign in signs]
+        rungs = Rungs(task, signs, clock)
     except OutOfTime:
         return Regression(None, 0, False)
+    if rungs.is_excluded:
+        return Regression(None, 0, True)
 
     # Each rung tries every sign, and stops at the first rung with a plan. Ends: the last rung keeps
     # all situations, so it finds a plan or a proof, or exhausts the budget.
     expansions = 0
     for beam in beams:
-        best: Regression | None = None
-        for rating in ratings if beam < 1 << 30 else ratings[:1]:
+        found = rungs.tried(beam, max_expansions - expansions)
+        expansions += found.expansions
+        if found.is_proof or found.plan is not None:
+            return replace(found, expansions=expansions)
+        if expansions >= max_expansions or clock.is_over():
+            break
+    return Regression(None, expansions, False)
+
+
+class Rungs:
+    """The regressions of one task, from rung to rung.
+
+    Args:
+      task: to be solved.
+      signs: the heuristics, at least one.
+      clock: asked in every phase; OutOfTime once its limit has passed while this is made.
+
+    Attributes:
+      space: the features and actions that matter.
+      is_excluded: whether the goal can never hold by the mutexes alone: a proof.
+    """
+
+    def __init__(
+        self, task: PlanningTask, signs: Sequence[HeuristicSign], clock: Clock = NO_LIMIT
+    ) -> None:
+        self.clock, self.space = clock, regression_space(task, clock=clock)
+        self.start, self.goal = (self.space.situations(rows) for rows in (task.start, task.goal))
+        self.is_excluded = not self.space.is_consistent(self.goal[None])[0]
+        self.ratings: list[Rating] = []
+        self.tables: dict[str, np.ndarray] = {}
+        if not self.is_excluded:
+            schemas = [task.actions[a][0] for a in self.space.kept_actions]
+            ends = self.start, self.goal
+            self.ratings = [
+                make_rating(sign, self.space, *ends, schemas, clock, self.tables) for sign in signs
+            ]
+
+    def estimate(self) -> int:
+        """Returns how long a plan may be at least, by the landmarks and the relaxed plan of the
+        goal: an estimate, not a bound.
+        """
+        counts = (
+            popcount(any_row(table, np.zeros(len(goal), np.int64), goal, 1))[0]
+            for goal in (np.flatnonzero(self.goal),)
+            for table in self.tables.values()
+        )
+        return int(max(counts, default=0))
+
+    def tried(
+        self,
+        beam: int,
+        max_expansions: int,
+        patience: int | None = None,
+        max_rated: int | None = None,
+    ) -> Regression:
+        """Returns the shortest plan of one rung, its actions numbered as in the task; options as in
+        `regress`.
+        """
+        best, expansions = None, 0
+        for rating in self.ratings if beam < 1 << 30 else self.ratings[:1]:
             found = regress(
-                space,
-                start,
-                goal,
+                self.space,
+                self.start,
+                self.goal,
                 rating,
                 beam=beam,
                 max_expansions=max_expansions - expansions,
-                clock=clock,
+                patience=patience,
+                max_rated=max_rated,
+                clock=self.clock,
             )
             expansions += found.expansions
             if found.is_proof:
                 return Regression(None, expansions, True)
-            if found.plan is not None and (
-                best is None or best.plan is None or len(found.plan) < len(best.plan)
-            ):
+            if found.plan is not None and (best is None or len(found.plan) < len(best.plan or ())):
                 best = found
-        if best is not None and best.plan is not None:
-            return Regression([int(space.kept_actions[a]) for a in best.plan], expansions, False)
-        if expansions >= max_expansions or clock.is_over():
-            break
-    return Regression(None, expansions, False)
+        if best is None or best.plan is None:
+            return Regression(None, expansions, False)
+        plan = [int(self.space.kept_actions[a]) for a in best.plan]
+        return Regression(plan, expansions, False, best.is_shortest)
 
 
 def regress(
@@ -130,6 +186,9 @@ def regress(
     *,
     beam: int,
     max_expansions: int,
+    within: tuple[int, Rating] | None = None,
+    patience: int | None = None,
+    max_rated: int | None = None,
     clock: Clock = NO_LIMIT,
 ) -> Regression:
     """Returns the result of a regression with one beam; a goal included in the start needs no
@@ -141,20 +200,29 @@ def regress(
       rating: the A-step.
       beam: situations kept in each step.
       max_expansions: the most situations expanded.
+      within: (the longest plan looked for, an estimate of the steps that are left before a
+        situation); situations that would exceed it are cut off. Plans of any length where None.
+      patience: in how many steps that cut something off, or in half of all steps so far if that is
+        more, no situation may be rated better than all before; then the search gives up. Without
+        end where None.
+      max_rated: the most situations rated; any number where None.
       clock: asked before and during every step; its end ends the search without a proof.
     """
     if not (goal & ~start).any():
-        return Regression([], 0, False)
+        return Regression([], 0, False, True)
 
     # The beam, the memory of what was kept, and the trail (parents, actions) of each step.
     scripts = pack(space.adds), pack(space.bad)
     situations, expansions, was_cut = goal[None], 0, False
+    best, since_best, num_rated = 1 << 40, 0, 0
     memory = _Memory(pack(goal[None]))
     trail: list[tuple[np.ndarray, np.ndarray]] = []
 
     # Ends: every step keeps only new situations, of which there are finitely many.
     try:
         while len(situations) and expansions + len(situations) <= max_expansions:
+            if within is not None and len(trail) >= within[0]:
+                return Regression(None, expansions, False)
             # M-step and P-step; forget what is known.
             clock.check()
             expansions += len(situations)
@@ -164,18 +232,30 @@ def regress(
             fresh = memory.forget_known(before)
             parents, actions, before = parents[fresh], actions[fresh], before[fresh]
 
+            num_rated += len(before)
+            if max_rated is not None and num_rated > max_rated:
+                return Regression(None, expansions, False)
+
             # Stop at the first situation that is included in the start.
             done = ~(before & ~start).any(axis=1)
             if done.any():
                 first = int(done.argmax())
-                return Regression(
-                    _unwind(trail, int(parents[first]), int(actions[first])), expansions, False
-                )
+                plan = _unwind(trail, int(parents[first]), int(actions[first]))
+                return Regression(plan, expansions, False, not was_cut)
 
-            # A-step: keep the best.
+            # A-step: keep the best, and none that would make the plan too long.
+            if within is not None and len(before):
+                is_near = within[1](before) < within[0] - len(trail)
+                was_cut = was_cut or not is_near.all()
+                parents, actions, before = parents[is_near], actions[is_near], before[is_near]
             if len(before) > beam:
                 was_cut = True
-                kept = np.argsort(rating(before), kind="stable")[:beam]
+                rated = rating(before)
+                since_best = 0 if rated.min() < best else since_best + 1
+                best = min(best, int(rated.min()))
+                if patience is not None and since_best > max(patience, len(trail) // 2):
+                    return Regression(None, expansions, False)
+                kept = np.argsort(rated, kind="stable")[:beam]
                 parents, actions, before = parents[kept], actions[kept], before[kept]
             memory.learn(before)
             trail.append((parents, actions))

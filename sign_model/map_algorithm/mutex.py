@@ -16,6 +16,9 @@ from sign_model.pddl.lifted import Atom
 MAX_PAIR_FEATURES = 3000
 """With more features than this, mutex groups replace the pair fixpoint (F^2 bits, many sweeps)."""
 
+MAX_PAIR_WORDS = 1 << 19
+"""With more words in a sweep than this, likewise: (A + F) F / 64."""
+
 
 def mutexes(
     features: Sequence[Atom],
@@ -37,7 +40,8 @@ def mutexes(
       starts: bool [N, F].
       clock: asked in every sweep.
     """
-    if len(features) <= MAX_PAIR_FEATURES:
+    words = sum(conditions.shape) * len(features) // 64
+    if len(features) <= MAX_PAIR_FEATURES and words <= MAX_PAIR_WORDS:
         return _by_pairs(conditions, adds, deletes, starts, clock)
     mutex = np.zeros((len(features), len(features)), bool)
     for group in mutex_groups(features, conditions, adds, deletes, starts, clock=clock):

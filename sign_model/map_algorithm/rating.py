@@ -29,6 +29,7 @@ def make_rating(
     goal: np.ndarray,
     schemas: list[str],
     clock: Clock = NO_LIMIT,
+    tables: dict[str, np.ndarray] | None = None,
 ) -> Rating:
     """Returns the rating of situations of one task by a heuristic sign.
 
@@ -38,22 +39,23 @@ def make_rating(
       start, goal: bool [F], over the kept features.
       schemas: the name of each kept action's schema.
       clock: asked while the tables are made, and before each rating.
+      tables: those made before for the same space and start, by the name of the count; it takes in
+        the new ones.
     """
+    tables = {} if tables is None else tables
     # The tables that the sign reads, with a weight for each column.
     kinds = [kind_of(atom) for atom in space.features]
     goal_kinds = {kinds[i] for i in np.flatnonzero(goal)}
     parts = []
     if any(sign.landmarks.values()):
-        parts.append(
-            (
-                landmark_table(space, start, clock),
-                _column_weights(sign.landmarks, kinds, goal_kinds),
-            )
-        )
+        if "landmarks" not in tables:
+            tables["landmarks"] = landmark_table(space, start, clock)
+        weights = _column_weights(sign.landmarks, kinds, goal_kinds)
+        parts.append((tables["landmarks"], weights))
     if any(sign.plan.values()):
-        parts.append(
-            (relaxed_plan_table(space, start, clock), _column_weights(sign.plan, schemas, set()))
-        )
+        if "plan" not in tables:
+            tables["plan"] = relaxed_plan_table(space, start, clock)
+        parts.append((tables["plan"], _column_weights(sign.plan, schemas, set())))
 
     # The weight of each feature itself; and for each table the columns of equal weight, as masks.
     held, unmet = (

@@ -81,7 +81,7 @@ def regression_space(
     usable = usable & ~(task.conditions & np.diag(mutex)).any(axis=1)
 
     # Of those, the features and actions that matter for some goal.
-    relevant = _relevant(
+    relevant = relevant_features(
         task.conditions[usable], task.adds[usable], np.atleast_1d(goals.any(axis=0)), clock
     )
     helpful = (task.adds[usable] & relevant).any(axis=1)
@@ -109,7 +109,7 @@ def _of_relevant(
     on.
     """
     kept = np.flatnonzero(
-        _relevant(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock)
+        relevant_features(task.conditions, task.adds, np.atleast_1d(goals.any(axis=0)), clock)
     )
     if len(kept) > MAX_FEATURES:
         raise ValueError(
@@ -129,7 +129,7 @@ def _of_relevant(
     return replace(space, kept_features=kept[space.kept_features])
 
 
-def _relevant(
+def relevant_features(
     conditions: np.ndarray, adds: np.ndarray, goal: np.ndarray, clock: Clock
 ) -> np.ndarray:
     """Returns bool [F]: what some chain of actions can need for the goal, bool [F]. Ends: the set
