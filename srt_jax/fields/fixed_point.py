@@ -61,17 +61,9 @@ def finest_scale(free: Array) -> Array | int:
 
 def finest_scale_of_words(free: Array, width: int) -> Array | int:
     """Returns `finest_scale` of a packed map: uint32 [H, words], of W columns."""
-    height = free.shape[0]
-    if _is_finest_always(height, width):
+    if _is_finest_always(free.shape[0], width):
         return 0
-    squares = jnp.pad(free, ((0, height % 2), (0, 0)))
-    squares = squares[::2] & squares[1::2]
-    # the even bits: columns 2 i and 2 i + 1, both rows
-    squares = squares & (squares >> jnp.uint32(1)) & jnp.uint32(0x55555555)
-    num_free, num_squares = (
-        lax.population_count(words).astype(jnp.int32).sum(dtype=jnp.int32)
-        for words in (free, squares)
-    )
+    num_free, num_squares = _counts(free)
     return _finest_of(num_free, num_free - 2 * num_squares)
 
 
@@ -79,19 +71,23 @@ def finest_scale_within(free: Array, width: int) -> Array | int:
     """Returns the finest fixed point that cannot overflow on any map whose free cells are among
     these, as `finest_scale_of_words`: a square of four may lose one, which makes three of two.
     """
-    height = free.shape[0]
-    if _is_finest_always(height, width):
+    if _is_finest_always(free.shape[0], width):
         return 0
-    even = jnp.uint32(0x55555555)
-    above, below = (jnp.pad(free, ((0, height % 2), (0, 0)))[i::2] for i in (0, 1))
-    squares = above & below
-    squares = squares & (squares >> jnp.uint32(1)) & even
-    counts = [
+    num_free, num_squares = _counts(free)
+    return _finest_of(num_free - num_squares, num_free - num_squares)
+
+
+def _counts(free: Array) -> tuple[Array, Array]:
+    """The free cells of a packed map, and its squares of four that are free: int32 [] each."""
+    squares = jnp.pad(free, ((0, free.shape[0] % 2), (0, 0)))
+    squares = squares[::2] & squares[1::2]
+    # the even bits: columns 2 i and 2 i + 1, both rows
+    squares = squares & (squares >> jnp.uint32(1)) & jnp.uint32(0x55555555)
+    num_free, num_squares = (
         lax.population_count(words).astype(jnp.int32).sum(dtype=jnp.int32)
         for words in (free, squares)
-    ]
-    num_free, num_squares = counts
-    return _finest_of(num_free - num_squares, num_free - num_squares)
+    )
+    return num_free, num_squares
 
 
 def _is_finest_always(height: int, width: int) -> bool:
