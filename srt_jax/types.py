@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import counted
 from sign_model.ground.meanings import WithMeaning
 from sign_model.ground.records import Array, Record, outline, record, values_of
 
@@ -126,11 +127,11 @@ class Task(Record):
             batch = " x ".join(map(str, size.shape[:-1]))
             *_, layers, height, width = np.shape(self.labels)
             return (
-                f"Task(batch of {batch}, {height} x {width} cells, {_count(layers, 'layer')}, at"
-                f" most {_count(destroyable.shape[-1], 'obstacle')})"
+                f"Task(batch of {batch}, {height} x {width} cells, {counted(layers, 'layer')}, at"
+                f" most {counted(destroyable.shape[-1], 'obstacle')})"
             )
         return (
-            f"Task({size[0]} x {size[1]} cells, {_count(len(destroyable), 'obstacle')},"
+            f"Task({size[0]} x {size[1]} cells, {counted(len(destroyable), 'obstacle')},"
             f" {int(destroyable.sum())} of them destroyable, start {tuple(start.tolist())}, goal"
             f" {tuple(goal.tolist())})"
         )
@@ -298,10 +299,6 @@ class Solution(Record):
     def _repr_html_(self) -> str:
         """A table of what it says, for notebooks."""
         return _for_notebooks().solution_html(self)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _for_notebooks() -> Any:

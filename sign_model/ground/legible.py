@@ -1,4 +1,9 @@
-"""Names that files bring, made fit to be shown: on a terminal, in a picture, on one line."""
+"""What people and other programs are shown: names that files bring, numbers of things, numbers that
+JSON can hold.
+"""
+
+import math
+from typing import SupportsFloat
 
 
 def legible(text: str, encoding: str | None = None) -> str:
@@ -23,3 +28,14 @@ def _legible_sign(sign: str) -> str:
     if sign.isspace() and sign not in "\x1c\x1d\x1e\x1f\x85":
         return " "
     return "?" if 0xD800 <= ord(sign) <= 0xDFFF else sign.encode("unicode_escape").decode()
+
+
+def counted(number: int, noun: str) -> str:
+    """Returns a number of things, such as `1 cell` or `3 cells`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def finite_or_none(value: SupportsFloat) -> float | None:
+    """Returns a number as JSON and tables hold it: None for one that is infinite or NaN."""
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.legible import finite_or_none
 from srt_jax.answers.what_if import if_flag
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.paths.distance import path_cost
@@ -111,8 +112,8 @@ def _of_one(
         },
         "blockage": _blockage(task, solution, view, cell_side),
         "destroyed": _destroyed_data(task, solution),
-        "removal_cost": _finite(cost),
-        "removal_bound": _finite(bound),
+        "removal_cost": finite_or_none(cost),
+        "removal_bound": finite_or_none(bound),
         "is_proven_least": status.is_solved and cost == bound,
         "total": _total(task, solution, cell_side),
         "num_needed": None if status.is_solved else int(solution.num_destroyed) or None,
@@ -298,7 +299,3 @@ def _view_data(seen: places.Seen) -> dict[str, Any]:
 
 def _cell(cell: Array) -> list[int]:
     return np.asarray(cell).tolist()
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

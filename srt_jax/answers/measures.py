@@ -2,6 +2,8 @@
 
 import math
 
+from sign_model.ground.legible import counted
+
 
 def length_text(length: float, unit: str) -> str:
     """Returns a length in words: `12.5 m`, `3 cells`, `1 cell`.
@@ -26,8 +28,7 @@ def turn_text(turn: float) -> str:
         return "straight ahead"
     if abs(degrees) == 180:
         return "straight behind"
-    number = f"{abs(degrees)} degree{'' if abs(degrees) == 1 else 's'}"
-    return f"{number} to the {'left' if degrees > 0 else 'right'}"
+    return f"{counted(abs(degrees), 'degree')} to the {'left' if degrees > 0 else 'right'}"
 
 
 def seen_text(seen: dict, unit: str) -> str:

@@ -1,13 +1,13 @@
 """Solutions as plain data: what `--json` prints and results files hold, JSON or Parquet."""
 
 import json
-import math
 import os
 import pathlib
 from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import finite_or_none
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.files import PathLike, atomic_write, read_bytes, require_module
@@ -46,16 +46,16 @@ def as_record(
     return {
         "name": name,
         "status": Status(int(solution.status)).name,
-        "cost": _finite(solution.cost),
+        "cost": finite_or_none(solution.cost),
         "cells": (
             np.asarray(solution.cells)[: int(solution.num_cells)].tolist() if is_solved else []
         ),
         "destroyed": np.asarray(solution.destroyed)[:count].tolist(),
         "destroyed_at": np.asarray(solution.destroyed_at)[:count].tolist(),
-        "removal_cost": _finite(solution.removal_cost),
-        "removal_bound": _finite(solution.removal_bound),
-        "total": _finite(solution.total),
-        "total_bound": _finite(solution.total_bound),
+        "removal_cost": finite_or_none(solution.removal_cost),
+        "removal_bound": finite_or_none(solution.removal_bound),
+        "total": finite_or_none(solution.total),
+        "total_bound": finite_or_none(solution.total_bound),
         "seed": seed if seed[0] >= 0 else None,
         "contour": np.argwhere(np.asarray(solution.contour)).tolist(),
         "blocking": blocking[blocking >= 0].tolist(),
@@ -174,8 +174,3 @@ def _schema(arrow: Any) -> Any:
     columns |= {"plan": arrow.list_(step), "separating": ids}
     near = arrow.struct({"cells": cells, "cost": number, "gap": number})
     return arrow.schema(columns | {"approach": near, "cell_side": number, "explanation": text})
-
-
-def _finite(value: Any) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None

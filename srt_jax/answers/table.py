@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import finite_or_none
 from srt_jax.components import regions
 from srt_jax.formats.files import require_module
 from srt_jax.types import FREE, Solution, Status, Task
@@ -97,8 +98,8 @@ def _of_task(task: Task) -> dict[str, Any]:
 
 def _of_solution(solution: Solution, cell_side: float | None) -> dict[str, Any]:
     status = Status(int(solution.status))
-    length, removal = _finite(solution.cost), _finite(solution.removal_cost)
-    bound = _finite(solution.removal_bound)
+    length, removal = finite_or_none(solution.cost), finite_or_none(solution.removal_cost)
+    bound = finite_or_none(solution.removal_bound)
     return {
         "status": status.name,
         "is_solved": status.is_solved,
@@ -136,8 +137,3 @@ def _schema(arrow: Any) -> Any:
         "seconds": number,
     }
     return arrow.schema(kinds)
-
-
-def _finite(value: Any) -> float | None:
-    number = float(value)
-    return number if np.isfinite(number) else None

@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH, explanation, obstacle_data
 from srt_jax.answers.measures import length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
@@ -236,7 +237,7 @@ def _what_blocks(data: dict[str, Any]) -> str:
     return (
         f"No path leads there: the agent gets within {length_text(blockage['gap'], unit)} of the"
         f" goal, to {_cell(blockage['seed'])}, where it is cut off along"
-        f" {_count(blockage['contour_cells'], 'cell')} by {_count(len(obstacles), 'obstacle')}:"
+        f" {counted(blockage['contour_cells'], 'cell')} by {counted(len(obstacles), 'obstacle')}:"
         f" {named}{more}."
     )
 
@@ -249,8 +250,8 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
         return f"Unsolvable: the goal {_what_covers(task, task.goal)}."
     if status is Status.BUDGET_SPENT and data["num_needed"]:
         needed = (
-            f"the least removal needs {_count(data['num_needed'], 'obstacle')} destroyed, more than"
-            " max_destroyed allows"
+            f"the least removal needs {counted(data['num_needed'], 'obstacle')} destroyed, more"
+            " than max_destroyed allows"
         )
         return f"Not answered: {needed} (removal cost at least {bound:g})."
     if status is Status.BUDGET_SPENT:
@@ -317,7 +318,7 @@ def _why_unsolvable(num_destroyable: int, separating: list[int]) -> str:
     keeps = "keep" if len(separating) > 1 else "keeps"
     proof = f": {named} alone {keeps} start and goal apart" if named else ""
     return (
-        f"Unsolvable: even with {_count(num_destroyable, 'destroyable obstacle')} gone there is"
+        f"Unsolvable: even with {counted(num_destroyable, 'destroyable obstacle')} gone there is"
         f" no path{proof}."
     )
 
@@ -338,7 +339,7 @@ def _obstacle(known: dict[str, Any], unit: str) -> str:
     10 degrees to the left)`.
     """
     seen = (
-        [f"{_count(known['contour_cells'], 'cell')} of contour", seen_text(known, unit)]
+        [f"{counted(known['contour_cells'], 'cell')} of contour", seen_text(known, unit)]
         if known["contour_cells"]
         else []
     )
@@ -347,10 +348,6 @@ def _obstacle(known: dict[str, Any], unit: str) -> str:
 
 def _kind(is_destroyable: bool) -> str:
     return "destroyable" if is_destroyable else "indestructible"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _cell(cell: Any) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import finite_or_none
 from srt_jax.coalition.records import CoalitionSolution, Help
 from srt_jax.coalition.task import CoalitionTask
 from srt_jax.symbols.scene_of_coalition import Message, coalition_messages
@@ -123,20 +124,20 @@ def coalition_record(name: str, task: CoalitionTask, solution: CoalitionSolution
                 "goal": goals[agent].tolist() if goals[agent][0] >= 0 else None,
                 "help": Help(int(solution.help[agent])).name,
                 "cells": np.asarray(solution.cells)[agent, :count].tolist(),
-                "cost": _finite(solution.cost[agent]),
-                "finish": _finite(solution.finish[agent]),
+                "cost": finite_or_none(solution.cost[agent]),
+                "finish": finite_or_none(solution.finish[agent]),
             }
         )
     edges = help_edges(solution)
     return {
         "name": name,
         "status": Status(int(solution.status)).name,
-        "removal_cost": _finite(solution.removal_cost),
-        "removal_bound": _finite(solution.removal_bound),
+        "removal_cost": finite_or_none(solution.removal_cost),
+        "removal_bound": finite_or_none(solution.removal_bound),
         "destroyed": steps,
         "agents": agents,
         "helps": [{"helper": h, "agent": a, "obstacle": o} for h, a, o in edges],
-        "makespan": _finite(np.max(np.asarray(solution.finish))),
+        "makespan": finite_or_none(np.max(np.asarray(solution.finish))),
         "firm": np.flatnonzero(np.asarray(solution.firm)).tolist(),
         "explanation": explain_coalition(task, solution),
     }
@@ -203,7 +204,3 @@ def _named(ids: list[int], what: str = "obstacle") -> str:
     if len(ids) == 1:
         return f"{what} {ids[0]}"
     return f"{what}s {', '.join(map(str, ids[:-1]))} and {ids[-1]}" if ids else "nothing"
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.legible import counted
 from srt_jax.draw.canvas import Canvas, save_gif
 from srt_jax.draw.colours import Kind
 from srt_jax.draw.notebook import picture_html
@@ -111,9 +112,8 @@ def _loop(
                 " goal"
             )
             yield canvas.frame(stage.kinds, stage.place, caption, seed=stage.seed), _HOLD
-            caption = (
-                f"Contour: {_count(int(stage.contour.sum()), 'cell')} touch what separates the goal"
-            )
+            touching = counted(int(stage.contour.sum()), "cell")
+            caption = f"Contour: {touching} touch what separates the goal"
             yield canvas.frame(_with_contour(stage), stage.place, caption, seed=stage.seed), _HOLD
         if not status.is_solved:
             break
@@ -125,10 +125,10 @@ def _loop(
     if status.is_solved and len(stages) <= _MOST_STAGES:
         caption = (
             f"At the goal: {float(solution.cost):.1f} cell sides,"
-            f" {_count(int(solution.num_destroyed), 'obstacle')} destroyed"
+            f" {counted(int(solution.num_destroyed), 'obstacle')} destroyed"
         )
     elif status.is_solved:
-        caption = f"And so on: {_count(int(solution.num_destroyed), 'obstacle')} destroyed in all"
+        caption = f"And so on: {counted(int(solution.num_destroyed), 'obstacle')} destroyed in all"
     if status.is_solved:
         yield canvas.frame(last.kinds, _end_of(last), caption), _LAST
     else:
@@ -146,11 +146,11 @@ def _explore(canvas: Canvas, stage: Stage, num_frames: int) -> Iterator[tuple[An
         kinds = bare.copy()
         kinds[stage.length <= before] = Kind.REACHED
         kinds[(stage.length > before) & (stage.length <= now)] = Kind.FRONT
-        caption = f"Explore: {_count(int((stage.length <= now).sum()), 'cell')} reached"
+        caption = f"Explore: {counted(int((stage.length <= now).sum()), 'cell')} reached"
         yield canvas.frame(kinds, stage.place, caption), _QUICK
     yield (
         canvas.frame(
-            stage.kinds, stage.place, f"Explored: {_count(lengths.size, 'cell')} can be reached"
+            stage.kinds, stage.place, f"Explored: {counted(lengths.size, 'cell')} can be reached"
         ),
         _HOLD // 2,
     )
@@ -184,7 +184,7 @@ def _after_wave(stage: Stage, status: Status) -> str:
     if stage.sees_goal:
         return "The goal is among the cells reached"
     return (
-        f"Blocked: seed {stage.seed}, contour of {_count(int(stage.contour.sum()), 'cell')}"
+        f"Blocked: seed {stage.seed}, contour of {counted(int(stage.contour.sum()), 'cell')}"
         if stage.seed
         else status.meaning
     )
@@ -214,7 +214,3 @@ def _kinds_of(stages: list[Stage]) -> list[Kind]:
 def _cell(cell) -> tuple[int, int]:
     row, col = np.asarray(cell).tolist()
     return row, col
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

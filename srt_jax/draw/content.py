@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sign_model.ground.legible import counted
 from srt_jax.components import regions
 from srt_jax.draw.colours import Kind
 from srt_jax.geometry.frame import Frame
@@ -184,11 +185,7 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
         gets = f"; one gets within {length(near.gap)} of the goal" if near and has_gap else ""
         return f"{status.name}: {status.meaning}{gets}"
     destroyed = int(solution.num_destroyed)
-    what = (
-        "nothing destroyed"
-        if not destroyed
-        else f"{destroyed} obstacle{'s' if destroyed > 1 else ''} destroyed"
-    )
+    what = "nothing destroyed" if not destroyed else f"{counted(destroyed, 'obstacle')} destroyed"
     return f"{status.name}: route of {length(solution.cost)}, {what}"
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sign_model.ground.legible import counted
 from srt_jax.geometry.rings import (
     UNITS_PER_METRE,
     Parts,
@@ -146,7 +147,7 @@ class World:
         x_min, y_min, x_max, y_max = self.bounds
         num, gone = len(self.obstacles), sum(one.destroyable for one in self.obstacles)
         return (
-            f"World({x_max - x_min:g} x {y_max - y_min:g} m, {num} obstacle{'s' * (num != 1)},"
+            f"World({x_max - x_min:g} x {y_max - y_min:g} m, {counted(num, 'obstacle')},"
             f" {gone} of them destroyable, agent of radius {self.radius:g} m at"
             f" {self.position}, goal square of {self.goal_side:g} m around {self.goal_centre})"
         )
