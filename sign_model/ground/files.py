@@ -190,6 +190,20 @@ def _too_large(path: PathLike, what: str, size: int, most: int) -> str:
     )
 
 
+def require_folder_of(path: PathLike, called: str | None = None) -> None:
+    """Raises ValueError, before anything is made, where a file could not be written because there
+    is no folder for it.
+
+    Args:
+      called: what to call it in the message, such as "--report page.html"; by default its name.
+    """
+    folder = pathlib.Path(path).parent
+    if not os.path.isdir(folder):  # False for names that no folder can have
+        raise ValueError(
+            f"{called or path}: there is no folder {folder}: name a file in a folder that exists"
+        )
+
+
 def _form(mode: int) -> str:
     if stat.S_ISDIR(mode):
         return "a folder"

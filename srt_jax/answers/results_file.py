@@ -1,12 +1,12 @@
 """Solutions as plain data: what `--json` prints and results files hold, JSON or Parquet."""
 
 import json
-import os
 import pathlib
 from typing import Any
 
 import numpy as np
 
+from sign_model.ground.files import require_folder_of
 from sign_model.ground.legible import finite_or_none
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
@@ -130,11 +130,7 @@ def require_name(path: PathLike) -> None:
     `path`.
     """
     _is_parquet(path)
-    if not os.path.isdir(pathlib.Path(path).parent):
-        raise ValueError(
-            f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that"
-            " exists"
-        )
+    require_folder_of(path)
 
 
 def _is_parquet(path: PathLike) -> bool:

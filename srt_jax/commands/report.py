@@ -2,7 +2,6 @@
 web page as asked.
 """
 
-import os
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -11,6 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.files import require_folder_of
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
 from srt_jax.commands.console import (
@@ -118,11 +118,8 @@ def require_page_name(html: pathlib.Path | None) -> None:
     """Raises ValueError, before anything is solved, where the page could not be written."""
     if html and html.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"--report {html}: a report is a web page: end the name in .html")
-    if html and not os.path.isdir(html.parent):
-        raise ValueError(
-            f"--report {html}: there is no folder {html.parent}: name a file in a folder that"
-            " exists"
-        )
+    if html:
+        require_folder_of(html, f"--report {html}")
 
 
 def _path_text(path: pathlib.Path, record: dict[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.files import PathLike, atomic_write
+from sign_model.ground.files import PathLike, atomic_write, require_folder_of
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.robots.route import polyline
@@ -81,11 +81,7 @@ def require_path_name(path: PathLike) -> None:
         raise ValueError(
             f"{path}: a route is written as .geojson, or as .json (nav_msgs/Path): end the name so"
         )
-    if not pathlib.Path(path).parent.is_dir():
-        raise ValueError(
-            f"{path}: there is no folder {pathlib.Path(path).parent}: name a file in a folder that"
-            " exists"
-        )
+    require_folder_of(path)
 
 
 def _message(points: np.ndarray) -> dict[str, Any]:
