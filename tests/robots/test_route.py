@@ -125,6 +125,8 @@ def test_what_cannot_be_written_is_refused_in_one_sentence(walled, tmp_path):
         write_path(tmp_path / "a.csv", task, solution)
     with pytest.raises(ValueError, match="there is no folder"):
         write_path(tmp_path / "no" / "a.json", task, solution)
+    with pytest.raises(ValueError, match="there is no folder"):  # nor could there be one
+        write_path(tmp_path / ("x" * 400) / "a.json", task, solution)
     none = make_task(np.zeros((2, 2), bool), (0, 0), (1, 1))
     with pytest.raises(ValueError, match="there is no route to write: the start lies outside"):
         write_path(tmp_path / "a.json", none, solve(none))
