@@ -53,7 +53,7 @@ def report(
     write_more: Callable[[], None] | None = None,
     notes: Sequence[dict[str, Any]] = (),
     mode: str | None = None,
-    frames: Sequence[Frame | None] = (),
+    frames: Sequence[Frame | None] | None = None,
     path: pathlib.Path | None = None,
     toll: float = 1.0,
 ) -> list[dict[str, Any]]:
@@ -62,11 +62,12 @@ def report(
 
     Args:
       results: a file of results. write_more: writes what else the command leaves.
-      frames: where the map of each task lies, or none: then lengths are in cell sides.
+      frames: where the map of each task lies, None where that is not known: then lengths are in
+        cell sides.
       path: a file for the route of the one task.
     """
     nears: list[Approach | None] = []
-    known = [*frames, *[None] * (len(tasks) - len(frames))]
+    known = frames or [None] * len(tasks)
     sides = [frame.side if frame is not None and frame.has_metres else None for frame in known]
     with show_progress("replaying", len(tasks), quiet=as_json) as progress:
         for (name, task), solution in zip(tasks, solutions):
@@ -84,9 +85,11 @@ def report(
         for (name, task), solution, side, near in zip(tasks, solutions, sides, nears)
     ]
     # All files first: a standard output that is closed or full loses none of them.
-    wrote = _write(out, tasks, solutions, records, pictures, known, quiet=as_json) if out else []
+    wrote: list[str] = []
+    if out:
+        wrote += _write(out, tasks, solutions, records, pictures, known, nears, quiet=as_json)
     if html:
-        wrote += _write_page(html, tasks, solutions, records, seconds, quiet=as_json)
+        wrote += _write_page(html, tasks, solutions, records, nears, seconds, quiet=as_json)
     for file in (results,) if results else ():
         write_results(file, records)
     if path:
@@ -132,7 +135,9 @@ def _path_text(path: pathlib.Path, record: dict[str, Any]) -> str:
     )
 
 
-def _write(out, tasks, solutions, records, pictures: int, frames, *, quiet: bool) -> list[str]:
+def _write(
+    out, tasks, solutions, records, pictures: int, frames, nears, *, quiet: bool
+) -> list[str]:
     """Writes results and pictures, and returns what to tell of them."""
     make_folder(out)
     drawn = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)][:pictures]
@@ -141,7 +146,9 @@ def _write(out, tasks, solutions, records, pictures: int, frames, *, quiet: bool
         from srt_jax.draw.gallery import gallery
 
         with show_progress("drawing", len(drawn), quiet=quiet) as progress:
-            files = gallery(drawn, out, frames=frames[: len(drawn)], progress=progress)
+            count = len(drawn)
+            options = {"frames": frames[:count], "approaches": nears[:count]}
+            files = gallery(drawn, out, progress=progress, **options)
     write_results(out / "results.json", records)
     few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
     and_pictures = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
@@ -149,12 +156,13 @@ def _write(out, tasks, solutions, records, pictures: int, frames, *, quiet: bool
 
 
 def _write_page(
-    html: pathlib.Path, tasks, solutions, records, seconds: float, *, quiet: bool
+    html: pathlib.Path, tasks, solutions, records, nears, seconds: float, *, quiet: bool
 ) -> list[str]:
     from srt_jax.draw.webpage import write_page
 
     with show_progress("writing the page", len(tasks), quiet=quiet) as progress:
-        write_page(html, tasks, solutions, records, seconds=seconds, progress=progress)
+        options = {"seconds": seconds, "approaches": nears, "progress": progress}
+        write_page(html, tasks, solutions, records, **options)
     return [f"Wrote {html}: open it in a browser; it needs no network."]
 
 

@@ -6,13 +6,14 @@ import hashlib
 import pathlib
 import re
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from srt_jax.draw.animation import ANIMATIONS, animate
 from srt_jax.draw.picture import draw
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.geometry.frame import Frame
-from srt_jax.types import Solution, Task
+from srt_jax.types import Approach, Solution, Task
 
 Named = Sequence[tuple[str, Task, Solution]]
 SHOWS = ("pictures", "sheet", *ANIMATIONS)
@@ -59,7 +60,8 @@ def gallery(
     show: str = "pictures",
     ending: str = "png",
     polar: PolarFrame | None = None,
-    frames: Sequence[Frame | None] = (),
+    frames: Sequence[Frame | None] | None = None,
+    approaches: Sequence[Approach | None] | None = None,
     progress: Callable[[int], None] = lambda count: None,
 ) -> list[pathlib.Path]:
     """Draws each (name, task, solution) into a folder that is there, and returns the files in
@@ -69,19 +71,22 @@ def gallery(
       show: "pictures", one each, and a contact sheet where there are several; "sheet", the sheets
         alone; "loop" or "wave", an animation each.
       ending: of pictures: "png", "svg" or "pdf".
-      frames: where the map of each task lies, or none.
+      frames: where the map of each task lies, None where that is not known.
+      approaches: one for each task, None of those that are solved; else they are found.
       progress: called with the number of tasks drawn.
     """
     files = []
     stems = file_names([name for name, _, _ in named])
-    known = [*frames, *[None] * (len(named) - len(frames))]
-    for stem, (name, task, solution), frame in zip(stems, named, known):
+    none: list[Any] = [None] * len(named)
+    known = zip(stems, named, frames or none, approaches or none)
+    for stem, (name, task, solution), frame, near in known:
         if show in ANIMATIONS:
             files.append(folder / f"{stem}-{show}.gif")
             animate(task, solution, files[-1], what=show, title=name)
         elif show == "pictures":
             files.append(folder / f"{stem}.{ending}")
-            draw(task, solution, files[-1], title=name, polar=polar, frame=frame)
+            options: dict[str, Any] = {"polar": polar, "frame": frame, "approach": near}
+            draw(task, solution, files[-1], title=name, **options)
         progress(1)
     return files + (
         _sheets(named, folder, ending)

@@ -10,18 +10,25 @@ import numpy as np
 
 from srt_jax.draw.colours import APPROACH, BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
-from srt_jax.types import Solution, Task
+from srt_jax.types import Approach, Solution, Task
 
 _VIEW = 240.0
 """Units of the longer side of the picture; marks and lines are measured in them."""
 
 
-def svg_tile(task: Task, solution: Solution | None = None, *, most_cells: int = 250) -> str:
+def svg_tile(
+    task: Task,
+    solution: Solution | None = None,
+    *,
+    most_cells: int = 250,
+    approach: Approach | None = None,
+) -> str:
     """Returns an SVG document: cells as an embedded PNG, the route and the marks as lines.
 
     Args:
       solution: None shows the task alone.
       most_cells: a side; larger maps are shrunk (`colours.shrunk`).
+      approach: of an unsolved task, where it is known; else it is found.
 
     Examples:
       >>> import numpy as np
@@ -34,7 +41,7 @@ def svg_tile(task: Task, solution: Solution | None = None, *, most_cells: int = 
       >>> svg_tile(task, solution).startswith("<svg")
       True
     """
-    scene = scene_of(task, solution)
+    scene = scene_of(task, solution, approach=approach)
     height, width = scene.kinds.shape
     scale = _VIEW / max(height, width)
     across, down = width * scale, height * scale

@@ -16,7 +16,7 @@ from srt_jax.draw.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind
 from srt_jax.draw.tile import svg_tile
 from srt_jax.formats.files import atomic_write
 from srt_jax.task import NamedTask
-from srt_jax.types import Solution, Status
+from srt_jax.types import Approach, Solution, Status
 
 MOST_PICTURES = 1000
 """Tasks that get a picture, by default; a picture takes 1 to 10 kB."""
@@ -43,6 +43,7 @@ def write_page(
     seconds: float | None = None,
     title: str = "srt-jax: a run",
     most_pictures: int = MOST_PICTURES,
+    approaches: Sequence[Approach | None] | None = None,
     progress: Callable[[int], None] = lambda count: None,
 ) -> None:
     """Writes the page, whole or not at all.
@@ -52,14 +53,16 @@ def write_page(
       seconds: how long solving took.
       most_pictures: the first so many tasks get a picture, and a notice says so where there are
         more.
+      approaches: one for each task, None of those that are solved; else they are found.
       progress: called with the number of tasks written.
 
     Raises:
       ValueError: the file cannot be written.
     """
     rows = []
-    for place, ((_, task), solution, record) in enumerate(
-        zip(tasks, solutions, records, strict=True)
+    known = approaches or [None] * len(tasks)
+    for place, ((_, task), solution, record, near) in enumerate(
+        zip(tasks, solutions, records, known, strict=True)
     ):
         row = {key: record[key] for key in _SHOWN} | {
             # destroyable obstacles first, as in the table of the command line
@@ -69,7 +72,8 @@ def write_page(
             "side": record["cell_side"],
         }
         if place < most_pictures:
-            row["picture"] = base64.b64encode(svg_tile(task, solution).encode()).decode()
+            picture = svg_tile(task, solution, approach=near)
+            row["picture"] = base64.b64encode(picture.encode()).decode()
         rows.append(row)
         progress(1)
     notice = ""
