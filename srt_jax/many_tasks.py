@@ -10,7 +10,8 @@ import jax
 import numpy as np
 
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
-from srt_jax.solver import MAX_BRANCHES, pad_batch, solve, with_slots
+from srt_jax.padding import pad_batch, with_slots
+from srt_jax.solver import MAX_BRANCHES, solve
 from srt_jax.task import stack
 from srt_jax.types import Solution, Status, Task
 

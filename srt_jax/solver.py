@@ -5,7 +5,6 @@ that does it.
 import dataclasses
 import functools
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
@@ -21,6 +20,7 @@ from srt_jax.engine.packing import unpack
 from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
+from srt_jax.padding import cut, pad_batch, with_slots
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
@@ -31,7 +31,7 @@ from srt_jax.symbols.acts import left_behind, place_plan
 from srt_jax.symbols.planning import ATTENDED, first_act, plan_along_chain, plan_on_contour
 from srt_jax.tolls.least_total import least_total
 from srt_jax.tolls.options import toll_of_each
-from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task
+from srt_jax.types import Array, Solution, Status, Task
 
 MODES = ("least", "paper", "literal", "shortest")
 MAX_BRANCHES = 256
@@ -190,7 +190,7 @@ def _in_buckets(
         whole = part if is_full else pad_batch(part, shape[:5])
         own_tolls = np.pad(own_tolls, (0, shape.batch - len(own_tolls)))
         solution = solve_in_bucket(whole, np.full(shape.batch, room, np.int32), own_tolls)
-        return solution if is_full and shape.room == room else _cut(solution, part, room)
+        return solution if is_full and shape.room == room else cut(solution, part, room)
 
     everything = (task, tolls)
     if size < B:
@@ -240,73 +240,25 @@ def _is_kept(run: Any, shape: Bucket) -> bool:
     return run.is_kept(task, room, toll)
 
 
-def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
-    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has
-    less.
-    """
-    more = max_destroyed - solution.destroyed.shape[1]
-    if not more:
-        return solution
-    room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
-    rank = {name: getattr(solution, name).ndim for name in room}
-    pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
-    return solution.replace(
-        **{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room}
-    )
-
-
-def _cut(solution: Solution, task: Task, room: int) -> Solution:
-    """Returns the solution of a padded batch without the padding that `task` does not have."""
-    B, _, H, W = task.labels.shape
-    M = task.destroyable.shape[1]
-    some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
-    of_map = {
-        "contour": some.contour[:, :H, :W],
-        "blocking": some.blocking[:, :M],
-        "separating": some.separating[:, :M],
-    }
-    return some.replace(cells=some.cells[:, :room], **of_map)
-
-
-def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
-    """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end
-    at once, START_BLOCKED.
-    """
-    B, L, H, W = task.labels.shape
-    b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
-    host = jax.tree.map(np.asarray, task)
-    labels = host.labels
-    if labels.shape != shape[:4]:  # a copy takes as long as a stage of solving
-        labels = np.full(shape[:4], FREE, np.int32)
-        labels[:, 0] = OUTSIDE
-        labels[:B, :L, :H, :W] = host.labels
-    return Task(
-        labels=labels,
-        destroyable=np.pad(host.destroyable, ((0, b), (0, m))),
-        removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
-        start=np.pad(host.start, ((0, b), (0, 0))),
-        goal=np.pad(host.goal, ((0, b), (0, 0))),
-        size=np.pad(host.size, ((0, b), (0, 0))),
-    )
-
-
 @functools.cache
 def _solver(
     mode: str, max_destroyed: int, capacity: int, max_branches: int, is_part: bool = False
 ) -> Callable[[Task, Array, Array], Solution]:
     """Returns `_solve_batch` with its options, jitted; vmapped, it arrives as one larger batch."""
     names = [field.name for field in dataclasses.fields(Task)]
-    paper = functools.partial(_paper, is_literal=mode == "literal")
-    walk = functools.partial(_least, max_branches=max_branches) if mode == "least" else paper
+
+    def walk_by(toll: Array) -> Callable[..., tuple[Array, Array, Way]]:
+        if mode == "least":
+            return functools.partial(_least, max_branches=max_branches)
+        if mode == "shortest":
+            return functools.partial(_shortest, toll=toll, max_branches=max_branches)
+        return functools.partial(_paper, is_literal=mode == "literal")
 
     @batch_kernel
     def of_arrays(room: Array, toll: Array, *arrays: Array) -> Solution:
         task = Task(**dict(zip(names, arrays)))
         options = {"max_destroyed": max_destroyed, "capacity": capacity}
-        if mode == "shortest":
-            own = functools.partial(_shortest, toll=toll, max_branches=max_branches)
-            return _solve_batch(task, room, own, **options)
-        return _solve_batch(task, room, walk, **options)
+        return _solve_batch(task, room, walk_by(toll), **options)
 
     return jitted(
         lambda task, room, toll: of_arrays(room, toll, *(getattr(task, name) for name in names)),

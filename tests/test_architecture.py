@@ -17,7 +17,7 @@ FLOORS = {
     "srt_jax": (
         ("types", "components"),
         ("moves", "engine"),
-        ("task", "obstacles", "fields", "symbols"),
+        ("task", "obstacles", "padding", "fields", "symbols"),
         ("gradients", "instances"),
         ("paths", "geometry", "data", "robots"),
         ("removal", "formats"),

@@ -18,7 +18,8 @@ from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.obstacles import Labels
-from srt_jax.types import FREE, OUTSIDE, Array
+from srt_jax.padding import padded_labels
+from srt_jax.types import Array
 
 _FORM = {
     "labels": (np.int32, 3),
@@ -122,17 +123,12 @@ def pad_batch(task: CoalitionTask, shape: tuple[int, ...]) -> CoalitionTask:
     """Returns a batch padded on the host to `shape` (B, L, H, W, A, M); what is added does
     nothing.
     """
-    B, L, H, W = task.labels.shape
+    B = len(task.start)
     host = jax.tree.map(np.asarray, task)
     b, a, m = shape[0] - B, shape[4] - task.able.shape[1], shape[5] - task.able.shape[2]
-    labels = host.labels
-    if labels.shape != shape[:4]:
-        labels = np.full(shape[:4], FREE, np.int32)
-        labels[:, 0] = OUTSIDE
-        labels[:B, :L, :H, :W] = host.labels
     nowhere = {"pad_width": ((0, b), (0, a), (0, 0)), "constant_values": NOWHERE[0]}
     return CoalitionTask(
-        labels=labels,
+        labels=padded_labels(host.labels, shape[:4]),
         removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
         able=np.pad(host.able, ((0, b), (0, a), (0, m))),
         start=np.pad(host.start, **nowhere),

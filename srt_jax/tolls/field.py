@@ -15,9 +15,10 @@ from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import pack
 from srt_jax.fields import fixed_point
+from srt_jax.padding import padded_labels
 from srt_jax.tolls import entry
 from srt_jax.tolls.spread import UNREACHED, Size, ground_of, sums_of
-from srt_jax.types import FREE, OUTSIDE, Array
+from srt_jax.types import FREE, Array
 
 
 def toll_to_come(labels: Array, toll: Array, start: Array) -> Array:
@@ -85,13 +86,10 @@ def _in_bucket(labels: np.ndarray, toll: np.ndarray, start: np.ndarray) -> np.nd
     """The sums, computed on arrays padded to bucketed shapes, so that few are ever compiled."""
     B, L, H, W = labels.shape
     shape = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W))
-    whole = np.full(shape, FREE, np.int32)
-    whole[:, 0] = OUTSIDE
-    whole[:B, :L, :H, :W] = labels
     room = max(8, batch_bucket(toll.shape[1])) - toll.shape[1]
     tolls = np.pad(toll, ((0, shape[0] - B), (0, room)), constant_values=np.inf)
     starts = np.pad(start, ((0, shape[0] - B), (0, 0)))
-    return np.asarray(_program()(whole, tolls, starts))[:B, :H, :W]
+    return np.asarray(_program()(padded_labels(labels, shape), tolls, starts))[:B, :H, :W]
 
 
 @functools.cache

@@ -1,0 +1,66 @@
+"""A batch of tasks padded on the host to a larger shape, and its answers cut to the smaller one."""
+
+from types import ModuleType
+
+import jax
+import numpy as np
+
+from srt_jax.types import FREE, OUTSIDE, Solution, Task
+
+
+def padded_labels(labels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns labels, int32 [B, L, H, W], padded to `shape`: what is added lies outside the map,
+    layers that are added are free. The same array where it has that shape, since a copy takes as
+    long as a stage of solving.
+    """
+    if labels.shape == shape:
+        return labels
+    wide = np.full(shape, FREE, np.int32)
+    wide[:, 0] = OUTSIDE
+    wide[tuple(map(slice, labels.shape))] = labels
+    return wide
+
+
+def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
+    """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end
+    at once, START_BLOCKED.
+    """
+    B = len(task.start)
+    b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
+    host = jax.tree.map(np.asarray, task)
+    return Task(
+        labels=padded_labels(host.labels, shape[:4]),
+        destroyable=np.pad(host.destroyable, ((0, b), (0, m))),
+        removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
+        start=np.pad(host.start, ((0, b), (0, 0))),
+        goal=np.pad(host.goal, ((0, b), (0, 0))),
+        size=np.pad(host.size, ((0, b), (0, 0))),
+    )
+
+
+def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
+    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has
+    less.
+    """
+    more = max_destroyed - solution.destroyed.shape[1]
+    if not more:
+        return solution
+    room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
+    rank = {name: getattr(solution, name).ndim for name in room}
+    pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
+    return solution.replace(
+        **{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room}
+    )
+
+
+def cut(solution: Solution, task: Task, room: int) -> Solution:
+    """Returns the solution of a padded batch without the padding that `task` does not have."""
+    B, _, H, W = task.labels.shape
+    M = task.destroyable.shape[1]
+    some = jax.tree.map(lambda array: np.asarray(array)[:B], solution)
+    of_map = {
+        "contour": some.contour[:, :H, :W],
+        "blocking": some.blocking[:, :M],
+        "separating": some.separating[:, :M],
+    }
+    return some.replace(cells=some.cells[:, :room], **of_map)
