@@ -119,10 +119,12 @@ def check(
         one_task = SimpleNamespace(**{name: array[index] for name, array in tasks.items()})
         one_solution = SimpleNamespace(**{name: array[index] for name, array in solutions.items()})
         name = "" if not batch else f"task {index[0] if len(batch) == 1 else index}: "
-        found = _check_one(one_task, one_solution, mode, float(tolls[index]))
-        if approach is not None and not _task_problems(one_task):
-            near = SimpleNamespace(**{name: array[index] for name, array in approaches.items()})
-            found += approach_problems(one_task, one_solution, near)
+        found = _task_problems(one_task)
+        if not found:
+            found = _check_one(one_task, one_solution, mode, float(tolls[index]))
+            if approach is not None:
+                near = SimpleNamespace(**{name: array[index] for name, array in approaches.items()})
+                found += approach_problems(one_task, one_solution, near)
         problems += [name + problem for problem in found]
     return problems
 
@@ -163,9 +165,6 @@ def _arrays(what: str, record: object, form: dict[str, tuple[str, str]], sides: 
 def _check_one(
     task: SimpleNamespace, solution: SimpleNamespace, mode: str | None, toll: float
 ) -> list[str]:
-    problems = _task_problems(task)
-    if problems:
-        return problems
     height, width = task.size
     labels, start, goal = (
         task.labels[:, :height, :width],

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from srt_jax.check.floods import free_cells, nearest_cell, piece_of
-from srt_jax.check.walk import illegal_move, is_close
+from srt_jax.check.walk import illegal_move, is_close, length_of
 
 _NOWHERE = (-1, -1)
 
@@ -61,8 +61,7 @@ def _walk_problems(
     problems += [f"approach: {found}" for found in illegal_move(free, route, 0, num - 1)]
     if not free[tuple(route[0])]:
         problems.append(f"the approach begins in {begin}, which is blocked")
-    num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
-    length = num - 1 - num_diagonal + num_diagonal * 2**0.5
+    length = length_of(route)
     if not is_close(near.cost, length):
         problems.append(f"the approach is {length:.6f} long, not {near.cost}")
     return problems

@@ -40,8 +40,7 @@ def route_problems(task, solution, labels, start, goal) -> list[str]:
             )
     # Its moves, and its length from the numbers of straight and diagonal ones.
     problems += _replay(labels, route, np.zeros_like(task.destroyable), solution)
-    num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
-    length = num_cells - 1 - num_diagonal + num_diagonal * 2**0.5
+    length = length_of(route)
     if not is_close(solution.cost, length):
         problems.append(f"cost is {solution.cost}, but the route is {length:.6f} long")
     return problems
@@ -145,6 +144,12 @@ def _sum_problems(task: SimpleNamespace, solution: SimpleNamespace, ids: list[in
         rule = f"must lie between 0 and the removal cost {rounded_down(total)}"
         problems.append(f"removal_bound is {solution.removal_bound}, but {rule}")
     return problems
+
+
+def length_of(route: np.ndarray) -> float:
+    """The length of a route of legal moves, in cell sides."""
+    num_diagonal = int((np.diff(route, axis=0) != 0).all(axis=1).sum())
+    return len(route) - 1 - num_diagonal + num_diagonal * 2**0.5
 
 
 def is_close(given: np.ndarray, true: float) -> bool:
