@@ -190,6 +190,15 @@ def _too_large(path: PathLike, what: str, size: int, most: int) -> str:
     )
 
 
+def opened_for(target: PathLike | IO[bytes]) -> contextlib.AbstractContextManager[IO[bytes]]:
+    """Returns a file to write bytes to: a whole one under a name (`atomic_write`), or the open file
+    that was given, which stays open.
+    """
+    if isinstance(target, str | os.PathLike):
+        return atomic_write(target, "wb")
+    return contextlib.nullcontext(target)
+
+
 def require_folder_of(path: PathLike, called: str | None = None) -> None:
     """Raises ValueError, before anything is made, where a file could not be written because there
     is no folder for it.

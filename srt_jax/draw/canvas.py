@@ -2,16 +2,15 @@
 palette.
 """
 
-import contextlib
 import os
 import textwrap
 from typing import IO, Any
 
 import numpy as np
 
+from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
-from srt_jax.formats.files import atomic_write
 
 _MAP = 480
 """Pixels of the map's longer side, about."""
@@ -150,8 +149,7 @@ def save_gif(path: str | os.PathLike | IO[bytes], shown: list[tuple[Any, int]]) 
     or not at all, or into an open file.
     """
     images, durations = zip(*shown)
-    is_name = isinstance(path, str | os.PathLike)
-    with atomic_write(path, "wb") if is_name else contextlib.nullcontext(path) as file:
+    with opened_for(path) as file:
         options = {
             "save_all": True,
             "append_images": images[1:],

@@ -1,5 +1,6 @@
 """How records look in a notebook: a picture and a few facts, as HTML that needs nothing else."""
 
+import base64
 import html
 from collections.abc import Iterable
 from typing import Any
@@ -10,7 +11,9 @@ import numpy as np
 from srt_jax.draw.colours import GOAL, PALETTE, START, Kind
 from srt_jax.draw.content import headline
 from srt_jax.draw.tile import svg_tile
+from srt_jax.engine.eager import fold
 from srt_jax.geometry.world import World
+from srt_jax.task import unstack
 from srt_jax.types import Solution, Status, Task
 
 _MOST_TILES = 6
@@ -26,10 +29,10 @@ def task_html(task: Task) -> str:
     """Returns a task as a picture, a batch as the pictures of its first tasks."""
     if np.ndim(task.labels) < 3:
         return f"<pre>{html.escape(repr(task))}</pre>"
-    flat = _flat(task, {"labels": 3, "start": 1, "goal": 1, "size": 1})
-    count = len(flat.start)
-    tiles = [svg_tile(_one(flat, number)) for number in range(min(count, _MOST_TILES))]
-    return _page(repr(task), tiles)
+    ranks = Task(labels=3, destroyable=1, removal_cost=1, start=1, goal=1, size=1)
+    flat = jax.tree.map(fold, task, ranks)
+    shown = jax.tree.map(lambda array: np.asarray(array)[:_MOST_TILES], flat)
+    return _page(repr(task), [svg_tile(one) for one in unstack(shown)])
 
 
 def solution_html(solution: Solution) -> str:
@@ -84,8 +87,6 @@ def world_html(world: World) -> str:
 
 def picture_html(picture: bytes, kind: str, name: str) -> str:
     """Returns a picture inside the page; kind: png or gif."""
-    import base64
-
     data = base64.b64encode(picture).decode()
     return f'<img alt="{html.escape(name)}" src="data:image/{kind};base64,{data}"/>'
 
@@ -110,20 +111,3 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> str:
 
 def _ids(numbers: list[int]) -> str:
     return ", ".join(map(str, numbers)) if numbers else "none"
-
-
-def _flat(task: Task, ranks: dict[str, int]) -> Task:
-    """Returns a task or any batch of them with one leading axis, on the host."""
-    return Task(
-        **{
-            name: np.reshape(np.asarray(array), (-1, *np.shape(array)[-ranks.get(name, 1) :]))
-            for name, array in task.items()
-        }
-    )
-
-
-def _one(batch: Task, number: int) -> Task:
-    """Returns one task of a batch without its padding of cells."""
-    one = jax.tree.map(lambda array: array[number], batch)
-    height, width = one.size.tolist()
-    return one.replace(labels=one.labels[:, :height, :width])

@@ -10,13 +10,13 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.badges import draw_badges
 from srt_jax.draw.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
 from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
-from srt_jax.formats.files import atomic_write
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Approach, Solution, Task
 
@@ -155,8 +155,7 @@ def page(
         target.parent.mkdir(parents=True, exist_ok=True)
     # Nothing of the moment in the file: the same task gives the same bytes.
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
-    place = contextlib.nullcontext(path) if target is None else atomic_write(target, "wb")
-    with rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}), place as file:
+    with rc_context({"svg.hashsalt": "srt-jax", "svg.fonttype": "path"}), opened_for(path) as file:
         figure.savefig(file, format=kind, metadata=metadata)
 
 
@@ -173,10 +172,7 @@ def draw_map(axes, scene: Scene, *, zoom: float = 1.0, most_cells: int = _MOST_C
     marks.
     """
     height, width = scene.kinds.shape
-    kinds = shrunk(scene.kinds, most_cells)
-    n = -(-max(height, width) // most_cells)
-    extent = (-0.5, kinds.shape[1] * n - 0.5, kinds.shape[0] * n - 0.5, -0.5)
-    axes.imshow(PALETTE[kinds], interpolation="nearest", extent=extent)
+    draw_cells(axes, scene.kinds, most_cells)
     axes.set_xlim(-0.5, width - 0.5)
     axes.set_ylim(height - 0.5, -0.5)
     if max(height, width) <= _GRID_UP_TO and zoom == 1:
@@ -188,6 +184,16 @@ def draw_map(axes, scene: Scene, *, zoom: float = 1.0, most_cells: int = _MOST_C
         )
     _draw_route(axes, scene, zoom)
     _draw_marks(axes, scene, zoom)
+
+
+def draw_cells(axes, kinds: np.ndarray, most_cells: int) -> None:
+    """Draws the cells of a map, uint8 [H, W] of `Kind`, on axes whose data are columns and rows;
+    maps of more cells a side than `most_cells` are shrunk.
+    """
+    n = -(-max(kinds.shape) // most_cells)
+    small = shrunk(kinds, most_cells)
+    extent = (-0.5, small.shape[1] * n - 0.5, small.shape[0] * n - 0.5, -0.5)
+    axes.imshow(PALETTE[small], interpolation="nearest", extent=extent)
 
 
 def label_axes(axes, scene: Scene) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from srt_jax.draw.colours import APPROACH, BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
+from srt_jax.robots.route import at_turns
 from srt_jax.types import Approach, Solution, Task
 
 _VIEW = 240.0
@@ -92,7 +93,7 @@ def _route(scene: Scene, scale: float) -> list[str]:
     def points_of(cells: np.ndarray) -> str:
         return " ".join(
             f"{(col + 0.5) * scale:.4g},{(row + 0.5) * scale:.4g}"
-            for row, col in _corners(cells).tolist()
+            for row, col in cells[at_turns(cells)].tolist()
         )
 
     if scene.approach is not None and len(scene.approach) > 1:
@@ -110,13 +111,6 @@ def _route(scene: Scene, scale: float) -> list[str]:
                 ' stroke-linecap="round"/>'
             )
     return lines
-
-
-def _corners(leg: np.ndarray) -> np.ndarray:
-    """Returns the cells where a leg begins, turns and ends."""
-    steps = np.diff(leg, axis=0)
-    turns = (steps[1:] != steps[:-1]).any(axis=1)
-    return leg[np.concatenate([[True], turns, [True]])]
 
 
 def _marks(scene: Scene, scale: float) -> list[str]:

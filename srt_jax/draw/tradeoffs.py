@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.ground.legible import legible
-from srt_jax.draw.colours import PALETTE, leg_colour, shrunk
+from srt_jax.draw.colours import leg_colour
 from srt_jax.draw.content import scene_of
 from srt_jax.draw.legend import MARKS
-from srt_jax.draw.picture import page
+from srt_jax.draw.picture import draw_cells, page
 from srt_jax.tolls.front import Tradeoff
 from srt_jax.types import Task
 
@@ -50,10 +50,7 @@ def draw_tradeoffs(
     tall = _SIDE * min(2.0, max(0.4, height / width))
     with page(path, size=(2 * _SIDE, max(3.0, tall) + 0.6)) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-        n = -(-max(height, width) // _MOST_CELLS)
-        kinds = shrunk(scene.kinds, _MOST_CELLS)
-        extent = (-0.5, kinds.shape[1] * n - 0.5, kinds.shape[0] * n - 0.5, -0.5)
-        left.imshow(PALETTE[kinds], interpolation="nearest", extent=extent)
+        draw_cells(left, scene.kinds, _MOST_CELLS)
         # The longest route lies lowest: shorter ones leave it only where they break through.
         for index in reversed(range(len(front))):
             solution = front[index].solution

@@ -54,11 +54,17 @@ def polyline(
     if not len(cells):
         return np.zeros((0, 2))
     if turns_only:
-        steps = np.diff(cells, axis=0)
-        is_kept = np.ones(len(cells), bool)
-        is_kept[1:-1] = (steps[1:] != steps[:-1]).any(axis=1)
+        is_kept = at_turns(cells)
         if isinstance(route, Solution):
             stops = np.asarray(route.destroyed_at)
             is_kept[stops[stops >= 0]] = True
         cells = cells[is_kept]
     return frame.point_of(cells)
+
+
+def at_turns(cells: np.ndarray) -> np.ndarray:
+    """Returns where a route, int [n, 2], begins, turns and ends: bool [n]."""
+    steps = np.diff(cells, axis=0)
+    turns = np.ones(len(cells), bool)
+    turns[1:-1] = (steps[1:] != steps[:-1]).any(axis=1)
+    return turns
