@@ -19,6 +19,8 @@ compiles around each threshold):
   on, a look-up from 4,096 on, it is split among threads, if there are several. The body of a loop
   may hold it: `loops.in_a_loop` makes one; a large test belongs into the body of its loop, which
   carries the outcome.
+An operand that a marked call inside `custom_vmap` does not use ends the whole process, without an
+exception: hand over what is used and nothing else.
 
 A program that is refused all the same is compiled without the marks, that program alone, and one
 warning says so (`jitted`, `jitted_wide`). Inside a user's own jit the compiler speaks to the user

@@ -37,8 +37,9 @@ def holds_coalitions(path: PathLike) -> bool:
     try:
         if ending == ".npz":
             require_regular(path)
-            with np.load(path, allow_pickle=False) as file:
-                return "able" in file.files
+            # opened here: `np.load` leaves a file open that it cannot read
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as arrays:
+                return "able" in arrays.files
         if ending == ".json":
             # a large world is parsed once, by its own reader
             if not may_have_member(read_bytes(path, "task"), "agents"):
