@@ -101,12 +101,21 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     )
     beside, towards = _beside(maps, walls)
     ahead = np.asarray(obstacle_ahead(free, jax.device_put(beside), jax.device_put(towards)))
+    far = _reached_cells(np.asarray(reached))
     # Every kernel beside its peers, on the same maps.
     packed = jax.jit(lambda words, start: reach_words(words, start, width=size))
     ours = {
         "reach, packed": (lambda: packed(words, start), peers.floods(maps, starts)),
         "reach": (lambda: srt_jax.reach(free, start), peers.floods(maps, starts)),
         "cost_to_come": (lambda: srt_jax.cost_to_come(free, start), peers.distances(maps, starts)),
+        "shortest_path": (
+            lambda: srt_jax.shortest_path(free, start, far),
+            peers.routes(maps, starts, far),
+        ),
+        "path_cost": (
+            lambda: srt_jax.path_cost(free, start, far),
+            peers.routes(maps, starts, far),
+        ),
         "contour": (
             lambda: srt_jax.contour(free, beside, towards),
             peers.contours(maps, beside, ahead),
@@ -159,6 +168,15 @@ def _beside(maps: Any, walls: Any) -> tuple[Any, Any]:
         seeds.append(cells[order])
         goals.append(wall)
     return np.array(seeds, np.int32), np.array(goals, np.int32)
+
+
+def _reached_cells(reached: Any) -> Any:
+    """Returns a random cell that is reached in each map, int32 [B, 2]."""
+    import numpy as np
+
+    rng = np.random.default_rng(0)
+    cells = [np.argwhere(one) for one in reached]
+    return np.array([some[rng.integers(len(some))] for some in cells], np.int32)
 
 
 def _fast_form() -> float:

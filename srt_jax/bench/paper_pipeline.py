@@ -4,13 +4,11 @@ measured against.
 
 import ctypes
 import functools
-import pathlib
-import subprocess
-import tempfile
 from typing import Any
 
 import numpy as np
 
+from srt_jax.bench.native import compiled
 from srt_jax.types import Cell
 
 
@@ -57,26 +55,9 @@ class PaperPipeline:
 
 @functools.cache
 def paper_pipeline() -> PaperPipeline | None:
-    """Returns the pipeline, compiled with -O3 -march=native; None where there is no compiler."""
-    source = pathlib.Path(__file__).with_name("paper_pipeline.cpp")
-    with tempfile.TemporaryDirectory() as folder:
-        built = pathlib.Path(folder) / "paper_pipeline.so"
-        command = [
-            "g++",
-            "-O3",
-            "-march=native",
-            "-std=c++17",
-            "-shared",
-            "-fPIC",
-            str(source),
-            "-o",
-            str(built),
-        ]
-        try:
-            subprocess.run(command, check=True, capture_output=True)
-        except (OSError, subprocess.CalledProcessError):
-            return None
-        return PaperPipeline(ctypes.CDLL(str(built)))
+    """Returns the pipeline, compiled; None where there is no compiler."""
+    library = compiled("paper_pipeline")
+    return None if library is None else PaperPipeline(library)
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:

@@ -4,14 +4,13 @@ left out by name.
 
 import ctypes
 import importlib
-import pathlib
-import subprocess
-import tempfile
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from srt_jax.bench.native import compiled
+from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.moves import FIXED_POINTS
 
 Peers = dict[str, Callable[[], Any]]
@@ -118,6 +117,29 @@ def distances(maps: np.ndarray, starts: np.ndarray) -> Peers:
     return peers
 
 
+def routes(maps: np.ndarray, starts: np.ndarray, goals: np.ndarray) -> Peers:
+    """Peers of shortest_path: jump point search in C++, cell by cell and on machine words; they
+    give the length of one path.
+    """
+    peers: Peers = {}
+    ends = [(tuple(start), tuple(goal)) for start, goal in zip(starts.tolist(), goals.tolist())]
+    if pipeline := paper_pipeline():
+        peers["C++ JPS"] = lambda: [pipeline.jps(free, *both)[0] for free, both in zip(maps, ends)]
+    if library := compiled("word_jps"):
+
+        def on_words() -> list[float]:
+            lengths = []
+            for free, (start, goal) in zip(maps, ends):
+                length = ctypes.c_double()
+                place = ctypes.c_void_p(free.ctypes.data)
+                library.word_jps(place, *free.shape, *start, *goal, ctypes.byref(length))
+                lengths.append(length.value)
+            return lengths
+
+        peers["C++ JPS on words"] = on_words
+    return peers
+
+
 def move_graph(free: np.ndarray) -> Any:
     """Returns the legal moves of one map as a SciPy graph with exact integer costs."""
     from scipy import sparse
@@ -142,14 +164,10 @@ def move_graph(free: np.ndarray) -> Any:
 
 def bucket_dijkstra() -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
     """Returns the C++ peer, compiled on the spot; None where there is no compiler."""
-    source = pathlib.Path(__file__).with_name("bucket_dijkstra.cpp")
-    built = pathlib.Path(tempfile.mkdtemp()) / "bucket_dijkstra.so"
-    command = ["g++", "-O3", "-march=native", "-shared", "-fPIC", str(source), "-o", str(built)]
-    try:
-        subprocess.run(command, check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError):
+    library = compiled("bucket_dijkstra")
+    if library is None:
         return None
-    native = ctypes.CDLL(str(built)).bucket_dijkstra
+    native = library.bucket_dijkstra
 
     def run(maps: np.ndarray, starts: np.ndarray) -> np.ndarray:
         byte, cost = maps.view(np.uint8), np.empty(maps.shape, np.int32)

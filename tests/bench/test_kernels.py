@@ -24,6 +24,10 @@ def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
     free, starts = measured_maps.maps_of("rooms", 64, 2)
     for name, run in peers.floods(free, starts).items():
         assert np.array_equal(run(), srt_jax.reach(free, starts)), name
+    goals = np.stack([np.argwhere(one)[-1] for one in np.asarray(srt_jax.reach(free, starts))])
+    for name, run in peers.routes(free, starts, goals.astype(np.int32)).items():
+        lengths = srt_jax.shortest_path(free, starts, goals.astype(np.int32)).cost
+        np.testing.assert_allclose(run(), lengths, rtol=1e-5, err_msg=name)
     native = peers.bucket_dijkstra()
     if native is None:
         pytest.skip("there is no C++ compiler")

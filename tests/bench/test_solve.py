@@ -5,7 +5,8 @@ time is judged here.
 import numpy as np
 import pytest
 
-from srt_jax.bench import learning, machine, solve
+from srt_jax.bench import learning, machine, peers, solve
+from srt_jax.bench.native import compiled
 from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.bench.pipelines import pipelines
 from srt_jax.instances import maps
@@ -101,9 +102,11 @@ def test_solve_is_measured_beside_them_and_agrees():
 
 def test_a_missing_compiler_is_no_error(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    paper_pipeline.cache_clear()
-    assert paper_pipeline() is None
-    paper_pipeline.cache_clear()
+    for cached in (compiled, paper_pipeline):
+        cached.cache_clear()
+    assert paper_pipeline() is None and peers.bucket_dijkstra() is None
+    for cached in (compiled, paper_pipeline):
+        cached.cache_clear()
 
 
 def test_medians_come_with_quartiles_and_machines_with_versions():
