@@ -52,9 +52,13 @@ if jax.__version_info__ < (0, 8):
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
-# Both look at the whole program again and again, a third of the time to compile it; what they would
-# change inside a marked call, LLVM does as well.
-_QUICK = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops"}
+# Both passes look at the whole program again and again, a third of the time to compile it; what
+# they would change inside a marked call, LLVM does as well. LLVM's level 2 in place of 3 takes an
+# eighth off the solver's compiling, whose answers take no longer; level 1 would slow them down.
+_QUICK = {
+    "xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops",
+    "xla_backend_optimization_level": 2,
+}
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
@@ -87,8 +91,7 @@ def jitted(
       is_part: whether calls run side by side, each on a core of its own (`cores`), and outside any
         other jit. XLA would else split the steps that are not marked among all cores, and the calls
         would wait for each other there.
-      is_large: whether the program is so large that two passes of the compiler are left out, on a
-        CPU.
+      is_large: whether the program is so large that the compiler is to do less, on a CPU.
       name: what decides the program besides the shapes of the arguments (`kept_programs`): then
         what is compiled for calls on a CPU outside any jit is kept on disk.
     """
