@@ -5,7 +5,7 @@ from types import ModuleType
 import jax
 import numpy as np
 
-from srt_jax.types import FREE, OUTSIDE, Solution, Task
+from srt_jax.types import FREE, OUTSIDE, Array, Solution, Task
 
 
 def padded_labels(labels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
@@ -39,18 +39,23 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
-    """Returns the solution of a batch with room for `max_destroyed` obstacles, where it has
-    less.
+    """Returns the solution of a batch with room for `max_destroyed` obstacles, none of which it
+    destroys more.
     """
     more = max_destroyed - solution.destroyed.shape[1]
     if not more:
         return solution
-    room = {"destroyed": more, "destroyed_at": more, "plan": 3 * more, "plan_at": 3 * more}
-    rank = {name: getattr(solution, name).ndim for name in room}
-    pads = {name: ((0, 0), (0, num), (0, 0))[: rank[name]] for name, num in room.items()}
-    return solution.replace(
-        **{n: xp.pad(getattr(solution, n), pads[n], constant_values=-1) for n in room}
-    )
+    # the acts of a plan: three for each obstacle, and the last walk
+    room = {"destroyed": 1, "destroyed_at": 1, "plan": 3, "plan_at": 3}
+
+    def fitted(name: str, num: int) -> Array:
+        array = xp.asarray(getattr(solution, name))
+        if more < 0:
+            return array[:, : num * more]
+        pads = ((0, 0), (0, num * more), (0, 0))[: array.ndim]
+        return xp.pad(array, pads, constant_values=-1)
+
+    return solution.replace(**{name: fitted(name, num) for name, num in room.items()})
 
 
 def cut(solution: Solution, task: Task, room: int) -> Solution:

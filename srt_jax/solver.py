@@ -172,7 +172,8 @@ def _in_buckets(
         return _default_room(height, width, mode) if is_default else max(128, batch_bucket(room))
 
     own = Bucket(batch_bucket(B), batch_bucket(L), *sides, obstacle_bucket(M), room_of(*sides))
-    slots = min(max_destroyed, max(8, batch_bucket(M)))
+    # Room for all obstacles where there may be as many destroyed: few sizes are ever compiled.
+    slots = max_destroyed if max_destroyed < M else max(8, batch_bucket(M))
     size = (
         cores.part_size(own.batch, H * W * L, cores.SOLVE)
         if cores.is_on_host(*jax.tree.leaves(task))

@@ -34,12 +34,15 @@ def test_an_answer_does_not_depend_on_the_batch_around_it(mode):
 
 def test_solve_may_be_jitted_vmapped_and_scanned():
     tasks = stack(random_tasks(9, 8, overlap=True, max_side=14))
-    batch = solve(tasks)
-    chex.assert_trees_all_equal(batch, jax.jit(solve)(tasks))
-    chex.assert_trees_all_equal(batch, jax.vmap(solve)(tasks))
-    chex.assert_trees_all_equal(
-        batch, jax.lax.scan(lambda carry, task: (carry, solve(task)), 0, tasks)[1]
-    )
+    pairs = jax.tree.map(lambda x: x.reshape(4, 2, *x.shape[1:]), tasks)
+
+    def step(carry, pair):
+        return carry, jax.vmap(solve)(pair)
+
+    # all in one program: it takes seconds to compile
+    in_pairs = jax.jit(lambda pairs: jax.lax.scan(step, 0, pairs)[1])(pairs)
+    batch = jax.tree.map(lambda x: x.reshape(8, *x.shape[2:]), in_pairs)
+    chex.assert_trees_all_equal(solve(tasks), batch)
 
 
 def test_any_number_of_batch_dimensions_is_kept():
@@ -73,3 +76,16 @@ def test_many_tasks_find_room_for_a_route_that_winds():
     free[1::4, -1] = free[3::4, 0] = True
     (solution,) = solve_many([make_task(free, (0, 0), (40, 40))])
     assert int(solution.num_cells) == 21 * 41 + 20
+
+
+def test_room_for_all_obstacles_or_more_gives_one_answer_in_the_shape_asked_for():
+    tasks = random_tasks(11, 1, overlap=False, max_side=12)
+    task, num = tasks[0], len(tasks[0].destroyable)
+    whole = solve(task, max_destroyed=8)
+    for room in (num, num + 1, 3 * num):
+        answer = solve(task, max_destroyed=room)
+        assert answer.destroyed.shape == answer.destroyed_at.shape == (room,)
+        assert answer.plan.shape == (3 * room + 1, 2) and answer.plan_at.shape == (3 * room + 1,)
+        some = min(room, 8)
+        assert answer.destroyed[:some].tolist() == whole.destroyed[:some].tolist()
+        assert answer.plan[: 3 * some + 1].tolist() == whole.plan[: 3 * some + 1].tolist()
