@@ -25,18 +25,21 @@ def ground():
     return free, np.ones((5, 6), np.float32)
 
 
-def kernels(place=lambda array: array):
+def kernels(place=lambda array: array, only=None):
     """Returns name -> answer of the kernels, on arrays that `place` has put somewhere."""
     free, cost, start, goal = (place(array) for array in (*ground(), START, GOAL))
-    return {
-        "reach": srt_jax.reach(free, start),
-        "lengths": srt_jax.cost_to_come(free, start),
-        "costs": srt_jax.cost_to_come(free, start, cost),
-        "path": srt_jax.trace_path(srt_jax.cost_to_come(free, start), goal, max_cells=12).cells,
-        "seed": srt_jax.seed_cell(free, goal),
-        "contour": srt_jax.contour(free, start, goal),
-        "gradient": jax.grad(lambda cost: srt_jax.path_cost(free, start, goal, cost))(cost),
+    calls = {
+        "reach": lambda: srt_jax.reach(free, start),
+        "lengths": lambda: srt_jax.cost_to_come(free, start),
+        "costs": lambda: srt_jax.cost_to_come(free, start, cost),
+        "path": lambda: (
+            srt_jax.trace_path(srt_jax.cost_to_come(free, start), goal, max_cells=12).cells
+        ),
+        "seed": lambda: srt_jax.seed_cell(free, goal),
+        "contour": lambda: srt_jax.contour(free, start, goal),
+        "gradient": lambda: jax.grad(lambda cost: srt_jax.path_cost(free, start, goal, cost))(cost),
     }
+    return {name: call() for name, call in calls.items() if only is None or name in only}
 
 
 def equal(one, other):
@@ -87,9 +90,11 @@ import jax
 sys.path.insert(0, "tests")
 import srt_jax
 from tests.engine.test_jax_modes import ground, kernels
-second = jax.devices()[1]
-for name, answer in kernels(lambda array: jax.device_put(array, second)).items():
+second, only = jax.devices()[1], sys.argv[1:] or None
+for name, answer in kernels(lambda array: jax.device_put(array, second), only).items():
     assert answer.devices() == {second}, (name, answer.devices())
+if only:
+    sys.exit()
 task = jax.device_put(srt_jax.make_task(ground()[0], (0, 0), (4, 5)), second)
 answer = srt_jax.solve(task)
 assert all(leaf.devices() == {second} for leaf in jax.tree.leaves(answer)), "solve"
@@ -119,7 +124,7 @@ for one, other in zip(jax.tree.leaves(answer), jax.tree.leaves(again)):
 """
 
 
-def run_on_two_devices(program):
+def run_on_two_devices(program, *arguments):
     flags = os.environ.get("XLA_FLAGS", "") + " --xla_force_host_platform_device_count=2"
     env = os.environ | {
         "XLA_FLAGS": flags,
@@ -127,12 +132,21 @@ def run_on_two_devices(program):
         "PYTHONPATH": str(ROOT),
     }
     done = subprocess.run(
-        [sys.executable, "-c", program], env=env, cwd=ROOT, capture_output=True, text=True
+        [sys.executable, "-c", program, *arguments],
+        env=env,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr[-3000:]
 
 
 def test_an_input_on_the_second_device_is_answered_there():
+    run_on_two_devices(_ON_THE_SECOND, "reach", "seed")
+
+
+@pytest.mark.slow
+def test_every_kernel_and_solve_answer_on_the_second_device():
     run_on_two_devices(_ON_THE_SECOND)
 
 
