@@ -3,8 +3,10 @@
 from types import ModuleType
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
+from srt_jax.engine import cores
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Task
 
 
@@ -56,6 +58,21 @@ def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Soluti
         return xp.pad(array, pads, constant_values=-1)
 
     return solution.replace(**{name: fitted(name, num) for name, num in room.items()})
+
+
+def with_cells(solution: Solution, room: int) -> Solution:
+    """Returns the solution of a batch with room for routes of `room` cells, where it has less."""
+    cells = solution.cells
+    more = room - cells.shape[1]
+    if not more:
+        return solution
+    if not cores.is_on_host(cells):
+        pads = ((0, 0), (0, more), (0, 0))
+        return solution.replace(cells=jnp.pad(cells, pads, constant_values=-1))
+    wide = cores.empty((len(cells), room, 2), np.int32)
+    wide[:, : cells.shape[1]] = cells
+    wide[:, cells.shape[1] :] = -1
+    return solution.replace(cells=wide)
 
 
 def cut(solution: Solution, task: Task, room: int) -> Solution:

@@ -20,7 +20,7 @@ from srt_jax.engine.packing import unpack
 from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import holds, opens_at
-from srt_jax.padding import cut, pad_batch, with_slots
+from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
@@ -134,10 +134,9 @@ def solve(
     flat = jax.tree.map(eager.fold, task, ranks)
 
     def run() -> Solution:
-        solution = _in_buckets(
-            flat, np.asarray(tolls), room, max_cells is None, mode, max_destroyed, max_branches
-        )
-        return jax.tree.map(lambda array: eager.unfold(array, batch), solution)
+        options = {"mode": mode, "max_destroyed": max_destroyed, "max_branches": max_branches}
+        solution = with_cells(_with_room(flat, np.asarray(tolls), max_cells, room, options), room)
+        return eager.unfold(solution, batch)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
 
@@ -149,11 +148,38 @@ def _default_room(height: int, width: int, mode: str) -> int:
     return max_path_cells(height, width) * (1 if mode in ("least", "shortest") else 2)
 
 
+def _usual_room(height: int, width: int, mode: str) -> int:
+    """Returns room for nearly every route, on small maps, where compiling once more would take
+    longest, for all but mazes: room for any takes half the time of an answer to fill and to copy.
+    """
+    return min(_default_room(height, width, mode), max(1024, 4 * max(height, width)))
+
+
+def _with_room(
+    task: Task, tolls: np.ndarray, max_cells: int | None, most: int, options: dict[str, Any]
+) -> Solution:
+    """Returns the solution with the usual room for the route, and again with more where a route
+    needs it, up to `most`; with `max_cells`, with just that.
+    """
+    if max_cells is not None:
+        return _in_buckets(task, tolls, most, most, **options)
+    room = _usual_room(*map_bucket(*task.labels.shape[2:]), options["mode"])
+    capacity = None
+    while True:
+        solution = _in_buckets(task, tolls, min(room, most), capacity, **options)
+        longest = int(np.max(np.asarray(solution.num_cells), initial=0))
+        if longest <= room or room >= most:
+            return solution
+        # In the modes of the paper what stopped for want of room may need more yet.
+        room = capacity = min(batch_bucket(longest), most)
+
+
 def _in_buckets(
     task: Task,
     tolls: np.ndarray,
     room: int,
-    is_default: bool,
+    capacity: int | None,
+    *,
     mode: str,
     max_destroyed: int,
     max_branches: int,
@@ -161,7 +187,8 @@ def _in_buckets(
     """Returns the solution, computed on arrays padded to bucketed shapes, so that few shapes are
     ever compiled.
 
-    On the host a large batch goes in parts, side by side on all cores (`cores`).
+    On the host a large batch goes in parts, side by side on all cores (`cores`). `capacity` is what
+    is compiled to hold a route of `room` cells; None for what is usual on a map of that shape.
     """
     # The shape of the bucket; how many tasks one part has.
     B, L, H, W = task.labels.shape
@@ -169,7 +196,9 @@ def _in_buckets(
     sides = map_bucket(H, W)
 
     def room_of(height: int, width: int) -> int:
-        return _default_room(height, width, mode) if is_default else max(128, batch_bucket(room))
+        if capacity is None:
+            return _usual_room(height, width, mode)
+        return max(128, batch_bucket(capacity))
 
     own = Bucket(batch_bucket(B), batch_bucket(L), *sides, obstacle_bucket(M), room_of(*sides))
     # Room for all obstacles where there may be as many destroyed: few sizes are ever compiled.

@@ -80,7 +80,7 @@ def call(
 
     def run() -> Any:
         out = _in_buckets(kernel, flat, options, axes, room)
-        return jax.tree.map(lambda array: eager.unfold(array, batch), out)
+        return eager.unfold(out, batch)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
 

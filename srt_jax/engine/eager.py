@@ -53,10 +53,10 @@ def call(
     else:
         folded = [fold(array, array.ndim - len(batch)) for array in arrays]
         return cores.at_device_of(
-            lambda: _unfold_all(_call_eagerly(kernel, on_quads, is_light, folded, options), batch),
+            lambda: unfold(_call_eagerly(kernel, on_quads, is_light, folded, options), batch),
             *arrays,
         )
-    return _unfold_all(out, batch)
+    return unfold(out, batch)
 
 
 def _call_eagerly(
@@ -161,16 +161,19 @@ def fold(array: Array, core_rank: int) -> Array:
     return array if is_folded else arguments.fold(_on_host(array), core_rank)
 
 
-def unfold(array: Array, batch: tuple[int, ...]) -> jax.Array:
-    """Returns `arguments.unfold` as an array of JAX, on the host if the array is there."""
-    array = arguments.unfold(array if len(batch) == 1 else _on_host(array), batch)
-    return array if isinstance(array, jax.Array) else jax.device_put(array)
+def unfold(arrays: Any, batch: tuple[int, ...]) -> Any:
+    """Returns `arguments.unfold` of a pytree as arrays of JAX, on the host if they are there."""
+    leaves, structure = jax.tree.flatten(arrays)
+    leaves = [
+        arguments.unfold(leaf if len(batch) == 1 else _on_host(leaf), batch) for leaf in leaves
+    ]
+    # those of NumPy in one call: each takes as long as a small kernel
+    host = [leaf for leaf in leaves if not isinstance(leaf, jax.Array)]
+    moved = iter(jax.device_put(host) if host else ())
+    leaves = [leaf if isinstance(leaf, jax.Array) else next(moved) for leaf in leaves]
+    return jax.tree.unflatten(structure, leaves)
 
 
 def _on_host(array: Array) -> Array:
     is_traced = isinstance(array, core.Tracer)
     return np.asarray(array) if not is_traced and cores.is_on_host(array) else array
-
-
-def _unfold_all(arrays: Any, batch: tuple[int, ...]) -> Any:
-    return jax.tree.map(lambda array: unfold(array, batch), arrays)
