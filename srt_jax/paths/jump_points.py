@@ -25,9 +25,9 @@ is too low, for legs are walks.
 
 WHY THE CELLS ARE THE ONES DEFINED. Each corner, and the goal, keeps the first of the legs that
 reach it at its cost, in this order: by the direction of the run, row order of the cells it comes
-from; the longest run; no diagonal part, then the two in row order. Let `walk_back` be at a cell y
-of the path defined, b the move after y on it, and a straight, the last move of a shortest path to
-y. Then that path followed by b fulfils (1) to (3) in y: where a = b the run goes on, else y is a
+from; the longest run; no diagonal part, then the two in row order. Let `jump_walk.walk_back`
+be at a cell y of the path defined, b the move after y on it, and a straight, the last move of a
+shortest path to y. Then that path followed by b fulfils (1) to (3) in y: where a = b the run goes on, else y is a
 corner, and the search knows of a leg that ends there by a. So at a corner where the path turns the
 first leg kept has the right direction. Along its run the path comes straight as long as some
 shortest path does, which is as long as the longest run of a leg with that end, unless at a cell on
@@ -61,12 +61,11 @@ LONGEST_SIDE = 2**22 - 1
 _BUCKETS = 4096
 
 # A leg in a word; the least comes first. Bits 29 to 31: whence it comes to its end, in the order
-# of `_BACK`; 7 to 28: LONGEST_SIDE less the length of its run; 5 and 6: its diagonal part, 0 none,
-# else 1 or 2; 4: the corner waits outside the queue; 0 to 3: by which runs it was reached at its
-# cost.
-_COMES, _RUN, _SIDE, _WAITS, _LEG = (np.uint32(n) for n in (29, 7, 5, 16, 2**32 - 32))
-
-_BACK = np.array([(-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)], np.int32)
+# of `jump_walk`; 7 to 28: LONGEST_SIDE less the length of its run; 5 and 6: its diagonal part, 0
+# none, else 1 or 2; 4: the corner waits outside the queue; 0 to 3: by which runs it was reached at
+# its cost.
+COMES, RUN, SIDE = (np.uint32(n) for n in (29, 7, 5))
+_WAITS, _LEG = np.uint32(16), np.uint32(2**32 - 32)
 
 _ONE, _LOW, _ALL = np.uint32(1), np.uint32(31), np.uint32(2**32 - 1)
 _NO_DIAGONAL = np.uint32(4)
@@ -98,16 +97,9 @@ def _ends_of_legs() -> np.ndarray:
     """uint32 [20]: the bits of a leg that tell how it comes to its end and its diagonal part, by
     run and, times 4, that part.
     """
-    order = np.array([1, 0, 2, 3]) << _COMES
+    order = np.array([1, 0, 2, 3]) << COMES
     side = [[1 + (part & 1 if run & 1 else part >> 1) for run in range(4)] for part in range(4)]
-    return (order | np.array([*side, [0] * 4]) << _SIDE).astype(np.uint32).reshape(-1)
-
-
-def _steps_back() -> np.ndarray:
-    """uint32 [32]: the index in `_BACK` of a leg's diagonal part, by bits 29 to 31 and 5 and 6."""
-    first_second = ((4, 5), (4, 6), (5, 7), (6, 7))
-    table = [[0, *first_second[i], 0] if i < 4 else [i] * 4 for i in range(8)]
-    return np.array(table, np.uint32).reshape(-1)
+    return (order | np.array([*side, [0] * 4]) << SIDE).astype(np.uint32).reshape(-1)
 
 
 class Corners(NamedTuple):
@@ -188,7 +180,7 @@ def search(
     width: int,
     room: int | None = None,
 ) -> tuple[Best, Corners]:
-    """Returns the cost of a shortest path of one map and what `walk_back` needs; for use inside a
+    """Returns the cost of a shortest path of one map and what `jump_walk` needs; for use inside a
     marked call.
 
     Args:
@@ -337,7 +329,7 @@ def _runner(
         length = jnp.where(is_forth, to - pos, pos - to)
         row, col = jnp.where(is_vertical, to, place.row), jnp.where(is_vertical, place.col, to)
         cost = place.cost + length * straight
-        leg = (np.uint32(LONGEST_SIDE) - length) << _RUN
+        leg = (np.uint32(LONGEST_SIDE) - length) << RUN
         leg = leg | read(ends_of_legs, place.part * np.uint32(4) + run)
         best = _less(cost, leg, place.best, (row == goal_row) & (col == goal_col))
         before, behind = (
@@ -428,7 +420,7 @@ def _diagonal_walker(
         new_row, new_col = top + to_down, left + to_right
         length = jnp.where(is_up != 0, row - new_row, new_row - row)
         cost = here + length * diagonal
-        leg = ((part + np.uint32(4)) << _COMES) | np.uint32(LONGEST_SIDE << 7)
+        leg = ((part + np.uint32(4)) << COMES) | np.uint32(LONGEST_SIDE << 7)
         is_goal = (new_row == goal_row) & (new_col == goal_col)
         return _Place(
             jnp.where(is_legal, read(components, part), jnp.uint32(0)),
@@ -503,73 +495,3 @@ def _taker(first_bucket: Array, shift: np.uint32, num_cells: int) -> Callable[[_
         )
 
     return take
-
-
-class _Walk(NamedTuple):
-    """row, col: int32 [], the cell reached, and its cost `here`, uint32 []; leg: uint32 [], the one
-    that is walked back, `left` moves of its run; num: int32 [], cells so far; cells: int32
-    [max_cells, 2], written from the back.
-    """
-
-    row: Array
-    col: Array
-    here: Array
-    leg: Array
-    left: Array
-    num: Array
-    cells: Array
-
-
-def walk_back(
-    best: Best,
-    corners: Corners,
-    goal: Array,
-    straight: Array,
-    diagonal: Array,
-    width: int,
-    max_cells: int,
-) -> tuple[Array, Array]:
-    """Returns the cells of the path, int32 [max_cells, 2], at the end of the array, and how many
-    they are, int32 []; for use inside a marked call.
-
-    Args:
-      best, corners, straight, diagonal, width: of `search`; the goal is reached.
-      goal: int32 [2].
-    """
-    back_row, back_col = (jnp.asarray(steps) for steps in _BACK.T)
-    steps_back = jnp.asarray(_steps_back())
-
-    def run_of(leg: Array) -> Array:
-        return np.uint32(LONGEST_SIDE) - ((leg >> _RUN) & np.uint32(LONGEST_SIDE))
-
-    def step(walk: _Walk) -> _Walk:
-        comes = walk.leg >> _COMES
-        is_run = walk.left != 0
-        side = (walk.leg >> _SIDE) & np.uint32(3)
-        by = jnp.where(is_run, comes, read(steps_back, comes * np.uint32(4) + side))
-        row, col = walk.row + read(back_row, by), walk.col + read(back_col, by)
-        here = walk.here - jnp.where(is_run, straight, diagonal)
-        left = walk.left - is_run.astype(jnp.uint32)
-        # a corner on the way, reached by a run that comes first
-        cell = (row * width + col).astype(jnp.uint32)
-        other = read(corners.leg, cell)
-        is_other = (read(corners.cost, cell) == here) & ((left == 0) | (other >> _COMES < comes))
-        cells = lax.dynamic_update_slice(
-            walk.cells, jnp.stack([row, col])[None], (max_cells - 1 - walk.num, np.int32(0))
-        )
-        return _Walk(
-            row,
-            col,
-            here,
-            jnp.where(is_other, other, walk.leg),
-            jnp.where(is_other, run_of(other), left),
-            walk.num + 1,
-            cells,
-        )
-
-    cells = jnp.full((max_cells, 2), -1, jnp.int32)
-    cells = lax.dynamic_update_slice(cells, goal[None], (np.int32(max_cells - 1), np.int32(0)))
-    here = jnp.where(best.cost == NO_COST, jnp.uint32(0), best.cost)
-    walk = _Walk(goal[0], goal[1], here, best.leg, run_of(best.leg), jnp.int32(1), cells)
-    walk = lax.while_loop(lambda walk: walk.here != 0, step, walk)
-    return walk.cells, walk.num

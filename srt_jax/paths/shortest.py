@@ -20,6 +20,7 @@ from srt_jax.fields import fixed_point
 from srt_jax.fields.lengths import UNREACHED, solve_map
 from srt_jax.moves import is_on_map, max_path_cells
 from srt_jax.paths import jump_points
+from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front, first_path
 from srt_jax.types import Array, Path
 
@@ -140,7 +141,7 @@ def path_of_map(
     straight, diagonal, scale = _fixed_point(free, width)
     best, corners = jump_points.search(free, start, goal, straight, diagonal, width)
     is_there = best.cost != jump_points.NO_COST
-    cells, num = jump_points.walk_back(best, corners, goal, straight, diagonal, width, max_cells)
+    cells, num = walk_back(best, corners, goal, straight, diagonal, width, max_cells)
     cost = fixed_point.length_where(is_there, best.cost.astype(jnp.int32), scale)
     return at_front(cells, num, is_there), jnp.where(is_there, num, 0), cost
 

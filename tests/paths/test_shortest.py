@@ -13,6 +13,7 @@ from srt_jax.engine import packing
 from srt_jax.engine.batching import each
 from srt_jax.moves import FIXED_POINTS, max_path_cells
 from srt_jax.paths import jump_points
+from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front
 from srt_jax.reference.first_path import first_path
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, rooms, snake
@@ -109,7 +110,7 @@ def test_where_the_queue_is_too_short_corners_wait_outside():
         pair = jnp.uint32(STRAIGHT), jnp.uint32(DIAGONAL)
         best, corners = jump_points.search(words, start, goal, *pair, 70, room)
         is_there = best.cost != jump_points.NO_COST
-        cells, num = jump_points.walk_back(best, corners, goal, *pair, 70, 400)
+        cells, num = walk_back(best, corners, goal, *pair, 70, 400)
         return at_front(cells, num, is_there), best.cost
 
     words = packing.pack(free)
