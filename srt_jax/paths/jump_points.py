@@ -25,11 +25,11 @@ is too low, for legs are walks.
 
 WHY THE CELLS ARE THE ONES DEFINED. Each corner, and the goal, keeps the first of the legs that
 reach it at its cost, in this order: by the direction of the run, row order of the cells it comes
-from; the longest run; no diagonal part, then the two in row order. Let `jump_walk.walk_back`
-be at a cell y of the path defined, b the move after y on it, and a straight, the last move of a
-shortest path to y. Then that path followed by b fulfils (1) to (3) in y: where a = b the run goes on, else y is a
-corner, and the search knows of a leg that ends there by a. So at a corner where the path turns the
-first leg kept has the right direction. Along its run the path comes straight as long as some
+from; the longest run; no diagonal part, then the two in row order. Let `jump_walk.walk_back` be at
+a cell y of the path defined, b the move after y on it, and a straight, the last move of a shortest
+path to y. Then that path followed by b fulfils (1) to (3) in y: where a = b the run goes on, else y
+is a corner, and the search knows of a leg that ends there by a. So at a corner where the path turns
+the first leg kept has the right direction. Along its run the path comes straight as long as some
 shortest path does, which is as long as the longest run of a leg with that end, unless at a cell on
 the way a direction earlier in the order leads in; that cell is then such a corner. On the diagonal
 part the first corner reached at the right cost ends it in the same way. So `walk_back` compares the
