@@ -5,7 +5,7 @@ import numpy as np
 
 from srt_jax import moves, octile_distance
 from tests.helpers.maps import noise
-from tests.helpers.slow import lengths_by_heap
+from tests.helpers.slow_kernels import lengths_by_heap
 
 
 def test_there_are_eight_moves_in_row_order():

@@ -7,7 +7,7 @@ import numpy as np
 from srt_jax.engine import packing
 from srt_jax.fields import cell_queue, frontier, row_sweeps
 from tests.helpers.maps import any_start, noise, random_maps
-from tests.helpers.slow import costs_by_scipy
+from tests.helpers.slow_kernels import costs_by_scipy
 
 STRAIGHT, DIAGONAL = np.uint32(5741), np.uint32(8119)
 

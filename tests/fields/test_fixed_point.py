@@ -13,7 +13,7 @@ from srt_jax.fields.fixed_point import (
 )
 from srt_jax.moves import FIXED_POINTS
 from tests.helpers.maps import noise, random_maps, snake
-from tests.helpers.slow import costs_by_scipy
+from tests.helpers.slow_kernels import costs_by_scipy
 
 
 @pytest.mark.parametrize("scale", range(len(FIXED_POINTS)))

@@ -11,7 +11,7 @@ import srt_jax
 from srt_jax import path_cost
 from tests.helpers.maps import any_start, random_maps, snake
 from tests.helpers.pictures import drawn
-from tests.helpers.slow import weighted_costs_by_scipy
+from tests.helpers.slow_kernels import weighted_costs_by_scipy
 
 FREE, STARTS, _ = random_maps(21, 200, 16, 18)
 RNG = np.random.default_rng(22)

@@ -7,7 +7,7 @@ import srt_jax
 from srt_jax.paths.contour import obstacle_ahead
 from tests.helpers.maps import any_start, noise, random_maps
 from tests.helpers.pictures import drawn
-from tests.helpers.slow import contour_by_label
+from tests.helpers.slow_kernels import contour_by_label
 
 
 def _blocked_by(free, start, goal):

@@ -9,7 +9,7 @@ from srt_jax.fields.lengths import UNREACHED, Field, cheapest, cost_field
 from srt_jax.moves import FIXED_POINTS
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
-from tests.helpers.slow import costs_by_scipy, lengths_by_heap
+from tests.helpers.slow_kernels import costs_by_scipy, lengths_by_heap
 
 _field = jax.jit(cost_field)
 

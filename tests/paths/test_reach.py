@@ -8,7 +8,7 @@ from srt_jax.engine import eager, packing
 from srt_jax.paths.reach import cells_in_group, flood, reach_maps
 from tests.helpers.maps import city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
-from tests.helpers.slow import reach_by_label, reach_by_steps
+from tests.helpers.slow_kernels import reach_by_label, reach_by_steps
 
 
 def test_the_flood_fills_what_the_wall_leaves_open_and_cuts_no_corner():

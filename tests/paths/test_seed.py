@@ -4,7 +4,7 @@ import pytest
 
 import srt_jax
 from tests.helpers.maps import random_maps
-from tests.helpers.slow import seed_by_sorting
+from tests.helpers.slow_kernels import seed_by_sorting
 
 
 def test_it_equals_the_twin_that_compares_distances_without_rounding():
