@@ -16,6 +16,7 @@ from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.packing import unpack
 from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
@@ -132,6 +133,8 @@ def solve(
         solution = with_slots(solution, max_destroyed, jnp)
         return jax.tree.map(lambda array: unfold(array, batch), solution)
     flat = jax.tree.map(eager.fold, task, ranks)
+
+    refuse_fork()
 
     def run() -> Solution:
         solution = _in_buckets(
