@@ -63,6 +63,10 @@ _EXAMPLES = {
         "srt-jax tradeoffs city.map --start 3,5 --goal 200,310 --out front.png",
         "srt-jax tradeoffs tasks.npz --rows 7:8 --tolls 1,5,20 --json",
     ),
+    "compare": (
+        "srt-jax compare before.json after.json",
+        "srt-jax compare tasks.npz --modes least,paper --json",
+    ),
     "scen": (
         "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
         "srt-jax scen arena.map.scen --limit 100 --json",
