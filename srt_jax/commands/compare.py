@@ -109,7 +109,7 @@ def _of_modes(
     if failed:
         raise ValueError(f"{failed[0]} cannot be read: compare takes all tasks or none")
     sides = []
-    with show_progress("solving", 2 * len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", 2 * len(tasks), quiet=as_json, compiles=True) as progress:
         for mode in chosen:
             solutions = solve_many(
                 [task.task for task in tasks],

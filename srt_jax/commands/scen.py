@@ -42,7 +42,7 @@ def scen(
     numbers, wanted = [number for number, _ in chosen], [row for _, row in chosen]
     errors = np.zeros(len(wanted))
     begin = time.perf_counter()
-    with show_progress("rows", len(wanted), quiet=as_json) as progress:
+    with show_progress("rows", len(wanted), quiet=as_json, compiles=True) as progress:
         for free in {id(free): free for free in maps}.values():
             places = [place for place, on in enumerate(maps) if on is free]
             on_it = [wanted[place] for place in places]
