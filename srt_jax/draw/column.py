@@ -4,6 +4,8 @@ people can tell apart.
 
 from typing import Any
 
+from sign_model.ground.extras import install_command
+
 COLUMN_WIDTH = 3.4
 """Inches."""
 
@@ -39,7 +41,9 @@ def style() -> Any:
     try:
         import matplotlib
     except ImportError as error:
-        raise ImportError("figures need matplotlib: pip install 'srt-jax[draw]'") from error
+        raise ImportError(
+            f"figures need matplotlib: {install_command('draw', 'matplotlib')}"
+        ) from error
     return matplotlib.rc_context(_STYLE)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.envs.relocation import EnvParams, SmartRelocation
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState
@@ -21,7 +22,9 @@ try:
     import gymnasium
     from gymnasium.envs.registration import EnvSpec
 except ImportError as error:
-    raise ImportError("Gymnasium is not installed: pip install 'srt-jax[envs]'") from error
+    raise ImportError(
+        f"Gymnasium is not installed: {install_command('envs', 'gymnasium')}"
+    ) from error
 
 NAME = "SmartRelocation-v0"
 
