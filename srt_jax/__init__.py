@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from srt_jax import coalition, data, dataset, draw, envs, formats, instances  # noqa: F401
     from srt_jax.answers.facts import explanation
     from srt_jax.answers.story import scene_pddl, story
     from srt_jax.answers.table import table
@@ -138,8 +139,12 @@ def __getattr__(name: str) -> object:
     raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")
 
 
+_SUBMODULES = ("coalition", "data", "dataset", "draw", "envs", "formats", "instances")
+"""Packages for users; like the names above they are loaded when first used."""
+
+
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_SUBMODULES})
 
 
 class _Package(ModuleType):

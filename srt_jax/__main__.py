@@ -37,8 +37,11 @@ def _run(arguments: list[str]) -> int:
     except ImportError as error:
         if error.name not in ("typer", "rich"):
             raise
+        from sign_model.ground.extras import install_command
+
         print(
-            f"srt-jax: error: the command line needs {error.name}: pip install 'srt-jax[cli]'",
+            f"srt-jax: error: the command line needs {error.name}:"
+            f" {install_command('cli', 'typer', 'rich')}",
             file=sys.stderr,
         )
         return 2

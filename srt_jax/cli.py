@@ -19,7 +19,7 @@ from typing import Annotated
 import typer
 
 from srt_jax import __version__
-from srt_jax.commands import interrupts
+from srt_jax.commands import console, interrupts
 from srt_jax.commands.console import (
     BAD_INPUT,
     CRASHED,
@@ -34,7 +34,10 @@ def examples(*lines: str) -> str:
     """Returns the end of a command's help: one example a line."""
     title = "Examples" if len(lines) > 1 else "Example"
     # \b: keep the lines apart
-    return "\n".join(["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
+    always = "With every command: --quiet (results and errors only), --debug (tracebacks)."
+    return "\n".join(
+        ["\b", f"[bold]{title}[/bold]", *(f"  {line}" for line in lines), "", "\b", always]
+    )
 
 
 _EXAMPLES = {
@@ -62,6 +65,10 @@ _EXAMPLES = {
     "tradeoffs": (
         "srt-jax tradeoffs city.map --start 3,5 --goal 200,310 --out front.png",
         "srt-jax tradeoffs tasks.npz --rows 7:8 --tolls 1,5,20 --json",
+    ),
+    "compare": (
+        "srt-jax compare before.json after.json",
+        "srt-jax compare tasks.npz --modes least,paper --json",
     ),
     "scen": (
         "srt-jax scen Berlin_0_512.map.scen --map Berlin_0_512.map",
@@ -102,6 +109,13 @@ def _whole(
         typer.Option(
             "--debug",
             help="With any command: print the Python traceback of an error (or SRT_JAX_DEBUG=1).",
+        ),
+    ] = False,
+    quiet: Annotated[
+        bool,
+        typer.Option(
+            "--quiet",
+            help="With any command: no progress, notes or timings; results and errors only.",
         ),
     ] = False,
 ) -> None:
@@ -197,7 +211,9 @@ def run(arguments: list[str] | None = None, *, failed: BaseException | None = No
       arguments: those of the process where None.
       failed: what ended a command that ran already: its message is printed, and nothing is run.
     """
-    typed, is_debug = _without_debug(sys.argv[1:] if arguments is None else list(arguments))
+    typed, given = _without_flags(sys.argv[1:] if arguments is None else list(arguments))
+    is_debug = "--debug" in given or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0")
+    console.be_quiet("--quiet" in given)
     try:
         if failed is not None:
             raise failed
@@ -214,14 +230,15 @@ def run(arguments: list[str] | None = None, *, failed: BaseException | None = No
         return code
 
 
-def _without_debug(typed: list[str]) -> tuple[list[str], bool]:
-    """Returns what was typed without --debug, which may come anywhere before "--", and whether
-    it was given.
-    """
+_FLAGS = ("--debug", "--quiet")
+"""Flags of every command, which may come anywhere before "--"."""
+
+
+def _without_flags(typed: list[str]) -> tuple[list[str], set[str]]:
+    """Returns what was typed without the flags that every command has, and those given."""
     end = typed.index("--") if "--" in typed else len(typed)
-    rest = [word for word in typed[:end] if word != "--debug"]
-    is_debug = len(rest) < end or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0")
-    return rest + typed[end:], is_debug
+    rest = [word for word in typed[:end] if word not in _FLAGS]
+    return rest + typed[end:], set(typed[:end]) & set(_FLAGS)
 
 
 def _report(error: BaseException) -> int:

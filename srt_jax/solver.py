@@ -16,6 +16,8 @@ from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.forks import refuse_fork
+from srt_jax.engine.no_gradient import refuse_gradient
 from srt_jax.engine.packing import unpack
 from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
@@ -39,6 +41,11 @@ MAX_BRANCHES = 256
 experiments.campaigns.branches`.
 """
 
+_NO_GRADIENT = (
+    "solve has no gradient, as its answer is a choice: differentiate srt_jax.least_removal (mode"
+    " least), srt_jax.least_total (mode shortest), or srt_jax.path_cost by costs of cells; or put"
+    " jax.lax.stop_gradient around the costs that solve is given"
+)
 
 _shapes = Shapes()
 
@@ -97,6 +104,7 @@ def solve(
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of
         range.
+      TypeError: a gradient of the answer is asked for: `least_removal` and `least_total` have one.
 
     Examples:
       >>> import numpy as np
@@ -124,14 +132,18 @@ def solve(
     room = max_cells or _default_room(height, width, mode)
     tolls = toll_of_each(toll, batch, mode)
     if is_traced(task, tolls):
+        task = task.replace(removal_cost=refuse_gradient(task.removal_cost, _NO_GRADIENT))
+        tolls = refuse_gradient(jnp.asarray(tolls), _NO_GRADIENT)
         flat = jax.tree.map(fold, task, ranks)
         slots = min(max_destroyed, flat.destroyable.shape[1])
         solution = _solver(mode, slots, room, max_branches)(
-            flat, jnp.full(len(flat.start), room, jnp.int32), jnp.asarray(tolls)
+            flat, jnp.full(len(flat.start), room, jnp.int32), tolls
         )
         solution = with_slots(solution, max_destroyed, jnp)
         return jax.tree.map(lambda array: unfold(array, batch), solution)
     flat = jax.tree.map(eager.fold, task, ranks)
+
+    refuse_fork()
 
     def run() -> Solution:
         options = {"mode": mode, "max_destroyed": max_destroyed, "max_branches": max_branches}

@@ -259,7 +259,10 @@ def _as_destroyable(flags: np.ndarray, num_obstacles: int) -> np.ndarray:
 
 def _as_costs(costs: np.ndarray, num_obstacles: int) -> np.ndarray:
     if not (np.issubdtype(costs.dtype, np.floating) or np.issubdtype(costs.dtype, np.integer)):
-        raise TypeError(f"removal_cost must be a number or float [M], got {costs.dtype}")
+        raise TypeError(
+            f"removal_cost must be a number or float [M], got {costs.dtype}: write"
+            " removal_cost.astype('float32')"
+        )
     with np.errstate(over="ignore", under="ignore"):
         result = np.broadcast_to(costs.astype(np.float32), num_obstacles)
     wrong = np.flatnonzero(~(np.isfinite(result) & (result > 0)))

@@ -239,7 +239,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         draw(parameters, test_maps, options.out / "learned_costs.png")
     except ImportError:
-        print("matplotlib is not installed: no picture (pip install 'srt-jax[draw]')")
+        print("matplotlib is not installed: no picture (pip install matplotlib)")
     print(f"wrote {options.out}")
     return 0
 

@@ -19,6 +19,7 @@ def table(
     maps: Sequence[str] | None = None,
     seconds: float | Sequence[float] | None = None,
     cell_side: float | None = None,
+    side_by_side: bool = False,
 ) -> Any:
     """Returns an Arrow table with one row for each task and mode.
 
@@ -36,6 +37,8 @@ def table(
       names, maps: one for each task; names are "0", "1", ... by default.
       seconds: of each task, or of all of them alike.
       cell_side: metres a cell.
+      side_by_side: one row a task, and for each mode columns of its own: status_least,
+        status_paper, length_least and so on.
 
     Raises:
       ImportError: pyarrow is missing. ValueError: the numbers of tasks, solutions, names, maps or
@@ -51,6 +54,9 @@ def table(
       >>> answers = srt_jax.table([task], modes, cell_side=0.5)
       >>> answers.select(["mode", "status", "length", "length_m"]).to_pylist()[0]
       {'mode': 'least', 'status': 'SOLVED', 'length': 6.0, 'length_m': 3.0}
+      >>> wide = srt_jax.table([task], modes, side_by_side=True)
+      >>> wide.select(["name", "length_least", "length_paper"]).to_pylist()
+      [{'name': '0', 'length_least': 6.0, 'length_paper': 6.0}]
     """
     arrow = require_module("pyarrow", extra="parquet", what="a table of answers")
     by_mode = solutions if isinstance(solutions, Mapping) else {None: solutions}
@@ -71,7 +77,38 @@ def table(
         for mode, found in by_mode.items()
         for i in range(count)
     ]
-    return arrow.Table.from_pylist(rows, schema=_schema(arrow))
+    schema = _schema(arrow)
+    if side_by_side:
+        if not isinstance(solutions, Mapping):
+            raise ValueError("side_by_side needs modes: give solutions as {mode: solutions}")
+        rows, schema = _widened(rows, schema, list(by_mode), arrow)
+    return arrow.Table.from_pylist(rows, schema=schema)
+
+
+def _widened(
+    rows: list[dict[str, Any]], schema: Any, modes: list[Any], arrow: Any
+) -> tuple[list[dict[str, Any]], Any]:
+    """Returns a row a task, with columns of each mode, and their schema."""
+    count = len(rows) // len(modes) if modes else 0
+    wide = [
+        {name: rows[i][name] for name in _OF_TASK}
+        | {
+            f"{name}_{mode}": rows[number * count + i][name]
+            for number, mode in enumerate(modes)
+            for name in schema.names
+            if name not in (*_OF_TASK, "mode")
+        }
+        for i in range(count)
+    ]
+    fields = [(name, schema.field(name).type) for name in schema.names if name != "mode"]
+    kinds = {name: kind for name, kind in fields if name in _OF_TASK} | {
+        f"{name}_{mode}": kind for name, kind in fields if name not in _OF_TASK for mode in modes
+    }
+    return wide, arrow.schema(kinds)
+
+
+_OF_TASK = ("name", "map", "height", "width", "num_obstacles", "explored")
+"""Columns that do not depend on the mode."""
 
 
 def _of_task(task: Task) -> dict[str, Any]:

@@ -129,7 +129,7 @@ def table(result: dict[str, Any]) -> str:
             f"({row['quartiles'][0]:.3f}-{row['quartiles'][1]:.3f})"
         )
     lines += [
-        f"{name} is not installed and left out (pip install 'srt-jax[bench]')"
+        f"{name} is not installed and left out (the extra bench brings it)"
         for name in result["missing"]
     ]
     return "\n".join(lines)

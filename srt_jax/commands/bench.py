@@ -33,7 +33,7 @@ def bench(
     ] = pathlib.Path("bench"),
     as_json: JsonOption = False,
 ) -> int:
-    """Measures us and the peers installed (pip install 'srt-jax\\[bench]') in one run: ratios
+    """Measures us and the peers installed (the extra [italic]bench[/italic]) in one run: ratios
     first.
     """
     if name not in (*NAMES, "all"):

@@ -31,6 +31,14 @@ _SHORTENED = 10
 """Signs to which a column that may be shortened is, at most."""
 
 
+_QUIET = {"is_quiet": False}
+
+
+def be_quiet(is_quiet: bool) -> None:
+    """Sets whether standard error holds errors alone, without progress, notes and asides."""
+    _QUIET["is_quiet"] = is_quiet
+
+
 def printer() -> "Console":
     """Returns the console for results; as wide as the terminal, and never narrower than a table
     needs when there is none.
@@ -90,13 +98,17 @@ def error_line(message: str, code: int = BAD_INPUT) -> int:
 
 
 def note(message: str) -> None:
-    """Prints a remark as one line on standard error."""
-    _to_stderr(f"note: {message}")
+    """Prints a remark as one line on standard error, unless it is to be quiet."""
+    if not _QUIET["is_quiet"]:
+        _to_stderr(f"note: {message}")
 
 
 def aside(message: str) -> None:
-    """Prints a line on standard error beside the result, such as how long it took."""
-    _to_stderr(message, prefix="")
+    """Prints a line on standard error beside the result, such as how long it took, unless it is to
+    be quiet.
+    """
+    if not _QUIET["is_quiet"]:
+        _to_stderr(message, prefix="")
 
 
 def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
@@ -111,9 +123,14 @@ def _to_stderr(message: str, prefix: str = "srt-jax: ") -> None:
 
 
 @contextlib.contextmanager
-def show_progress(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+def show_progress(
+    what: str, total: int, *, quiet: bool, compiles: bool = False
+) -> Iterator[Callable[[int], None]]:
     """Yields a function to call with the number of items finished; a bar with rate and time left
     appears once it takes long.
+
+    Args:
+      compiles: until the first items are finished the bar says so, for that is what takes long.
     """
     if not _may_be_shown(quiet):
         yield lambda _: None
@@ -136,14 +153,15 @@ def show_progress(what: str, total: int, *, quiet: bool) -> Iterator[Callable[[i
         TextColumn("{task.fields[left]}"),
     )
     begin, done = time.perf_counter(), 0
-    with _shown_when_long(what, total, columns, quiet) as update:
+    first = f"{what} (compiling first)" if compiles else what
+    with _shown_when_long(first, total, columns, quiet) as update:
 
         def advance(count: int) -> None:
             nonlocal done
             done += count
             rate = done / max(time.perf_counter() - begin, 1e-9)
             left = datetime.timedelta(seconds=round((total - done) / rate)) if done else "?"
-            update(completed=done, rate=f"{rate:.3g}/s", left=f"left {left}")
+            update(description=what, completed=done, rate=f"{rate:.3g}/s", left=f"left {left}")
 
         yield advance
 
@@ -169,7 +187,7 @@ def _may_be_shown(quiet: bool) -> bool:
     shows colours.
     """
     stream = sys.stderr
-    if quiet or stream is None or stream.closed:
+    if quiet or _QUIET["is_quiet"] or stream is None or stream.closed:
         return False
     return stream.isatty() or bool(os.environ.get("FORCE_COLOR"))
 

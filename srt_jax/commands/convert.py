@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands import options
-from srt_jax.commands.console import say, say_json
+from srt_jax.commands.console import say, say_json, waiting
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.formats.notes import Notes
@@ -29,7 +29,7 @@ def convert(
 ) -> int:
     """Writes a map, place or task in another format, and says what that format has no room for."""
     read, wrote = Notes(), Notes()
-    with options.print_notes(source, read, quiet=True):
+    with options.print_notes(source, read, quiet=True), waiting("reading", quiet=as_json):
         found = read_source(source, dataclasses.replace(reading, chooses=True), read)
         tasks = all_prepared(source, found.tasks, destroyable, reading.block, read)
     if destroyable is not None or reading.block is not None:
@@ -39,7 +39,8 @@ def convert(
             else Source(tasks, frame=found.frame)
         )
         found = with_flags_of_task(found)
-    write_source(target, found, wrote)
+    with waiting("writing", quiet=as_json):
+        write_source(target, found, wrote)
     if as_json:
         document = {
             "file": target,

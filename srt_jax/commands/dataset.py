@@ -39,7 +39,7 @@ def dataset(
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
-    with show_progress("labelling", count, quiet=as_json) as advance:
+    with show_progress("labelling", count, quiet=as_json, compiles=True) as advance:
         plan = write_dataset(
             out,
             kind=kind,

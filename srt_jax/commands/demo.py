@@ -41,7 +41,7 @@ def demo(
         place = work.city()
         tasks = work.tasks_in(place, pairs=pairs, seed=seed)
     begin = time.perf_counter()
-    with show_progress("solving", len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", len(tasks), quiet=as_json, compiles=True) as progress:
         solutions = solve_many([task.task for task in tasks], progress=progress)
     seconds = time.perf_counter() - begin
     with waiting("summing up", quiet=as_json):

@@ -85,6 +85,12 @@ class ReadTasks(NamedTuple):
     failed: list[str]
 
 
+def _reading(path: str, inputs: Sequence[str]) -> contextlib.AbstractContextManager[None]:
+    """Shows which file is being read, once that takes long."""
+    of = f" ({inputs.index(path) + 1} of {len(inputs)})" if len(inputs) > 1 else ""
+    return console.waiting(f"reading {pathlib.PurePath(path).name}{of}", quiet=False)
+
+
 _FAULTS_OF_A_FILE = (ValueError, ImportError, OSError, MemoryError, RecursionError, OverflowError)
 """What a reader raises because of one file; the other files can still be read."""
 
@@ -107,7 +113,7 @@ def read_all(
     for path in inputs:
         notes = Notes()
         try:
-            with print_notes(path, notes, quiet=quiet):
+            with print_notes(path, notes, quiet=quiet), _reading(path, inputs):
                 tasks += read(path, notes)
         except BrokenPipeError:  # the reader of the output went away: no fault of the file
             raise

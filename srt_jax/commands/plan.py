@@ -26,7 +26,10 @@ def plan(
         int, typer.Option(min=1, help="The most situations expanded.")
     ] = 200_000,
     max_seconds: Annotated[
-        float | None, typer.Option(min=0, help="The most time for reading, grounding and search.")
+        float | None,
+        typer.Option(
+            min=0, help="The most time for reading, grounding and search. Default: no limit."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:

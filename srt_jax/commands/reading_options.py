@@ -133,7 +133,10 @@ def _reading(
     threshold: Annotated[
         float,
         typer.Option(
-            metavar="0..255", rich_help_panel=_PLACES, help="Shade from which on a pixel is light."
+            metavar="0..255",
+            rich_help_panel=_PLACES,
+            help="Shade from which on a pixel is light.",
+            show_default="128",
         ),
     ] = 128.0,
     unknown: Annotated[

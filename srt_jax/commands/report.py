@@ -2,6 +2,7 @@
 web page as asked.
 """
 
+import importlib.util
 import pathlib
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -10,12 +11,14 @@ from typing import Any
 import jax
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from sign_model.ground.files import require_folder_of
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
 from srt_jax.commands.console import (
     BUDGET_SPENT,
     fit_table,
+    note,
     printer,
     say_json,
     say_wrapped,
@@ -31,13 +34,15 @@ from srt_jax.types import Approach, Solution, Status, Task
 _COLUMNS = (
     ("task", 0),
     ("status", 0),
-    ("blocked by", 3),
-    ("contour", 4),
+    ("blocked by", 2),
     ("destroyed", 2),
-    ("cost / bound", 1),
     ("route", 1),
+    ("cost / bound", 3),
+    ("contour", 4),
 )
-"""Of the table; the greater the number the sooner a column goes where the terminal is narrow."""
+"""Of the table, in the order in which people ask; the greater the number the sooner a column goes
+where the terminal is narrow.
+"""
 
 
 def report(
@@ -142,7 +147,9 @@ def _write(
     make_folder(out)
     drawn = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)][:pictures]
     files = []
-    if drawn:
+    if drawn and importlib.util.find_spec("matplotlib") is None:
+        note(f"no pictures, for drawing needs matplotlib: {install_command('draw', 'matplotlib')}")
+    elif drawn:
         from srt_jax.draw.gallery import gallery
 
         with show_progress("drawing", len(drawn), quiet=quiet) as progress:
@@ -150,7 +157,13 @@ def _write(
             options = {"frames": frames[:count], "approaches": nears[:count]}
             files = gallery(drawn, out, progress=progress, **options)
     write_results(out / "results.json", records)
-    few = f" (--pictures {len(tasks)} draws all {len(tasks)})" if len(drawn) < len(tasks) else ""
+    few = (
+        ""
+        if not files
+        else f" (--pictures {len(tasks)} draws all {len(tasks)})"
+        if len(drawn) < len(tasks)
+        else ""
+    )
     and_pictures = f" and {len(files)} picture{'s' if len(files) > 1 else ''}{few}" if files else ""
     return [f"Wrote {out / 'results.json'}{and_pictures}."]
 
@@ -197,10 +210,10 @@ def _row(task: Task, record: dict[str, Any]) -> list[str]:
         record["name"],
         record["status"],
         _shortened(blocking),
-        str(len(record["contour"]) or ""),
         _shortened(record["destroyed"]),
-        f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",
         _route_text(record, is_solved),
+        f"{record['removal_cost']:g} / {record['removal_bound']:g}" if is_solved else "",
+        str(len(record["contour"]) or ""),
     ]
 
 

@@ -6,10 +6,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.commands import options
 from srt_jax.commands.console import aside, say, say_json, show_progress
 from srt_jax.commands.options import JsonOption
-from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
@@ -42,7 +42,7 @@ def scen(
     numbers, wanted = [number for number, _ in chosen], [row for _, row in chosen]
     errors = np.zeros(len(wanted))
     begin = time.perf_counter()
-    with show_progress("rows", len(wanted), quiet=as_json) as progress:
+    with show_progress("rows", len(wanted), quiet=as_json, compiles=True) as progress:
         for free in {id(free): free for free in maps}.values():
             places = [place for place, on in enumerate(maps) if on is free]
             on_it = [wanted[place] for place in places]

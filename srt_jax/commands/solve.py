@@ -130,7 +130,7 @@ def solve(
     begin = time.perf_counter()
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
-    with show_progress("solving", len(tasks), quiet=as_json) as progress:
+    with show_progress("solving", len(tasks), quiet=as_json, compiles=True) as progress:
         solutions = solve_many(
             [task.task for task in tasks],
             mode=mode,

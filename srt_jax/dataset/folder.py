@@ -1,4 +1,4 @@
-"""Data sets of labelled tasks: shards on disk, written one by one, and read back in batches.
+"""Data sets of labelled tasks: shards on disk, written one by one.
 
 A folder holds `dataset.json` and shards of tasks in order: shard s holds tasks s * shard_size and
 on. Task i depends on kind, size, seed and i alone, and a shard takes its name only once it is
@@ -8,7 +8,7 @@ One shard at a time is in memory.
 
 import json
 import pathlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -162,79 +162,6 @@ def _padded(name: str, array: np.ndarray, side: int) -> np.ndarray:
     return padded
 
 
-def load(
-    folder: PathLike,
-    *,
-    batch_size: int = 64,
-    seed: int | None = None,
-    epochs: int | None = 1,
-    worker: tuple[int, int] = (0, 1),
-    fields: tuple[str, ...] | None = None,
-    drop_remainder: bool = False,
-) -> Iterator[dict[str, np.ndarray]]:
-    """Returns an iterator of batches: {name: array [batch, ...]}, all batches of one shape but the
-    last of an epoch.
-
-    Names are those of `Task` and `TaskLabels`, and `index`, int64, the task's number. Shards whose
-    maps have fewer layers or obstacles than others are padded as `stack` does.
-
-    Args:
-      folder: written by `write_dataset`, whole.
-      batch_size: 1 or more.
-      seed: shuffles shards, and tasks within four shards at a time, again each epoch; None: in
-        order.
-      epochs: how often to go over the data; None: without end.
-      worker: (i, n): every n-th shard from the i-th on, of the same shuffling for all; n at most
-        the number of shards.
-      fields: the names wanted; all by default.
-      drop_remainder: leave out the last batch of an epoch where it is smaller.
-
-    Raises:
-      ValueError: no data set, shards missing, an unknown field, or a number out of range.
-
-    Examples:
-      >>> import tempfile
-      >>> from srt_jax import dataset
-      >>> folder = tempfile.mkdtemp()
-      >>> plan = dataset.write_dataset(folder, kind="rooms", count=16, size=16, shard_size=8)
-      >>> batch = next(dataset.load(folder, batch_size=8, seed=0, fields=("start", "cost_to_go")))
-      >>> batch["start"].shape, batch["cost_to_go"].shape
-      ((8, 2), (8, 16, 16))
-    """
-    folder = pathlib.Path(folder)
-    plan = read_plan(folder)
-    part, parts = worker
-    if batch_size < 1 or not 0 <= part < parts <= plan.num_shards():
-        raise ValueError(
-            "batch_size must be at least 1 and worker (i, n) have 0 <= i < n <="
-            f" {plan.num_shards()} shards, got batch_size {batch_size}, worker {worker}"
-        )
-    missing = [shard for shard in range(plan.num_shards()) if not plan.file(folder, shard).exists()]
-    if missing:
-        raise ValueError(
-            f"{folder}: {len(missing)} of {plan.num_shards()} shards are missing, the first is"
-            f" {plan.file(folder, missing[0]).name}: write them with the same srt-jax dataset"
-            " command again"
-        )
-    shape = np.max(
-        [
-            shards.SHAPES[plan.format](plan.file(folder, shard))
-            for shard in range(plan.num_shards())
-        ],
-        axis=0,
-    )
-    widths = {"L": int(shape[0]), "M": int(shape[1])}
-    names = shards.FIELDS if fields is None else fields
-    unknown = [name for name in names if name not in shards.FIELDS]
-    if unknown:
-        raise ValueError(
-            f"no field is called {unknown[0]!r}: choose among {', '.join(shards.FIELDS)}"
-        )
-    return _batches(
-        folder, plan, widths, tuple(names), batch_size, seed, epochs, worker, drop_remainder
-    )
-
-
 def read_plan(folder: PathLike) -> Plan:
     """Returns what a data set's folder says it holds; ValueError where it is none.
 
@@ -268,40 +195,3 @@ def _read_manifest(folder: pathlib.Path) -> dict[str, Any]:
             f"{folder / MANIFEST}: is no description of a data set: write the data set again"
         )
     return description
-
-
-_AT_ONCE = 4
-"""Shards in memory while shuffling."""
-
-
-def _batches(folder, plan, widths, names, batch_size, seed, epochs, worker, drop_remainder):
-    epoch = 0
-    while epochs is None or epoch < epochs:
-        rng = None if seed is None else np.random.default_rng([seed, epoch])
-        order = np.arange(plan.num_shards()) if rng is None else rng.permutation(plan.num_shards())
-        mine = order[worker[0] :: worker[1]]
-        waiting: dict[str, np.ndarray] = {}
-        for first in range(0, len(mine), _AT_ONCE):
-            read = [
-                shards.READERS[plan.format](plan.file(folder, int(s)), names)
-                for s in mine[first : first + _AT_ONCE]
-            ]
-            wide = [
-                {name: shards.widen(name, array, widths) for name, array in one.items()}
-                for one in read
-            ]
-            more = {name: np.concatenate([one[name] for one in wide]) for name in names}
-            if rng is not None:
-                mixed = rng.permutation(len(more[names[0]]))
-                more = {name: array[mixed] for name, array in more.items()}
-            waiting = {
-                name: np.concatenate([waiting[name], more[name]]) if waiting else more[name]
-                for name in names
-            }
-            whole = len(waiting[names[0]]) // batch_size * batch_size
-            for place in range(0, whole, batch_size):
-                yield {name: array[place : place + batch_size] for name, array in waiting.items()}
-            waiting = {name: array[whole:] for name, array in waiting.items()}
-        if len(waiting[names[0]]) and not drop_remainder:
-            yield waiting
-        epoch += 1

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from srt_jax.formats.containers.arrays import read_arrays
 from srt_jax.formats.files import atomic_write, draft_of, read_bytes, require_regular
 from srt_jax.types import FREE
@@ -142,7 +143,8 @@ def _array_record() -> Any:
         return importlib.import_module("array_record.python.array_record_module")
     except ImportError as error:
         raise ImportError(
-            "ArrayRecord is not installed: pip install 'srt-jax[arrayrecord]', or use --format npz"
+            "ArrayRecord is not installed:"
+            f" {install_command('arrayrecord', 'array_record')}, or use --format npz"
         ) from error
 
 

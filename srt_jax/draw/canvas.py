@@ -8,6 +8,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
@@ -35,7 +36,8 @@ class Canvas:
             from PIL import Image, ImageDraw, ImageFont
         except ImportError as error:
             raise ImportError(
-                "animations need Pillow, which comes with matplotlib: pip install 'srt-jax[draw]'"
+                "animations need Pillow, which comes with matplotlib:"
+                f" {install_command('draw', 'matplotlib')}"
             ) from error
         self._image, self._draw = Image, ImageDraw
         self._font = ImageFont.load_default(_TEXT)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from sign_model.ground.legible import legible
 from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.task import CoalitionTask
@@ -125,7 +126,9 @@ def animate_coalition(
     try:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError as error:
-        raise ImportError("animations need Pillow: pip install 'srt-jax[draw]'") from error
+        raise ImportError(
+            f"animations need Pillow: {install_command('draw', 'matplotlib')}"
+        ) from error
     times, when = _clock(solution)
     ids = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
     labels = np.asarray(task.labels)[:, : kinds.shape[0], : kinds.shape[1]]

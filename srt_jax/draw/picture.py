@@ -10,6 +10,7 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.badges import draw_badges
@@ -147,7 +148,9 @@ def page(
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise ImportError("drawing needs matplotlib: pip install 'srt-jax[draw]'") from error
+        raise ImportError(
+            f"drawing needs matplotlib: {install_command('draw', 'matplotlib')}"
+        ) from error
     figure = Figure(figsize=size, layout="constrained", dpi=150)
     yield figure
     kind = ending[1:].lower()

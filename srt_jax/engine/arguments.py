@@ -81,9 +81,13 @@ def require_forms(task: Any, forms: Mapping[str, tuple[Any, int]]) -> None:
     for name, (dtype, rank) in forms.items():
         array = getattr(task, name)
         if getattr(array, "dtype", None) != dtype:
+            wanted = np.dtype(dtype).name
+            given, remedy = type(array).__name__, f"numpy.asarray(task.{name}, '{wanted}')"
+            if hasattr(array, "dtype"):
+                given, remedy = array.dtype, f"task.{name}.astype('{wanted}')"
             raise TypeError(
-                f"task.{name} must be an array of {np.dtype(dtype)}, got"
-                f" {getattr(array, 'dtype', type(array))}"
+                f"task.{name} must be an array of {wanted}, got {given}: write"
+                f" task.replace({name}={remedy})"
             )
         if array.ndim < rank or 0 in array.shape[array.ndim - rank :]:
             raise ValueError(

@@ -2,8 +2,8 @@
 oracle beside every level.
 
 `make()` gives the environment and its parameters; levels come from tasks (`make_levels`) or are
-sampled inside jit (`sample_levels`). `as_gymnasium` and `as_jumanji` are adapters for those
-libraries, where they are installed.
+sampled inside jit (`sample_levels`). `as_gymnasium`, `as_gymnasium_vector` and `as_jumanji` are
+adapters for those libraries, where they are installed.
 """
 
 from typing import Any
@@ -30,6 +30,7 @@ __all__ = [
     "SmartRelocation",
     "action_mask",
     "as_gymnasium",
+    "as_gymnasium_vector",
     "as_jumanji",
     "evaluate",
     "make",
@@ -83,7 +84,8 @@ def as_gymnasium(
     env: SmartRelocation | None = None, params: EnvParams | None = None, **options: Any
 ) -> Any:
     """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is missing.
-    See `envs.gym`.
+    See `envs.gym`. It can be pickled, hence AsyncVectorEnv([...], context="spawn") works; a process
+    forked after JAX has started refuses to step.
 
     Examples:
       >>> import jax
@@ -100,6 +102,39 @@ def as_gymnasium(
     from srt_jax.envs.gym import GymnasiumEnv
 
     return GymnasiumEnv(env, params, **options)
+
+
+def as_gymnasium_vector(
+    env: SmartRelocation | None = None,
+    params: EnvParams | None = None,
+    *,
+    num_envs: int,
+    **options: Any,
+) -> Any:
+    """Returns a `gymnasium.vector.VectorEnv` of many environments, stepped in one jitted call;
+    ImportError with the install command where Gymnasium is missing. See `envs.gym_vector`.
+
+    Args:
+      env, params: from `make`.
+      num_envs: how many; thousands cost little more than one.
+      options: render_mode; autoreset_mode, "NextStep", "SameStep" or "Disabled" as Gymnasium
+        defines them; max_episode_steps.
+
+    Examples:
+      >>> import jax
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> from srt_jax import envs
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> levels = envs.make_levels([srt_jax.make_task(free, (2, 0), (2, 6))])
+      >>> env, params = envs.make(levels=levels)
+      >>> many = envs.as_gymnasium_vector(env, params, num_envs=8)  # doctest: +SKIP
+      >>> observations, infos = many.reset(seed=0)  # doctest: +SKIP
+    """
+    from srt_jax.envs.gym_vector import GymnasiumVectorEnv
+
+    return GymnasiumVectorEnv(env, params, num_envs=num_envs, **options)
 
 
 def as_jumanji(env: SmartRelocation | None = None, params: EnvParams | None = None) -> Any:

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from sign_model.ground.extras import install_command
 from srt_jax.envs.relocation import EnvParams, SmartRelocation
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState
 from srt_jax.types import Array, Record, record
@@ -16,7 +17,9 @@ try:
     from jumanji.env import Environment
     from jumanji.types import StepType, TimeStep, restart
 except ImportError as error:
-    raise ImportError("jumanji is not installed: pip install 'srt-jax[jumanji]'") from error
+    raise ImportError(
+        f"jumanji is not installed: {install_command('jumanji', 'jumanji')}"
+    ) from error
 
 
 @record

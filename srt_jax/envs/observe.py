@@ -2,8 +2,11 @@
 something.
 """
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
+from jax import core
 
 from srt_jax.envs.levels import Levels
 from srt_jax.envs.rules import EnvState, is_standing, owners
@@ -55,6 +58,25 @@ def _ground(levels: Levels, state: EnvState, rows: Array, cols: Array) -> list[A
         destroyable,
         jnp.where(is_there & ~fixed[None], price, jnp.float32(0)).sum(axis=0),
     ]
+
+
+def observation_bounds(levels: Levels, kind: str, shape: tuple[int, ...]) -> tuple[Any, Any]:
+    """Returns the least and the greatest observation, float32 [rows, cols, planes] each, finite.
+
+    On the host, unless the levels are traced: a process that may not compute asks it too.
+    """
+    library: Any = jnp if isinstance(levels.price, core.Tracer) else np
+    price = library.asarray(levels.price)
+    L = levels.labels.shape[1]
+    # A cell costs what covers it, an obstacle in each layer; their sum is rounded once for each.
+    rounded = np.float32(L * (1 + (L - 1) * 2.0**-23))
+    finite = library.where(library.isfinite(price), price, library.zeros_like(price))
+    most = finite.max(initial=0) * rounded
+    low = np.zeros(NUM_PLANES[kind], np.float32)
+    if kind == "window":
+        low[4:] = -1  # rows and columns to the goal
+    high = library.where(np.arange(len(low)) == 2, most, np.float32(1)).astype(np.float32)
+    return library.broadcast_to(low, shape), library.broadcast_to(high, shape)
 
 
 def action_mask(levels: Levels, state: EnvState) -> Array:

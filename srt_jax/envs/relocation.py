@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.envs.levels import Levels, make_levels
-from srt_jax.envs.observe import NUM_PLANES, action_mask, observation_of
+from srt_jax.envs.observe import NUM_PLANES, action_mask, observation_bounds, observation_of
 from srt_jax.envs.render import render
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState, act, no_words
 from srt_jax.envs.spaces import spaces
@@ -198,13 +198,19 @@ class SmartRelocation:
         return spaces().Discrete(NUM_ACTIONS)
 
     def observation_space(self, params: EnvParams) -> Any:
-        """Returns the space of observations: float32 [rows, cols, planes]."""
+        """Returns the space of observations: float32 [rows, cols, planes], with finite bounds."""
+        low, high = self.observation_bounds(params)
+        return spaces().Box(low, high, low.shape, jnp.float32)
+
+    def observation_bounds(self, params: EnvParams) -> tuple[Any, Any]:
+        """Returns the least and the greatest observation: float32 [rows, cols, planes] each."""
         sides = (
             params.levels.labels.shape[-2:]
             if self.observation == "map"
             else (2 * self.radius + 1,) * 2
         )
-        return spaces().Box(-np.inf, np.inf, (*sides, NUM_PLANES[self.observation]), jnp.float32)
+        shape = (*sides, NUM_PLANES[self.observation])
+        return observation_bounds(params.levels, self.observation, shape)
 
     def state_space(self, params: EnvParams) -> Any:
         """Returns the space of states, by field."""

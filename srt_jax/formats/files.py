@@ -5,6 +5,7 @@ import pathlib
 import re
 from typing import Any
 
+from sign_model.ground.extras import install_command
 from sign_model.ground.files import MOST_BYTES, PathLike
 from sign_model.ground.files import FileError as FileError
 from sign_model.ground.files import atomic_write as atomic_write
@@ -63,4 +64,4 @@ def require_module(module: str, *, extra: str, what: str) -> Any:
         package = {"PIL": "pillow", "yaml": "pyyaml", "svg": "svg.path"}.get(
             module.split(".")[0], module.split(".")[0]
         )
-        raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error
+        raise ImportError(f"{what} needs {package}: {install_command(extra, package)}") from error

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sign_model.ground.extras import install_command
+
 UNITS_PER_METRE = 10**9
 _MAX_METRES = 1e9
 """Farther out the nanometres of a coordinate no longer fit into 64 bits."""
@@ -146,7 +148,7 @@ def repaired(parts: Parts) -> Parts:
         import shapely
     except ImportError as error:
         raise ImportError(
-            "repairing polygons needs shapely: pip install 'srt-jax[world]'"
+            f"repairing polygons needs shapely: {install_command('world', 'shapely')}"
         ) from error
 
     def filled(ring: Ring) -> Any:

@@ -94,5 +94,5 @@ def test_broken_answers_are_refused_in_one_line(tmp_path, records):
 
 def test_without_pyarrow_the_message_names_the_command(tmp_path, monkeypatch, records):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ImportError, match=r"pip install 'srt-jax\[parquet\]'"):
+    with pytest.raises(ImportError, match=r"pip install '?pyarrow"):
         write_results(tmp_path / "answers.parquet", records)

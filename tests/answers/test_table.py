@@ -75,3 +75,13 @@ def test_data_frames_read_it(tasks, solutions):
     pandas = pytest.importorskip("pandas")
     frame = srt_jax.table(tasks, solutions).to_pandas()
     assert isinstance(frame, pandas.DataFrame) and frame["length"].isna().tolist() == [0, 1, 0]
+
+
+def test_modes_stand_side_by_side(tasks, solutions):
+    modes = {"least": solutions, "again": solutions}
+    wide = srt_jax.table(tasks, modes, side_by_side=True, cell_side=0.5)
+    assert wide.num_rows == 3 and "mode" not in wide.column_names
+    assert wide["length_m_least"].to_pylist() == wide["length_m_again"].to_pylist() == [7, None, 7]
+    assert wide.column_names[:6] == ["name", "map", "height", "width", "num_obstacles", "explored"]
+    with pytest.raises(ValueError, match=r"give solutions as \{mode: solutions\}"):
+        srt_jax.table(tasks, solutions, side_by_side=True)

@@ -65,5 +65,5 @@ def test_other_planners_find_plans_of_the_exported_domain(chain, plan):
     texts = coalition_texts(chain.tasks[0], chain.answers[0])
     actions = plan(*texts)
     if actions is None:
-        pytest.skip(f"{plan.__name__.strip('_')} is not installed (pip install 'srt-jax[bench]')")
+        pytest.skip(f"{plan.__name__.strip('_')} is not installed (the extra bench brings it)")
     assert sign_model.validate(sign_model.load(*texts), actions) == []

@@ -18,21 +18,21 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 COLUMNS = (
     ("task", 0),
     ("status", 0),
-    ("blocked by", 3),
-    ("contour", 4),
+    ("blocked by", 2),
     ("destroyed", 2),
-    ("cost / bound", 1),
     ("route", 1),
+    ("cost / bound", 3),
+    ("contour", 4),
 )
 ROWS = [
     [
         "noise-in-parts-0012",
         "START_BLOCKED",
         "1 2 3 4 5 6 +20",
-        "1030",
         "1 2 3 4 5 6 +2",
-        "12.5 / 12.5",
         "1234.56",
+        "12.5 / 12.5",
+        "1030",
     ]
 ] * 3
 
@@ -63,7 +63,7 @@ def shown(monkeypatch, patience, work, quiet=False):
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(console, "_PATIENCE", patience)
     monkeypatch.setenv("TERM", "xterm")
-    with console.show_progress("solving", 10, quiet=quiet) as progress:
+    with console.show_progress("solving", 10, quiet=quiet, compiles=True) as progress:
         work(progress)
     return terminal.getvalue()
 
@@ -76,11 +76,29 @@ def test_long_work_shows_rate_and_time_left_and_before_its_first_step_is_done(mo
 
     seen = shown(monkeypatch, 0.05, slowly)
     assert "0/10" in seen and "4/10" in seen and "/s" in seen and "left 0:00:0" in seen
+    assert "solving (compiling first)" in seen.split("4/10")[0]
+    assert "compiling" not in seen[seen.rindex("solving") :]
 
 
 def test_short_or_quiet_work_shows_nothing(monkeypatch):
     assert shown(monkeypatch, 30, lambda progress: progress(10)) == ""
     assert shown(monkeypatch, 0, lambda progress: time.sleep(0.1), quiet=True) == ""
+
+
+def test_quiet_leaves_results_and_errors(monkeypatch, capsys, tmp_path):
+    (tmp_path / "d.pddl").write_text(
+        "(define (domain d) (:predicates (p ?x)) (:action a :parameters (?x) :effect (p ?x)))"
+    )
+    (tmp_path / "p.pddl").write_text(
+        "(define (problem t) (:domain d) (:objects o) (:init) (:goal (p o)))"
+    )
+    files = [str(tmp_path / "d.pddl"), str(tmp_path / "p.pddl")]
+    assert run(["plan", *files]) == 0
+    assert "expansions" in capsys.readouterr().err
+    assert run(["plan", *files, "--quiet"]) == 0
+    assert capsys.readouterr() == ("(a o)\n", "")
+    assert run(["--quiet", "plan", "no.pddl", files[1]]) == 2
+    assert "no.pddl: no such file" in capsys.readouterr().err
 
 
 def test_an_error_in_the_work_takes_the_bar_down(monkeypatch):

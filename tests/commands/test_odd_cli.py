@@ -380,8 +380,9 @@ def test_one_bad_file_does_not_stop_the_others(here, capsys, monkeypatch, comman
 
 
 def test_debug_is_taken_anywhere_but_after_two_dashes():
-    assert cli._without_debug(["--debug", "solve", "a"]) == (["solve", "a"], True)
-    assert cli._without_debug(["solve", "--", "--debug"]) == (["solve", "--", "--debug"], False)
+    assert cli._without_flags(["--debug", "solve", "a"]) == (["solve", "a"], {"--debug"})
+    assert cli._without_flags(["solve", "a", "--quiet"]) == (["solve", "a"], {"--quiet"})
+    assert cli._without_flags(["solve", "--", "--debug"]) == (["solve", "--", "--debug"], set())
 
 
 @pytest.mark.parametrize("kind", ["full", "closed by its reader", "closed"])

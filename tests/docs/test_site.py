@@ -49,6 +49,7 @@ def test_the_reference_has_an_entry_for_every_module_of_formats_and_instances():
 def test_the_menu_lists_every_page():
     menu = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
     pages = {str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")}
+    pages |= {f"notebooks/{path.stem}.md" for path in (ROOT / "docs" / "notebooks").glob("*.ipynb")}
     assert menu == pages
 
 

@@ -249,7 +249,7 @@ def test_any_shapely_geometry_is_a_place():
 def test_without_shapely_lines_name_the_command(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "shapely", None)
     assert len(read(feature("Polygon", [SQUARE]))[0].obstacles) == 1
-    with pytest.raises(ImportError, match=r"pip install 'srt-jax\[world\]'"):
+    with pytest.raises(ImportError, match=r"pip install '?shapely"):
         read(feature("LineString", [[500, 0], [600, 0]]))
 
 

@@ -1,0 +1,202 @@
+"""`srt-jax compare`: two files of results, or two modes on the same tasks, side by side."""
+
+from typing import Annotated
+
+import typer
+
+from srt_jax.answers.compare import (
+    Answer,
+    Pair,
+    Sums,
+    answer_of,
+    answer_of_record,
+    pairs,
+    sums,
+)
+from srt_jax.answers.results_file import read_results
+from srt_jax.commands import options
+from srt_jax.commands.console import (
+    fit_table,
+    printer,
+    say_json,
+    say_wrapped,
+    show_progress,
+)
+from srt_jax.commands.options import JsonOption
+from srt_jax.formats.notes import Notes
+from srt_jax.formats.reading import Reading
+from srt_jax.formats.task_files import read_tasks
+from srt_jax.many_tasks import solve_many
+from srt_jax.solver import MODES
+from srt_jax.task import NamedTask
+
+_MOST_ROWS = 40
+
+
+def compare(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="A B",
+            help="Two files of results (.json, .parquet); with --modes files of tasks.",
+            show_default=False,
+        ),
+    ],
+    modes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B",
+            help=f"Solve the tasks in two modes: {', '.join(MODES)}.",
+            show_default=False,
+        ),
+    ] = None,
+    toll: Annotated[
+        float, typer.Option(metavar="CELLS", help="With mode shortest: as for solve.")
+    ] = 1.0,
+    limit: options.LimitOption = None,
+    show_all: Annotated[
+        bool, typer.Option("--all", help="Show equal answers too, and every row.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> int:
+    """Shows where two sets of answers differ, task by task and in sum: [bold]0[/bold] they are
+    equal, [bold]1[/bold] some differ.
+    """
+    if modes is None:
+        left, right, names = _of_files(inputs)
+    else:
+        left, right, names = _of_modes(inputs, modes, toll, limit, as_json)
+    found = pairs(left, right)
+    total = sums(found)
+    if as_json:
+        say_json(_document(found, total, names))
+    else:
+        _print_rows(found, names, show_all)
+        _print_sums(total, names)
+    return int(total.differing > 0)
+
+
+def _of_files(inputs: list[str]) -> tuple[list[Answer], list[Answer], tuple[str, str]]:
+    if len(inputs) != 2:
+        raise ValueError(
+            f"compare takes two files of results, got {len(inputs)}: write srt-jax compare A.json"
+            " B.json, or --modes least,paper for two modes on the same tasks"
+        )
+    sides = []
+    for path in inputs:
+        try:
+            sides.append([answer_of_record(record) for record in read_results(path)])
+        except (ValueError, TypeError, AttributeError) as error:
+            if isinstance(error, ValueError) and str(path) in str(error):
+                raise
+            raise ValueError(f"{path}: {error}") from error
+    return sides[0], sides[1], (inputs[0], inputs[1])
+
+
+def _of_modes(
+    inputs: list[str], text: str, toll: float, limit: int | None, as_json: bool
+) -> tuple[list[Answer], list[Answer], tuple[str, str]]:
+    chosen = [mode.strip() for mode in text.split(",")]
+    if len(chosen) != 2 or any(mode not in MODES for mode in chosen):
+        raise ValueError(
+            f"--modes must be two of {', '.join(MODES)}, such as least,paper: {text!r}"
+        )
+
+    def read(path: str, notes: Notes) -> list[NamedTask]:
+        return read_tasks(path, reading=Reading(limit=limit), notes=notes)
+
+    tasks, _, failed = options.read_all(inputs, read, quiet=as_json)
+    if failed:
+        raise ValueError(f"{failed[0]} cannot be read: compare takes all tasks or none")
+    sides = []
+    with show_progress("solving", 2 * len(tasks), quiet=as_json, compiles=True) as progress:
+        for mode in chosen:
+            solutions = solve_many(
+                [task.task for task in tasks],
+                mode=mode,
+                toll=toll if mode == "shortest" else 1.0,
+                progress=progress,
+            )
+            sides.append([answer_of(task.name, one) for task, one in zip(tasks, solutions)])
+    return sides[0], sides[1], (chosen[0], chosen[1])
+
+
+def _print_rows(found: list[Pair], names: tuple[str, str], show_all: bool) -> None:
+    chosen = found if show_all else [pair for pair in found if pair.differs]
+    shown = chosen if show_all else chosen[:_MOST_ROWS]
+    columns = [("task", 0), ("status", 0), ("removal cost", 1), ("route", 1), ("destroyed", 2)]
+    console = printer()
+    if shown:
+        say_wrapped(console, f"{names[0]} | {names[1]}")
+        console.print(fit_table(columns, [_row(pair) for pair in shown], console.width))
+    if len(chosen) > len(shown):
+        say_wrapped(console, f"... and {len(chosen) - len(shown)} more tasks differ (--all)")
+
+
+def _row(pair: Pair) -> list[str]:
+    def both(name: str, shape: str) -> str:
+        texts = [
+            "no task"
+            if side is None
+            else ""
+            if getattr(side, name) is None
+            else shape.format(getattr(side, name))
+            for side in (pair.left, pair.right)
+        ]
+        return texts[0] if name not in pair.differs and texts[0] == texts[1] else " | ".join(texts)
+
+    gone = [
+        (" ".join(map(str, side.destroyed[:6])) or "nothing") if side and side.is_solved else ""
+        for side in (pair.left, pair.right)
+    ]
+    return [
+        pair.name,
+        both("status", "{}"),
+        both("removal_cost", "{:g}"),
+        both("length", "{:.2f}"),
+        gone[0] if gone[0] == gone[1] else " | ".join(gone),
+    ]
+
+
+def _print_sums(total: Sums, names: tuple[str, str]) -> None:
+    def change(left: float, right: float) -> str:
+        return "" if left == right else f"{right - left:+.6g}"
+
+    rows = [
+        ["tasks", *map(str, total.tasks), change(*total.tasks), ""],
+        ["solved", *map(str, total.solved), change(*total.solved), ""],
+    ]
+    for name, (left, right), (less_left, less_right) in (
+        ("removal cost", total.removal_costs, total.cheaper),
+        ("length", total.lengths, total.shorter),
+    ):
+        rows.append(
+            [
+                name,
+                f"{left:.6g}",
+                f"{right:.6g}",
+                change(left, right),
+                f"{less_left} | {less_right}",
+            ]
+        )
+    console = printer()
+    columns = [("sum", 0), (names[0], 1), (names[1], 1), ("change", 0), ("less in tasks", 2)]
+    console.print(fit_table(columns, rows, console.width))
+    say_wrapped(
+        console,
+        f"{total.differing} of {max(total.tasks)} tasks differ; costs and lengths are sums over the"
+        f" {total.shared} tasks that both solve.",
+    )
+
+
+def _document(found: list[Pair], total: Sums, names: tuple[str, str]) -> dict:
+    rows = [
+        {
+            "name": pair.name,
+            "differs": list(pair.differs),
+            "left": pair.left and pair.left._asdict(),
+            "right": pair.right and pair.right._asdict(),
+        }
+        for pair in found
+    ]
+    return {"left": names[0], "right": names[1], "tasks": rows, "sums": total._asdict()}
