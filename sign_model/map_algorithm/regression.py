@@ -87,8 +87,10 @@ def regression_space(
     )
     helpful = (task.adds[usable] & relevant).any(axis=1)
     features, actions = np.flatnonzero(relevant), np.flatnonzero(usable)[helpful]
-    matrices = (m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes))
-    return space_over(task.features, features, actions, *matrices, mutex)
+    conditions, adds, deletes = (
+        m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes)
+    )
+    return space_over(task.features, features, actions, conditions, adds, deletes, mutex)
 
 
 def space_over(

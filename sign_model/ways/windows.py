@@ -125,11 +125,11 @@ class Rearranging:
         never = np.repeat(np.arange(len(actions)), self.needs.count[actions])
         never = never[~can_hold[self.needs.of(actions)]]
         actions = np.delete(actions, never)
-        matrices = (
+        conditions, adds, deletes = (
             lists.part(actions, features, task.num_features)
             for lists in (self.needs, self.gives, self.takes)
         )
-        space = space_over(task.features, features, actions, *matrices, self.mutex)
+        space = space_over(task.features, features, actions, conditions, adds, deletes, self.mutex)
         return Window(before, part, after, space, start[features], goal[features])
 
     def _local(
