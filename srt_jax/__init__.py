@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from srt_jax.answers.facts import explanation
-    from srt_jax.answers.story import scene_pddl, story
+    from srt_jax.answers.story import scene_pddl, scene_problem, story
     from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
     from srt_jax.check import check
@@ -71,6 +71,7 @@ __all__ = [
     "rasterize",
     "reach",
     "scene_pddl",
+    "scene_problem",
     "seed_cell",
     "shortest_path",
     "solve",
@@ -90,7 +91,7 @@ __all__ = [
 # Names are loaded when first used, so that a command which needs no JAX does not wait for it.
 _MODULES = {
     "answers.facts": ("explanation",),
-    "answers.story": ("scene_pddl", "story"),
+    "answers.story": ("scene_pddl", "scene_problem", "story"),
     "answers.table": ("table",),
     "answers.wording": ("explain", "why", "why_not"),
     "check": ("check",),

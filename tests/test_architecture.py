@@ -41,7 +41,7 @@ FLOORS = {
         ("relocation", "ways"),
         ("plan_task",),
         ("map_batch",),
-        ("experience", "blocks"),
+        ("experience", "blocks", "up_engine"),
         ("__init__",),
     ),
 }

@@ -60,7 +60,11 @@ def require_module(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml", "svg": "svg.path"}.get(
-            module.split(".")[0], module.split(".")[0]
-        )
+        packages = {
+            "PIL": "pillow",
+            "yaml": "pyyaml",
+            "svg": "svg.path",
+            "unified_planning": "unified-planning",
+        }
+        package = packages.get(module.split(".")[0], module.split(".")[0])
         raise ImportError(f"{what} needs {package}: pip install 'srt-jax[{extra}]'") from error
