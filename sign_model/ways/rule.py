@@ -36,6 +36,12 @@ class PlanningRule:
       growth: by which factor turns grow from round to round.
       improvement: the most effort that improves the plan found, in units of about a microsecond for
         each expansion of the budget; 0 leaves plans as they are found.
+      beam: how many situations the regression keeps in a step at first.
+      effort: how much of that effort each step of the plan found is worth; by what the plan took
+        where None.
+      trust: the ways have one round, and only a plan at most so many times as long as an estimate
+        of the least length is taken; else `UNLEARNED` plans as well, and the shorter plan is kept.
+        Every plan is taken where None.
 
     Examples:
       >>> import sign_model
@@ -48,6 +54,9 @@ class PlanningRule:
     turns: Mapping[str, int] = field(default_factory=dict)
     growth: int = 4
     improvement: int = 40
+    beam: int = 32
+    effort: int | None = None
+    trust: float | None = None
 
     def __post_init__(self) -> None:
         if not self.turns or not set(self.turns) <= set(WAYS):
@@ -55,11 +64,16 @@ class PlanningRule:
                 f"a planning rule takes its ways from {', '.join(WAYS)}, at least one, got"
                 f" {', '.join(self.turns) or 'none'}"
             )
-        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1)
+        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1, self.beam)
+        numbers += () if self.effort is None else (self.effort + 1,)
         if not all(isinstance(n, int) and n >= 1 for n in numbers):
             raise ValueError(
-                f"the planning rule '{self.name}' needs whole numbers: turns from 1 up, growth from"
-                " 2 up, improvement from 0 up"
+                f"the planning rule '{self.name}' needs whole numbers: turns and beam from 1 up,"
+                " growth from 2 up, improvement and effort from 0 up"
+            )
+        if self.trust is not None and not self.trust > 0:
+            raise ValueError(
+                f"the planning rule '{self.name}' needs a trust above 0, got {self.trust}"
             )
 
 
