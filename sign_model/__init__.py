@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from sign_model.description import describe, to_dot
     from sign_model.experience.learn import learn
     from sign_model.experience.memory import Memory, load_memory, save_memory
+    from sign_model.experience.skill import Skill
     from sign_model.map_algorithm.heuristics import HeuristicSign, load_signs, save_signs
     from sign_model.map_batch.ladder import plan_batch
     from sign_model.pddl.grounding import load
@@ -33,6 +34,7 @@ __all__ = [
     "PlanStatus",
     "PlanningRule",
     "PlanningTask",
+    "Skill",
     "describe",
     "learn",
     "load",
@@ -57,6 +59,7 @@ _MODULES = {
     "map_algorithm.heuristics": ("HeuristicSign", "load_signs", "save_signs"),
     "experience.learn": ("learn",),
     "experience.memory": ("Memory", "load_memory", "save_memory"),
+    "experience.skill": ("Skill",),
     "plan_task": ("plan",),
     "result": ("PlanResult", "PlanStatus"),
     "pddl.syntax": ("PddlError",),

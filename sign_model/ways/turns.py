@@ -4,7 +4,7 @@ proof, the others may look for a shorter plan, and then the plan is improved par
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -99,6 +99,40 @@ class Way(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What a rule made of a task.
+
+    regression: the plan, the proof or neither, and the expansions.
+    estimate: how long a plan may be at least: an estimate, not a bound; 0 where there is none.
+    finder: the way that found the shortest plan, before it was improved; "" without one.
+    """
+
+    regression: Regression
+    estimate: int
+    finder: str
+
+
+def outcome_of(
+    task: PlanningTask,
+    signs: Sequence[HeuristicSign],
+    rule: PlanningRule,
+    *,
+    max_expansions: int,
+    clock: Clock = NO_LIMIT,
+) -> Outcome:
+    """Returns what the ways of a rule alone make of a task, whether it is trusted or not; arguments
+    as in `plan_by_rule`.
+    """
+    turns, estimate = _Turns(task, signs, rule, max_expansions, clock), 0
+    with contextlib.suppress(OutOfTime):
+        turns.run()
+        estimate = turns.estimate() if rule is not UNLEARNED else 0
+    plan = turns.plan
+    found = Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
+    return Outcome(found, estimate, turns.finder)
+
+
 def plan_by_rule(
     task: PlanningTask,
     signs: Sequence[HeuristicSign],
@@ -117,18 +151,15 @@ def plan_by_rule(
       max_expansions: the most situations expanded in all.
       clock: asked in every phase; once its limit has passed the best plan so far is returned.
     """
-    turns = _Turns(task, signs, rule, max_expansions, clock)
-    with contextlib.suppress(OutOfTime):
-        turns.run()
-    found = Regression(
-        turns.plan, turns.spent, turns.plan is None and turns.is_proven, turns.is_shortest
-    )
+    outcome = outcome_of(task, signs, rule, max_expansions=max_expansions, clock=clock)
+    found = outcome.regression
     if rule.trust is None or found.is_proof or found.is_shortest or clock.is_over():
         return found
 
-    # Experience is trusted as far as it goes: a plan longer than those of the tasks practised, for
-    # what the task needs at least, or none at all, is a case for planning without experience.
-    if found.plan is not None and len(found.plan) <= rule.trust * turns.estimate():
+    # Experience is trusted as far as it goes: a plan that is longer than planning without it was
+    # found to make them, or none at all, is a case for planning without it.
+    factor, more = rule.trust
+    if found.plan is not None and len(found.plan) <= factor * outcome.estimate + more:
         return found
     left = max_expansions - found.expansions
     other = plan_by_rule(task, DEFAULTS, UNLEARNED, max_expansions=left, clock=clock)
@@ -152,7 +183,7 @@ class _Turns:
         self.is_proven = self.is_shortest = False
         self.ways: dict[str, Way] = {}
         self.beams = (rule.beam, *(beam for beam in BEAMS if beam > rule.beam))
-        self.improving = 0
+        self.improving, self.finder = 0, ""
         self.forward: ForwardTask | None = None
 
     @property
@@ -183,8 +214,9 @@ class _Turns:
             for name in waiting:
                 self._turn(name, self.rule.turns[name] * growth)
                 if self.plan is not None or self.is_proven:
-                    finder = name
-                    break
+                    finder = finder or name
+                    if not has_one_round or self.is_proven:
+                        break
             growth *= self.rule.growth
             if has_one_round:
                 break
@@ -196,7 +228,7 @@ class _Turns:
         way = self.ways.get("backwards")
         is_quick = finder == order[0] == "backwards"
         estimate = way.rungs.estimate() if isinstance(way, _Backwards) else 0
-        if is_quick and self.rule.effort is None and len(self.plan) <= _NEAR * estimate:
+        if is_quick and len(self.plan) <= _NEAR * estimate:
             return
 
         # The ways that had no turn yet may find a shorter plan; deferring only makes plans longer.
@@ -228,7 +260,7 @@ class _Turns:
         if way.plan is not None:
             plan = shorten(self.task, way.plan, self.clock)
             if self.plan is None or len(plan) < len(self.plan):
-                self.plan = plan
+                self.plan, self.finder = plan, name
             if isinstance(way, _Backwards):
                 self.is_shortest = self.is_shortest or way.is_shortest
 
