@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
+    from sign_model.views.network_svg import draw_networks
+    from sign_model.views.trace import Trace, trace
+    from sign_model.views.trace_svg import animate_trace
     from sign_model.ways.rule import PlanningRule, load_rule, save_rule
 
 __all__ = [
@@ -35,7 +38,10 @@ __all__ = [
     "PlanningRule",
     "PlanningTask",
     "Skill",
+    "Trace",
+    "animate_trace",
     "describe",
+    "draw_networks",
     "learn",
     "load",
     "load_memory",
@@ -47,6 +53,7 @@ __all__ = [
     "save_rule",
     "save_signs",
     "to_dot",
+    "trace",
     "validate",
     "world_model_of",
 ]
@@ -66,6 +73,9 @@ _MODULES = {
     "pddl.planning_task": ("PlanningTask",),
     "pddl.validate": ("validate",),
     "signs.from_tasks": ("world_model_of",),
+    "views.network_svg": ("draw_networks",),
+    "views.trace": ("Trace", "trace"),
+    "views.trace_svg": ("animate_trace",),
     "ways.rule": ("PlanningRule", "load_rule", "save_rule"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

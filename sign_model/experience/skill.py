@@ -9,8 +9,8 @@ as the problems were planned without experience, but narrowly, and gives short p
 
 On another problem its plan is trusted only as far as experience goes. How long plans without
 experience are was seen on the problems practised, beside an estimate that costs nothing; a line
-through these lengths, raised by the greatest distance from it, tells how long they will be at
-most. A plan that is longer is not trusted, and planning without experience has its say too.
+through these lengths, raised by the greatest distance from it, tells how long they will be. A plan
+that is longer is not trusted, and planning without experience has its say too.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ from sign_model.map_algorithm.heuristics import (
     sign_of,
 )
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.ways.rule import UNLEARNED, PlanningRule, rule_of
+from sign_model.ways.rule import UNLEARNED, WAYS, PlanningRule, rule_of
 from sign_model.ways.turns import Outcome, outcome_of
 
 SHARE = 0.35
@@ -97,9 +97,10 @@ def practise(
     nothing = Skill(domain, UNLEARNED, DEFAULTS)
     total = sum(one.regression.expansions for _, one in teaching)
     best, best_key = nothing, None
+    bounds = [len(one.regression.plan or ()) for _, one in teaching]
     usual = max(UNLEARNED.turns, key=[one.finder for _, one in teaching].count)
     for rule, signs in _candidates(learned):
-        raw_length = None
+        raw_length, before = None, -1
         for effort in _EFFORTS:
             tried = replace(rule, effort=effort)
             found = _trial(tried, signs, teaching, SHARE * total, max_seconds)
@@ -107,17 +108,28 @@ def practise(
                 break
             lengths, expansions, estimates = found
             raw_length = sum(lengths) if raw_length is None else raw_length
-            bounds = [len(one.regression.plan or ()) for _, one in teaching]
+            is_useless, before = before == sum(lengths), sum(lengths)
+            if effort > _EFFORTS[1] and is_useless:
+                break  # more effort brings nothing; a little is kept for larger problems
             if any(mine > bound for mine, bound in zip(lengths, bounds)):
                 continue
             # First those found as they are without experience: what scales there scales here. Then
             # the shortest plans, of those the least improved ones, and of those the most thorough
             # way that there is room for: what is just enough for small problems fails on larger.
-            is_other = (usual not in rule.turns) + any(sign in learned for sign in signs)
-            key = (is_other, sum(lengths), raw_length, -effort, -expansions)
+            num_new = 2 * (usual not in rule.turns) + any(sign in learned for sign in signs)
+            width = rule.beam * len(signs)
+            key = (num_new, sum(lengths), raw_length, -width, -effort, expansions)
             if best_key is None or key < best_key:
                 best_key = key
                 best = Skill(domain, replace(tried, trust=_trust(estimates, bounds)), signs)
+    # What is left of the share goes to other ways, so that the shortest of several plans is taken.
+    if best_key is not None:
+        for way in WAYS:
+            more = replace(best.rule, turns={**best.rule.turns, way: _TURN})
+            found = _trial(more, best.signs, teaching, SHARE * total, max_seconds)
+            if way not in best.rule.turns and found is not None and sum(found[0]) <= best_key[1]:
+                best = replace(best, rule=replace(more, trust=_trust(found[2], bounds)))
+                best_key = (*best_key[:-1], found[1])
     if log is not None:
         log(_report(best, best_key, total, teaching))
     return best
@@ -125,7 +137,7 @@ def practise(
 
 def _report(
     skill: Skill,
-    key: tuple[int, int, int, int, int] | None,
+    key: tuple[int, ...] | None,
     total: int,
     teaching: Sequence[tuple[PlanningTask, Outcome]],
 ) -> str:
@@ -134,7 +146,7 @@ def _report(
     ways, signs = ", ".join(skill.rule.turns), ", ".join(sign.name for sign in skill.signs)
     return (
         f"{len(teaching)} problems: {ways} (signs {signs}; beam {skill.rule.beam}, effort"
-        f" {skill.rule.effort}), {-key[4]} expansions for {total} without experience"
+        f" {skill.rule.effort}), {key[-1]} expansions for {total} without experience"
     )
 
 
@@ -151,9 +163,9 @@ def _candidates(
         ("goal by goal", "boldly", "deferred"),
     ):
         yield PlanningRule("practised", dict.fromkeys(ways, _TURN)), DEFAULTS
-    for sign in (*learned, LANDMARKS, RELAXED_PLAN):
+    for signs in (DEFAULTS, (LANDMARKS,), (RELAXED_PLAN,), *((sign,) for sign in learned)):
         for beam in _BEAMS:
-            yield PlanningRule("practised", {"backwards": _TURN}, beam=beam), (sign,)
+            yield PlanningRule("practised", {"backwards": _TURN}, beam=beam), signs
 
 
 def _trial(
@@ -180,15 +192,15 @@ def _trial(
 
 
 def _trust(estimates: Sequence[int], lengths: Sequence[int]) -> tuple[float, float]:
-    """Returns (a, b): planning without experience made no plan longer than a n + b for any
-    estimate n.
+    """Returns (a, b): a plan of more than a n + b steps, for an estimate n, is longer than
+    those made without experience.
     """
     n, length = np.array(estimates, float), np.array(lengths, float)
     if len(set(estimates)) < 3:
         return float((length / np.maximum(n, 1)).max()), 0.0
     factor, more = np.polyfit(n, length, 1)
-    # Rounded up at the sixth digit, since lengths on the line are no longer than it.
-    return float(factor), float(more + (length - factor * n - more).max() + 1e-6)
+    raised = more + (length - factor * n - more).max()
+    return float(factor), float(raised + 1e-6)  # lengths on the line are not above it
 
 
 def plain_skill(skill: Skill) -> dict[str, Any]:
