@@ -120,7 +120,9 @@ def main() -> int:
         wanted = list(problems(series))[: given.practised + given.tried]
         tasks = [task for _, task in wanted[: given.practised]]
         began = time.process_time()
-        memory = Memory().practised(tasks, max_seconds=given.seconds, log=print)
+        memory = Memory().practised(
+            tasks, max_seconds=given.seconds, log=lambda line: print(line, flush=True)
+        )
         practised = time.process_time() - began
         rows = []
         for name, task in wanted[given.practised :]:

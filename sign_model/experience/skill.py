@@ -15,7 +15,7 @@ that is longer is not trusted, and planning without experience has its say too.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -96,40 +96,42 @@ def practise(
     ]
     nothing = Skill(domain, UNLEARNED, DEFAULTS)
     total = sum(one.regression.expansions for _, one in teaching)
-    best, best_key = nothing, None
-    bounds = [len(one.regression.plan or ()) for _, one in teaching]
+    best, best_key, most = nothing, None, SHARE * total
+    bounds = [len(one.regression.plan or ()) for _, one in reversed(teaching)]
     usual = max(UNLEARNED.turns, key=[one.finder for _, one in teaching].count)
     for rule, signs in _candidates(learned):
-        raw_length, before = None, -1
+        raw_length, before = None, None
         for effort in _EFFORTS:
             tried = replace(rule, effort=effort)
-            found = _trial(tried, signs, teaching, SHARE * total, max_seconds)
+            found = _trial(tried, signs, teaching, most, max_seconds)
             if found is None:  # no plan, or too dear: more effort makes it no cheaper
                 break
-            lengths, expansions, estimates = found
-            raw_length = sum(lengths) if raw_length is None else raw_length
-            is_useless, before = before == sum(lengths), sum(lengths)
+            is_useless, before = before == found.lengths, found.lengths
             if effort > _EFFORTS[1] and is_useless:
                 break  # more effort brings nothing; a little is kept for larger problems
-            if any(mine > bound for mine, bound in zip(lengths, bounds)):
-                continue
+            if found.is_longer:
+                continue  # more effort may help
+            length = sum(found.lengths)
+            raw_length = length if raw_length is None else raw_length
             # First those found as they are without experience: what scales there scales here. Then
             # the shortest plans, of those the least improved ones, and of those the most thorough
             # way that there is room for: what is just enough for small problems fails on larger.
             num_new = 2 * (usual not in rule.turns) + any(sign in learned for sign in signs)
             width = rule.beam * len(signs)
-            key = (num_new, sum(lengths), raw_length, -width, -effort, expansions)
+            key = (num_new, length, raw_length, -width, -effort, found.expansions)
             if best_key is None or key < best_key:
                 best_key = key
-                best = Skill(domain, replace(tried, trust=_trust(estimates, bounds)), signs)
+                best = Skill(domain, replace(tried, trust=_trust(found.estimates, bounds)), signs)
     # What is left of the share goes to other ways, so that the shortest of several plans is taken.
     if best_key is not None:
         for way in WAYS:
             more = replace(best.rule, turns={**best.rule.turns, way: _TURN})
-            found = _trial(more, best.signs, teaching, SHARE * total, max_seconds)
-            if way not in best.rule.turns and found is not None and sum(found[0]) <= best_key[1]:
-                best = replace(best, rule=replace(more, trust=_trust(found[2], bounds)))
-                best_key = (*best_key[:-1], found[1])
+            if way in best.rule.turns:
+                continue
+            found = _trial(more, best.signs, teaching, most, max_seconds)
+            if found and not found.is_longer and sum(found.lengths) <= best_key[1]:
+                best = replace(best, rule=replace(more, trust=_trust(found.estimates, bounds)))
+                best_key = (*best_key[:-1], found.expansions)
     if log is not None:
         log(_report(best, best_key, total, teaching))
     return best
@@ -168,18 +170,29 @@ def _candidates(
             yield PlanningRule("practised", {"backwards": _TURN}, beam=beam), signs
 
 
+class _Tried(NamedTuple):
+    """What a candidate makes of the problems, from the largest down; it ends with the first plan
+    that is longer than without experience.
+    """
+
+    lengths: list[int]
+    expansions: int
+    estimates: list[int]
+    is_longer: bool
+
+
 def _trial(
     rule: PlanningRule,
     signs: tuple[HeuristicSign, ...],
     teaching: Sequence[tuple[PlanningTask, Outcome]],
     most: float,
     max_seconds: float | None,
-) -> tuple[list[int], int, list[int]] | None:
-    """Returns (lengths, all expansions, estimates) on the problems; None where one gets no plan
-    within `most` expansions of all of them.
+) -> _Tried | None:
+    """Returns what a candidate makes of the problems; None where one gets no plan within `most`
+    expansions of all of them.
     """
     lengths, spent, estimates = [], 0, []
-    for task, _ in reversed(teaching):  # the largest first: it soonest spends what there is
+    for task, one in reversed(teaching):  # the largest first: it soonest spends what there is
         left = max(1, int(most) - spent)
         found = outcome_of(task, signs, rule, max_expansions=left, clock=Clock(max_seconds))
         spent += found.regression.expansions
@@ -188,7 +201,9 @@ def _trial(
             return None
         lengths.append(len(plan))
         estimates.append(found.estimate)
-    return lengths[::-1], spent, estimates[::-1]
+        if len(plan) > len(one.regression.plan or ()):
+            return _Tried(lengths, spent, estimates, True)
+    return _Tried(lengths, spent, estimates, False)
 
 
 def _trust(estimates: Sequence[int], lengths: Sequence[int]) -> tuple[float, float]:
