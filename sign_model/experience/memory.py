@@ -20,7 +20,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from sign_model.experience.lifted_weights import learn_apart
 from sign_model.experience.precedent import (
     Precedent,
     domain_name,
@@ -69,7 +68,6 @@ class Memory:
         *,
         max_expansions: int = 200_000,
         max_seconds: float | None = 30.0,
-        seed: int = 0,
         log: Callable[[str], None] | None = None,
     ) -> "Memory":
         """Returns a memory that also holds what some small problems teach of their domain: which
@@ -79,7 +77,6 @@ class Memory:
         Args:
           tasks: of one domain, a few, from small to large.
           max_expansions, max_seconds: of each attempt at each of them.
-          seed: of the random numbers.
           log: called with a line of text to report progress.
 
         Raises:
@@ -94,10 +91,8 @@ class Memory:
           True
         """
         domain = require_one_domain(tasks)
-        search = {"generations": 6, "population": 8, "beam": 4}
-        sign = learn_apart(tasks, name="learned", seed=seed, log=None, **search)
         skill = practise(
-            tasks, domain, (sign,), max_expansions=max_expansions, max_seconds=max_seconds, log=log
+            tasks, domain, max_expansions=max_expansions, max_seconds=max_seconds, log=log
         )
         others = tuple(known for known in self.skills if known.domain != domain)
         return dataclasses.replace(self, skills=(*others, skill))

@@ -67,7 +67,6 @@ class Skill:
 def practise(
     tasks: Sequence[PlanningTask],
     domain: str,
-    learned: Sequence[HeuristicSign] = (),
     *,
     max_expansions: int,
     max_seconds: float | None = None,
@@ -80,7 +79,6 @@ def practise(
       tasks: of one domain, from small to large, at least one; those that planning without
         experience does not solve teach nothing.
       domain: its names and arities.
-      learned: signs to try beside the unlearned ones.
       max_expansions: of each attempt.
       max_seconds: of each attempt.
       log: called with a line of text to report progress.
@@ -99,7 +97,7 @@ def practise(
     best, best_key, most = nothing, None, SHARE * total
     bounds = [len(one.regression.plan or ()) for _, one in reversed(teaching)]
     usual = max(UNLEARNED.turns, key=[one.finder for _, one in teaching].count)
-    for rule, signs in _candidates(learned):
+    for rule, signs in _candidates():
         raw_length, before = None, None
         for effort in _EFFORTS:
             tried = replace(rule, effort=effort)
@@ -116,9 +114,9 @@ def practise(
             # First those found as they are without experience: what scales there scales here. Then
             # the shortest plans, of those the least improved ones, and of those the most thorough
             # way that there is room for: what is just enough for small problems fails on larger.
-            num_new = 2 * (usual not in rule.turns) + any(sign in learned for sign in signs)
+            is_new = usual not in rule.turns
             width = rule.beam * len(signs)
-            key = (num_new, length, raw_length, -width, -effort, found.expansions)
+            key = (is_new, length, raw_length, -width, -effort, found.expansions)
             if best_key is None or key < best_key:
                 best_key = key
                 best = Skill(domain, replace(tried, trust=_trust(found.estimates, bounds)), signs)
@@ -152,9 +150,7 @@ def _report(
     )
 
 
-def _candidates(
-    learned: Sequence[HeuristicSign],
-) -> Iterator[tuple[PlanningRule, tuple[HeuristicSign, ...]]]:
+def _candidates() -> Iterator[tuple[PlanningRule, tuple[HeuristicSign, ...]]]:
     """Yields (rule, signs), without trust and effort."""
     for ways in (
         ("goal by goal",),
@@ -165,7 +161,7 @@ def _candidates(
         ("goal by goal", "boldly", "deferred"),
     ):
         yield PlanningRule("practised", dict.fromkeys(ways, _TURN)), DEFAULTS
-    for signs in (DEFAULTS, (LANDMARKS,), (RELAXED_PLAN,), *((sign,) for sign in learned)):
+    for signs in (DEFAULTS, (LANDMARKS,), (RELAXED_PLAN,)):
         for beam in _BEAMS:
             yield PlanningRule("practised", {"backwards": _TURN}, beam=beam), signs
 
