@@ -20,16 +20,7 @@ from experiments.campaigns.inputs.workshop_tasks import bar, orders, snacks
 from sign_model import Memory, PlanningTask, PlanResult, load, plan, validate
 from sign_model.blocks import random_blocks_tasks
 
-SERIES = (
-    "hands",
-    "rooms",
-    "logistics",
-    "transport",
-    "blocks",
-    "childsnack",
-    "barman",
-    "openstacks",
-)
+SERIES = ("hands", "rooms", "airlines", "roads", "blocks", "snacks", "orders", "bar")
 
 
 @dataclass(frozen=True)

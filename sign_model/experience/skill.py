@@ -97,7 +97,7 @@ def practise(
     best, best_key, most = nothing, None, SHARE * total
     bounds = [len(one.regression.plan or ()) for _, one in reversed(teaching)]
     usual = max(UNLEARNED.turns, key=[one.finder for _, one in teaching].count)
-    for rule, signs in _candidates():
+    for rule, signs in _candidates() if teaching else ():
         raw_length, before = None, None
         for effort in _EFFORTS:
             tried = replace(rule, effort=effort)
