@@ -16,11 +16,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from experiments.campaigns.inputs.vehicle_tasks import Pddl, airlines, roads, rooms
-from experiments.campaigns.inputs.workshop_tasks import bar, orders, snacks
+from experiments.campaigns.inputs.workshop_tasks import bar, snacks
 from sign_model import Memory, PlanningTask, PlanResult, load, plan, validate
 from sign_model.blocks import random_blocks_tasks
 
-SERIES = ("hands", "rooms", "airlines", "roads", "blocks", "snacks", "orders", "bar")
+SERIES = ("hands", "rooms", "airlines", "roads", "blocks", "snacks", "bar")
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,6 @@ _TEXTS: dict[str, Callable[[int], Pddl]] = {
     "airlines": lambda i: airlines(i, 2 + i // 3, 2 + i // 5, 3 + i, 1 + i // 5),
     "roads": lambda i: roads(i, 5 + i, 1 + i // 4, 2 + i // 2),
     "snacks": lambda i: snacks(i, 2 + i, 1 + i // 3, 2 + i // 4),
-    "orders": lambda i: orders(i, 3 + i, 3 + i, 0.3),
     "bar": lambda i: bar(i, 2 + i // 3, 1 + i // 2, 1),
 }
 

@@ -10,7 +10,8 @@ as the problems were planned without experience, but narrowly, and gives short p
 On another problem its plan is trusted only as far as experience goes. How long plans without
 experience are was seen on the problems practised, beside an estimate that costs nothing; a line
 through these lengths, raised by the greatest distance from it, tells how long they will be. A plan
-that is longer is not trusted, and planning without experience has its say too.
+that is longer is not trusted, and planning without experience has its say too. Where the smaller
+problems would not have taught to trust the plan of the largest, nothing is learned.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -130,6 +131,14 @@ def practise(
             if found and not found.is_longer and sum(found.lengths) <= best_key[1]:
                 best = replace(best, rule=replace(more, trust=_trust(found.estimates, bounds)))
                 best_key = (*best_key[:-1], found.expansions)
+    # Would the smaller problems have taught to trust the plan of the largest? If not, experience
+    # does not carry over here, and would only be paid for.
+    if best_key is not None and len(bounds) > 1:
+        found = _trial(best.rule, best.signs, teaching, most, max_seconds)
+        assert found is not None  # it was tried before
+        factor, more = _trust(found.estimates[1:], bounds[1:])
+        if found.lengths[0] > factor * found.estimates[0] + more:
+            best, best_key = nothing, None
     if log is not None:
         log(_report(best, best_key, total, teaching))
     return best
