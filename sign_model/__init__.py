@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from sign_model.description import describe, to_dot
     from sign_model.experience.learn import learn
     from sign_model.experience.memory import Memory, load_memory, save_memory
+    from sign_model.experience.skill import Skill
     from sign_model.map_algorithm.heuristics import HeuristicSign, load_signs, save_signs
     from sign_model.map_batch.ladder import plan_batch
     from sign_model.pddl.grounding import load
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
+    from sign_model.views.network_svg import draw_networks
+    from sign_model.views.trace import Trace, trace
+    from sign_model.views.trace_svg import animate_trace
     from sign_model.ways.rule import PlanningRule, load_rule, save_rule
 
 __all__ = [
@@ -33,7 +37,11 @@ __all__ = [
     "PlanStatus",
     "PlanningRule",
     "PlanningTask",
+    "Skill",
+    "Trace",
+    "animate_trace",
     "describe",
+    "draw_networks",
     "learn",
     "load",
     "load_memory",
@@ -45,6 +53,7 @@ __all__ = [
     "save_rule",
     "save_signs",
     "to_dot",
+    "trace",
     "validate",
     "world_model_of",
 ]
@@ -57,12 +66,16 @@ _MODULES = {
     "map_algorithm.heuristics": ("HeuristicSign", "load_signs", "save_signs"),
     "experience.learn": ("learn",),
     "experience.memory": ("Memory", "load_memory", "save_memory"),
+    "experience.skill": ("Skill",),
     "plan_task": ("plan",),
     "result": ("PlanResult", "PlanStatus"),
     "pddl.syntax": ("PddlError",),
     "pddl.planning_task": ("PlanningTask",),
     "pddl.validate": ("validate",),
     "signs.from_tasks": ("world_model_of",),
+    "views.network_svg": ("draw_networks",),
+    "views.trace": ("Trace", "trace"),
+    "views.trace_svg": ("animate_trace",),
     "ways.rule": ("PlanningRule", "load_rule", "save_rule"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

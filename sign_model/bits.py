@@ -36,6 +36,38 @@ def unpack(words: np.ndarray, size: int) -> np.ndarray:
     ).astype(bool)
 
 
+def as_number(words: np.ndarray) -> int:
+    """Returns one packed row, uint64 [W], as a whole number: feature f is bit f."""
+    return int.from_bytes(words.tobytes(), "little")
+
+
+def as_words(number: int, size: int) -> np.ndarray:
+    """Returns the inverse of `as_number`: uint64 [W] for rows of `size` features."""
+    num_words = max(1, -(-size // WORD))
+    return np.frombuffer(number.to_bytes(8 * num_words, "little"), np.uint64)
+
+
+class NumberedRows:
+    """The rows of some matrices as whole numbers, each made when it is first asked for.
+
+    A search that goes from one row to the next, such as an execution step by step, is faster on
+    whole numbers than on arrays of a few words.
+
+    Args:
+      matrices: bool [A, F] each.
+    """
+
+    def __init__(self, *matrices: np.ndarray) -> None:
+        self.matrices = matrices
+        self.known: dict[int, tuple[int, ...]] = {}
+
+    def of(self, row: int) -> tuple[int, ...]:
+        """Returns the row of each matrix as a whole number of F bits."""
+        if row not in self.known:
+            self.known[row] = tuple(as_number(pack(matrix[row])) for matrix in self.matrices)
+        return self.known[row]
+
+
 def popcount(words: np.ndarray) -> np.ndarray:
     """Returns the number of 1-bits of each row: uint64 [..., W] -> int32 [...]."""
     return _COUNTS[np.ascontiguousarray(words).view(np.uint16)].sum(axis=-1, dtype=np.int32)

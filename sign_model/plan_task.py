@@ -26,6 +26,20 @@ Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
 _SIGNS = {sign.name: sign for sign in (OVERLAP, LANDMARKS, RELAXED_PLAN)}
 
 
+class Skill(Protocol):
+    """How to plan the problems of a domain."""
+
+    @property
+    def rule(self) -> PlanningRule:
+        """Which ways of planning to take."""
+        ...
+
+    @property
+    def signs(self) -> Sequence[HeuristicSign]:
+        """The heuristics of the regression."""
+        ...
+
+
 class Memory(Protocol):
     """Experience: solved tasks as precedents. What it answers is replayed first and never
     trusted.
@@ -37,6 +51,10 @@ class Memory(Protocol):
 
     def suggest(self, task: PlanningTask) -> Sequence[str] | None:
         """A plan that may serve the task, perhaps a long one, or None."""
+        ...
+
+    def skill(self, task: PlanningTask) -> Skill | None:
+        """What was learned of the task's domain, or None."""
         ...
 
 
@@ -62,7 +80,8 @@ def plan(
         where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
         rest where None.
       rule: for map, which ways of planning take turns; the `UNLEARNED` one where None.
-      memory: precedents, tried first; where none serves, planning continues without it.
+      memory: precedents, tried first; where none serves, planning continues without it. What it
+        learned of the domain serves as rule and heuristic where neither is given.
       max_expansions: the most situations expanded.
       max_seconds: the most time for it all, the replay of a long plan included; unbounded where
         None.
@@ -91,8 +110,12 @@ def plan(
             task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock
         )
     if planner == "map":
+        signs = _signs(heuristic)
+        if memory is not None and rule is None and heuristic is None:
+            skill = memory.skill(task)
+            rule, signs = (skill.rule, skill.signs) if skill is not None else (None, signs)
         found = plan_by_rule(
-            task, _signs(heuristic), rule or UNLEARNED, max_expansions=max_expansions, clock=clock
+            task, signs, rule or UNLEARNED, max_expansions=max_expansions, clock=clock
         )
         actions = found.plan
     elif heuristic is not None and not isinstance(heuristic, str):

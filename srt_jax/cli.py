@@ -78,6 +78,10 @@ _EXAMPLES = {
         "srt-jax plan domain.pddl problem.pddl > problem.plan",
         "srt-jax plan domain.pddl problem.pddl --planner astar --json",
     ),
+    "signs": (
+        "srt-jax signs domain.pddl problem.pddl --sign 'action stack'",
+        "srt-jax signs domain.pddl problem.pddl --trace --svg networks.svg",
+    ),
     "generate": (
         "srt-jax generate mixed --count 1000 --size 64-500 --out tasks.npz",
         "srt-jax generate bagel-10 --count 8 --size 500 --out bagels.npz",

@@ -39,9 +39,9 @@ FLOORS = {
         ("forward_search", "signs"),
         ("map_algorithm", "space", "description"),
         ("relocation", "ways"),
-        ("plan_task",),
+        ("plan_task", "views"),
         ("map_batch",),
-        ("experience", "blocks"),
+        ("experience", "blocks", "up_engine"),
         ("__init__",),
     ),
 }

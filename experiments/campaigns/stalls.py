@@ -11,7 +11,9 @@ where lama-first does.
 
 import argparse
 import importlib.util
+import os
 import pathlib
+import signal
 import statistics
 import subprocess
 import sys
@@ -69,15 +71,19 @@ def peer(
         for file, text in zip(("domain.pddl", "problem.pddl"), texts):
             (place / file).write_text(text, encoding="utf-8")
         command = [sys.executable, str(driver), "--alias", "lama-first", "--plan-file", "plan"]
+        # A group of its own: the driver starts the search as another process.
+        process = subprocess.Popen(
+            [*command, "domain.pddl", "problem.pddl"],
+            cwd=place,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
         try:
-            subprocess.run(
-                [*command, "domain.pddl", "problem.pddl"],
-                cwd=place,
-                capture_output=True,
-                timeout=seconds,
-                check=False,
-            )
+            process.wait(seconds)
         except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
             return None, time.perf_counter() - began
         spent = time.perf_counter() - began
         if not (place / "plan").is_file():

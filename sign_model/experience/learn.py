@@ -11,9 +11,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.experience.lifted_weights import learn_apart
+from sign_model.experience.precedent import require_one_domain
 from sign_model.ground.sizes import next_power_of_two
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
+from sign_model.map_batch.grouping import share_matrices
 from sign_model.map_batch.iteration import regress
 from sign_model.map_batch.packed_tasks import pack_batch
 from sign_model.map_batch.tables import MAX_WEIGHT
@@ -39,8 +42,9 @@ def learn(
     the unlearned `LANDMARKS`.
 
     Args:
-      tasks: of one domain, sharing their features and actions (as from `random_blocks_tasks`); a
-        few hundred small ones.
+      tasks: of one domain. Those that share their features and actions (as from
+        `random_blocks_tasks`) are searched as batches, and a few hundred small ones teach most; of
+        tasks with different objects, each searched on its own, a few small ones must do.
       name: of the sign.
       generations, population: of the search. Each sample of each generation searches one batch.
       beam: situations kept in each step while learning; a narrow beam separates good weights from
@@ -50,7 +54,7 @@ def learn(
       log: called with a line of text to report progress.
 
     Raises:
-      ValueError: there are no tasks, or they do not share their features and actions.
+      ValueError: there are no tasks, or they are of several domains.
 
     Examples:
       >>> import sign_model
@@ -59,6 +63,12 @@ def learn(
       >>> sign_model.learn(tasks, generations=1, population=2, lanes=4).name
       'learned'
     """
+    if not tasks:
+        raise ValueError("learn needs at least one task")
+    if not share_matrices(tasks):
+        require_one_domain(tasks)
+        search = {"generations": generations, "population": population, "beam": beam}
+        return learn_apart(tasks, name=name, seed=seed, log=log, **search)
     trial = _Trial(tasks, name, beam, lanes)
     rng = np.random.default_rng(seed)
     mean, spread = trial.unlearned * _FIRST_SCALE, np.full(trial.unlearned.shape, _FIRST_SPREAD)
@@ -112,8 +122,6 @@ class _Trial:
     """
 
     def __init__(self, tasks: Sequence[PlanningTask], name: str, beam: int, lanes: int) -> None:
-        if not tasks:
-            raise ValueError("learn needs at least one task")
         self.name, self.beam = name, beam
         self.kinds = sorted({kind_of(atom) for atom in tasks[0].features})
         # Landmark columns for every predicate, whatever is sampled.

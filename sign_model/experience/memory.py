@@ -1,14 +1,16 @@
 """Experience: solved tasks become precedents, personal meanings that are tried before any search
 (PY16 §3.1, A-step).
 
-A memory answers two questions. Every answer is replayed on the new task first, so a precedent that
-does not fit does no harm:
+A memory answers three questions. Two ask for a plan. Every answer is replayed on the new task
+first, so a precedent that does not fit does no harm:
 
 - `recall`: was this task solved before, perhaps under other names? Start, goal and static facts
   must be equal up to the names; then the plan is as good as the one found before.
 - `suggest`: does some precedent fit by inclusion? Its needs, renamed, must lie in the start, and
   the goal in what it brings about. This gives a plan where a search would exhaust its budget, and
   elsewhere an upper bound, because a search may find a shorter plan.
+
+The third asks how to plan: `skill`, what small problems taught of the domain.
 """
 
 import dataclasses
@@ -18,8 +20,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from sign_model.experience.precedent import Precedent, precedent_of, without_plan
+from sign_model.experience.precedent import (
+    Precedent,
+    domain_name,
+    precedent_of,
+    require_one_domain,
+    without_plan,
+)
 from sign_model.experience.renaming import Atom, find_renaming, rename
+from sign_model.experience.skill import Skill, plain_skill, practise, skill_of
 from sign_model.ground.files import atomic_write, read_text
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
@@ -34,7 +43,8 @@ Match = Callable[[Precedent, Precedent, int], dict[str, str] | None]
 
 @dataclasses.dataclass(frozen=True)
 class Memory:
-    """The precedents of an agent, oldest first.
+    """The experience of an agent: solved tasks as precedents, oldest first, and what small problems
+    taught it of their domains.
 
     Examples:
       >>> import sign_model
@@ -50,6 +60,49 @@ class Memory:
     """
 
     precedents: tuple[Precedent, ...] = ()
+    skills: tuple[Skill, ...] = ()
+
+    def practised(
+        self,
+        tasks: Sequence[PlanningTask],
+        *,
+        max_expansions: int = 200_000,
+        max_seconds: float | None = 30.0,
+        log: Callable[[str], None] | None = None,
+    ) -> "Memory":
+        """Returns a memory that also holds what some small problems teach of their domain: which
+        way of planning serves it, by which signs. `plan(memory=)` takes it up for every problem of
+        the domain, whatever its objects.
+
+        Args:
+          tasks: of one domain, a few, from small to large.
+          max_expansions, max_seconds: of each attempt at each of them.
+          log: called with a line of text to report progress.
+
+        Raises:
+          ValueError: there are no tasks, or they are of several domains.
+
+        Examples:
+          >>> import sign_model
+          >>> from sign_model.blocks import random_blocks_tasks
+          >>> tasks = [random_blocks_tasks(n, 1, seed=n)[0] for n in (3, 4)]
+          >>> memory = sign_model.Memory().practised(tasks)
+          >>> sign_model.plan(random_blocks_tasks(7, 1, seed=0)[0], memory=memory).is_solved
+          True
+        """
+        domain = require_one_domain(tasks)
+        skill = practise(
+            tasks, domain, max_expansions=max_expansions, max_seconds=max_seconds, log=log
+        )
+        others = tuple(known for known in self.skills if known.domain != domain)
+        return dataclasses.replace(self, skills=(*others, skill))
+
+    def skill(self, task: PlanningTask) -> Skill | None:
+        """Returns what was learned of the task's domain, or None."""
+        if task.domain is None or not self.skills:
+            return None
+        domain = domain_name(task.domain)
+        return next((skill for skill in self.skills if skill.domain == domain), None)
 
     def learned(self, task: PlanningTask, actions: Sequence[str]) -> "Memory":
         """Returns a memory that also holds this solved task; the same memory if it holds the same
@@ -68,7 +121,8 @@ class Memory:
         known = self.recall(task)
         if known is not None and len(known) <= len(actions):
             return self
-        return Memory((*self.precedents, precedent_of(task, actions)))
+        precedents = (*self.precedents, precedent_of(task, actions))
+        return dataclasses.replace(self, precedents=precedents)
 
     def recall(self, task: PlanningTask, *, max_nodes: int = 2000) -> tuple[str, ...] | None:
         """Returns the plan of a precedent that solved the same task, perhaps under other names;
@@ -120,6 +174,7 @@ def save_memory(memory: Memory, path: str | pathlib.Path) -> None:
     payload = {
         "format": _FORMAT,
         "precedents": [_to_plain(precedent) for precedent in memory.precedents],
+        "skills": [plain_skill(skill) for skill in memory.skills],
     }
     text = json.dumps(payload, indent=1)
     with atomic_write(path) as file:
@@ -164,11 +219,15 @@ def load_memory(path: str | pathlib.Path) -> Memory:
             f"{path}: not a memory: its format must be {_FORMAT!r}; give a file written by"
             " save_memory"
         )
+    skills = payload.get("skills", [])  # files of earlier versions have none
+    if not isinstance(skills, list):
+        raise ValueError(f"{path}: skills must be a list; write it with save_memory")
     return Memory(
         tuple(
             _from_plain(entry, f"{path}: precedent {i}")
             for i, entry in enumerate(payload["precedents"], 1)
-        )
+        ),
+        tuple(skill_of(entry, f"{path}: skill {i}") for i, entry in enumerate(skills, 1)),
     )
 
 

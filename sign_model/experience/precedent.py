@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sign_model.experience.renaming import Atom, colours, rename
+from sign_model.pddl.lifted import Domain
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import act_name, fact_name
 from sign_model.signs.sign import Sign, causal, sequence
@@ -82,22 +83,46 @@ def without_plan(task: PlanningTask) -> Precedent:
             start=frozenset(atom for atom, holds in zip(task.features, task.start) if holds),
             goal=frozenset(atom for atom, holds in zip(task.features, task.goal) if holds),
         )
-    # Predicates and schemas identify the domain; the values of cost functions belong to the start.
+    # The values of cost functions belong to the start.
     domain, problem = task.domain, task.problem
-    parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
-    parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
     costs = (
         {(*function, f"={value}") for function, value in problem.values.items()}
         if problem.counts_costs
         else set()
     )
     return Precedent(
-        domain=" ".join([domain.name, *parts]),
+        domain=domain_name(domain),
         objects=tuple(problem.objects.items()),
         constants=tuple(domain.constants),
         start=problem.start | costs,
         goal=frozenset(problem.goal) | {("not", *atom) for atom in problem.negative_goal},
     )
+
+
+def domain_name(domain: Domain) -> str:
+    """Returns what identifies a domain: its name, and its predicates and schemas with their
+    numbers of roles.
+    """
+    parts = [f"{name}/{len(roles)}" for name, roles in domain.predicates.items()]
+    parts += [f"{schema.name}({len(schema.roles)})" for schema in domain.schemas]
+    return " ".join([domain.name, *parts])
+
+
+def require_one_domain(tasks: Sequence[PlanningTask]) -> str:
+    """Returns what identifies the domain of some tasks, at least one.
+
+    Raises:
+      ValueError: they are of several domains, or one was made from arrays and has none.
+    """
+    names = {None if task.domain is None else domain_name(task.domain) for task in tasks}
+    if None in names:
+        raise ValueError("a task made from arrays has no roles to learn from: load it from PDDL")
+    if len(names) != 1:
+        raise ValueError(
+            f"the tasks are of {len(names) or 'no'} domains: give tasks of one domain, whose"
+            " predicates and actions have the same names"
+        )
+    return str(names.pop())
 
 
 def _footprint(

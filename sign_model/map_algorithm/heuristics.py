@@ -111,14 +111,14 @@ def load_signs(path: str | pathlib.Path) -> tuple[HeuristicSign, ...]:
     """
     try:
         entries = json.loads(read_text(path, what="file of heuristic signs"))["heuristic_signs"]
-        return tuple(_sign_of(entry) for entry in entries)
+        return tuple(sign_of(entry) for entry in entries)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a file of heuristic signs ({error}): write one with save_signs"
         ) from None
 
 
-def _sign_of(entry: dict[str, Any]) -> HeuristicSign:
+def sign_of(entry: dict[str, Any]) -> HeuristicSign:
     """Returns one sign of a file; raises ValueError, KeyError or TypeError if it is not one."""
     name, tables = entry["name"], {key: value for key, value in entry.items() if key != "name"}
     for key, table in tables.items():

@@ -265,6 +265,13 @@ def regress(
     return Regression(None, expansions, not was_cut and not len(situations))
 
 
+def fitting_actions(space: RegressionSpace, situation: np.ndarray) -> np.ndarray:
+    """Returns the M-step of one situation, bool [F]: the actions that explain a part of it and
+    break nothing of it, int [n].
+    """
+    return _m_step(situation[None], pack(space.adds), pack(space.bad), NO_LIMIT)[1]
+
+
 def _m_step(
     situations: np.ndarray, adds: np.ndarray, bad: np.ndarray, clock: Clock
 ) -> tuple[np.ndarray, np.ndarray]:

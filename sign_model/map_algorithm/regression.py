@@ -10,6 +10,7 @@ An action a may be the last step towards a situation S (the test of the M-step) 
 so two masks are the whole test of relevance and consistency.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,16 +90,36 @@ def regression_space(
     conditions, adds, deletes = (
         m[np.ix_(actions, features)] for m in (task.conditions, task.adds, task.deletes)
     )
-    mutex = mutex[np.ix_(features, features)]
+    return space_over(task.features, features, actions, conditions, adds, deletes, mutex)
+
+
+def space_over(
+    atoms: Sequence[Atom],
+    features: np.ndarray,
+    actions: np.ndarray,
+    conditions: np.ndarray,
+    adds: np.ndarray,
+    deletes: np.ndarray,
+    mutex: np.ndarray,
+) -> RegressionSpace:
+    """Returns the space over some features and actions of a task.
+
+    Args:
+      atoms: of all features of the task.
+      features, actions: int [f], int [a], the numbers of those kept.
+      conditions, adds, deletes: bool [a, f], over the kept ones only.
+      mutex: bool [F, F], over all features of the task.
+    """
+    among = mutex[np.ix_(features, features)]
     return RegressionSpace(
-        features=tuple(task.features[i] for i in features),
+        features=tuple(atoms[f] for f in features),
         kept_features=features,
         kept_actions=actions,
         conditions=conditions,
         adds=adds,
         deletes=deletes,
-        bad=deletes | (clashes(conditions, mutex) & ~adds),
-        mutex=mutex,
+        bad=deletes | (clashes(conditions, among) & ~adds),
+        mutex=among,
     )
 
 

@@ -10,7 +10,7 @@ import functools
 import math
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -23,6 +23,7 @@ from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import MAX_BEAM, regress, regress_domains
 from sign_model.map_batch.packed_tasks import PackedBatch
 from sign_model.pddl.planning_task import PlanningTask
+from sign_model.plan_task import Memory, plan
 from sign_model.result import PlanResult
 
 QUEUES = (16, 256, 2048)
@@ -34,6 +35,9 @@ DOMAINS = (8, 32)
 """How many domains of one bucket share a call: the first number, or the second if there are more
 queues than that.
 """
+
+TOGETHER = 64
+"""A group of fewer tasks is planned one by one: that is sooner done than compiled, and better."""
 
 _MAX_TABLE_BYTES = 1 << 25
 """The most memory that the tables of one queue may take."""
@@ -100,25 +104,34 @@ def plan_batch(
     *,
     heuristic: HeuristicSign | Sequence[HeuristicSign] | None = None,
     ladder: Sequence[Rung] | None = None,
+    memory: Memory | None = None,
     max_expansions: int = 200_000,
+    max_seconds: float | None = None,
     num_threads: int | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> list[PlanResult]:
     """Returns one result per task, in order; every plan was replayed forward. An empty batch gives
     an empty list.
 
-    It pays for hundreds of tasks with the same objects. The first call compiles for seconds, and
-    its narrow beams can give longer plans than `plan`: a few tasks, or tasks whose objects differ,
-    are better planned one by one.
+    Tasks may be of any sizes and domains. Those with the same features and actions form a group.
+    A group of fewer than `TOGETHER` tasks is planned task by task, as `plan` does it and with the
+    same plans. A larger one is searched side by side, thousands of tasks a second; there the first
+    call compiles for seconds, and narrow beams give plans that may be longer than those of `plan`.
 
     Args:
-      tasks: those with the same features and actions are searched side by side; domains of one
-        bucket of shapes share one jitted call.
+      tasks: to be planned.
       heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` if
         None.
-      ladder: the rungs; chosen by the size of the domain if None.
-      max_expansions: of the exact search for the tasks that the ladder leaves unsolved.
+      ladder: the rungs, for groups of any size; chosen by the size of the domain, for groups of at
+        least `TOGETHER` tasks, if None.
+      memory: as of `plan`, for tasks planned one by one.
+      max_expansions: of each task planned one by one, those that the ladder leaves unsolved among
+        them.
+      max_seconds: of each task of a small group; unbounded where None.
       num_threads: batches searched at once; if None the number of cores, at most SRT_JAX_CORES
         (environment).
+      log: called with a line of text for each group: how many tasks, how they were planned, and
+        what it cost.
 
     Raises:
       ValueError: `heuristic` is an empty sequence, or a weight of it is too large.
@@ -146,8 +159,24 @@ def plan_batch(
             "plan_batch needs at least one heuristic sign: give None for the unlearned ones"
         )
 
-    # Pack the tasks group by group, and collect the groups whose shapes are equal.
+    # Small groups are planned one by one, unless a ladder is given.
+    results: dict[int, PlanResult] = {}
     members = groups_of(tasks)
+    few = [] if ladder is not None else [one for one in members if len(one) < TOGETHER]
+    members = [one for one in members if ladder is not None or len(one) >= TOGETHER]
+    for numbers in few:
+        began = time.perf_counter()
+        for i in numbers:
+            results[i] = plan(
+                tasks[i],
+                heuristic=heuristic,
+                memory=memory,
+                max_expansions=max_expansions,
+                max_seconds=max_seconds,
+            )
+        _tell(log, [tasks[i] for i in numbers], "one by one", time.perf_counter() - began)
+
+    # Pack the tasks of the others, and collect the groups whose shapes are equal.
     groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members]
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
@@ -167,10 +196,23 @@ def plan_batch(
             pass
 
     # Replay the plans; the exact search takes the tasks that have none.
-    results: dict[int, PlanResult] = {}
     for group, numbers in zip(groups, members):
+        began = time.perf_counter()
         results.update(zip(numbers, group.results(max_expansions)))
+        spent = group.seconds["search"] + time.perf_counter() - began
+        _tell(log, group.tasks, "side by side, compiling included", spent)
     return [results[i] for i in range(len(tasks))]
+
+
+def _tell(
+    log: Callable[[str], None] | None, tasks: Sequence[PlanningTask], how: str, seconds: float
+) -> None:
+    """Says what a group of tasks cost."""
+    if log is not None:
+        log(
+            f"{len(tasks)} tasks of {tasks[0].num_features} features and {tasks[0].num_actions}"
+            f" actions, {how}: {seconds:.2f} s, {1000 * seconds / len(tasks):.1f} ms each"
+        )
 
 
 def _climb(

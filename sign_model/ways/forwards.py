@@ -23,7 +23,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.bits import pack, unpack
+from sign_model.bits import NumberedRows, as_number, as_words, pack, unpack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.forward_search.relaxed_costs import RelaxedCosts
 from sign_model.ways.landmarks_left import LandmarksLeft
@@ -54,17 +54,8 @@ class Scripts:
         clock: Clock = NO_LIMIT,
     ) -> None:
         self.relaxed = RelaxedCosts(conditions, adds, np.ones(len(adds), np.int64), clock=clock)
-        self.rows = [pack(matrix) for matrix in (conditions, adds, deletes)]
-        self.gives, self.keeps = self.rows[1], ~self.rows[2]
-        self.known: dict[int, tuple[int, ...]] = {}
-
-    def of(self, action: int) -> tuple[int, ...]:
-        """Returns (conditions, adds, deletes) of an action as whole numbers of F bits."""
-        if action not in self.known:
-            self.known[action] = tuple(
-                int.from_bytes(rows[action].tobytes(), "little") for rows in self.rows
-            )
-        return self.known[action]
+        self.rows, self.num_features = NumberedRows(conditions, adds, deletes), adds.shape[1]
+        self.gives, self.keeps = pack(adds), ~pack(deletes)
 
     def fitting(self, state: np.ndarray) -> np.ndarray:
         """Returns the M-step: the actions whose conditions are included in a situation, bool
@@ -84,19 +75,18 @@ class Scripts:
           words: the situation before, uint64 [W].
           actions: gone through again and again while one of them can go.
         """
-        state, taken = int.from_bytes(words.tobytes(), "little"), []
+        state, taken = as_number(words), []
         while True:
             left = []
             for action in actions:
-                conditions, adds, deletes = self.of(action)
+                conditions, adds, deletes = self.rows.of(action)
                 if conditions & ~state:
                     left.append(action)
                 else:
                     state = (state & ~deletes) | adds
                     taken.append(action)
             if len(left) in (0, len(actions)):
-                after = np.frombuffer(state.to_bytes(8 * len(words), "little"), np.uint64)
-                return after, taken
+                return as_words(state, self.num_features), taken
             actions = left
 
 

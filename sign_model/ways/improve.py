@@ -8,6 +8,7 @@ the result is the same on every machine unless the clock ends it.
 """
 
 import contextlib
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,14 +29,22 @@ _STEPS_LEFT = HeuristicSign("steps left", plan={"*": 1})
 Parts = tuple[list[int], list[int], list[int]]
 
 
+class Improved(NamedTuple):
+    """A plan, and how many situations were expanded to improve it."""
+
+    plan: list[int]
+    expansions: int
+
+
 def improve(
     task: PlanningTask,
     mutex: np.ndarray,
     plan: list[int],
     *,
     effort: int,
+    max_expansions: int = 1 << 40,
     clock: Clock = NO_LIMIT,
-) -> list[int]:
+) -> Improved:
     """Returns a plan that is at most as long as `plan`, and valid if that was.
 
     Args:
@@ -43,19 +52,27 @@ def improve(
       mutex: bool [F, F], features of the task that never hold together.
       plan: action numbers in the order of execution.
       effort: the most effort, in units of about a microsecond.
+      max_expansions: the most situations expanded.
       clock: once its limit has passed, the plan stays as it is then.
     """
-    improving = _Improving(task, mutex, plan, effort, clock)
+    improving = _Improving(task, mutex, plan, effort, max_expansions, clock)
     with contextlib.suppress(OutOfTime):
         improving.run()
-    return improving.plan
+    return Improved(improving.plan, improving.expansions)
 
 
 class _Improving:
     def __init__(
-        self, task: PlanningTask, mutex: np.ndarray, plan: list[int], effort: int, clock: Clock
+        self,
+        task: PlanningTask,
+        mutex: np.ndarray,
+        plan: list[int],
+        effort: int,
+        max_expansions: int,
+        clock: Clock,
     ) -> None:
         self.task, self.plan, self.effort, self.clock = task, plan, effort, clock
+        self.max_expansions, self.expansions = max_expansions, 0
         self.rearranging = Rearranging(task, mutex)
         self.tried: set[tuple] = set()
 
@@ -136,10 +153,11 @@ class _Improving:
                 goal,
                 make_rating(sign, space, start, goal, schemas, self.clock, tables),
                 beam=_BEAM,
-                max_expansions=1 << 40,
+                max_expansions=self.max_expansions - self.expansions,
                 within=(length - 1, left),
                 clock=self.clock,
             )
+            self.expansions += found.expansions
             self.effort -= 100 * found.expansions
             if found.plan is not None and len(found.plan) < length:
                 best, length = found.plan, len(found.plan)

@@ -14,6 +14,7 @@ round gives longer turns. So what one way solves quickly is never lost to anothe
 """
 
 import json
+import math
 import pathlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -36,6 +37,12 @@ class PlanningRule:
       growth: by which factor turns grow from round to round.
       improvement: the most effort that improves the plan found, in units of about a microsecond for
         each expansion of the budget; 0 leaves plans as they are found.
+      beam: how many situations the regression keeps in a step at first.
+      effort: how much of that effort each step of the plan found is worth; by what the plan took
+        where None.
+      trust: (a, b): every way has one turn, and the shortest plan is taken if it has at most a n +
+        b steps, where n is an estimate of the least length; else `UNLEARNED` plans as well, and the
+        shorter plan is kept. The first plan is taken where None.
 
     Examples:
       >>> import sign_model
@@ -48,6 +55,9 @@ class PlanningRule:
     turns: Mapping[str, int] = field(default_factory=dict)
     growth: int = 4
     improvement: int = 40
+    beam: int = 32
+    effort: int | None = None
+    trust: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not self.turns or not set(self.turns) <= set(WAYS):
@@ -55,12 +65,21 @@ class PlanningRule:
                 f"a planning rule takes its ways from {', '.join(WAYS)}, at least one, got"
                 f" {', '.join(self.turns) or 'none'}"
             )
-        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1)
+        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1, self.beam)
+        numbers += () if self.effort is None else (self.effort + 1,)
         if not all(isinstance(n, int) and n >= 1 for n in numbers):
             raise ValueError(
-                f"the planning rule '{self.name}' needs whole numbers: turns from 1 up, growth from"
-                " 2 up, improvement from 0 up"
+                f"the planning rule '{self.name}' needs whole numbers: turns and beam from 1 up,"
+                " growth from 2 up, improvement and effort from 0 up"
             )
+        if self.trust is not None and not (len(self.trust) == 2 and all(map(_is_real, self.trust))):
+            raise ValueError(
+                f"the planning rule '{self.name}' needs two numbers as its trust, got {self.trust}"
+            )
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
 
 
 UNLEARNED = PlanningRule(
@@ -102,9 +121,18 @@ def load_rule(path: str | pathlib.Path) -> PlanningRule:
       'mine'
     """
     try:
-        record: Any = json.loads(read_text(path, what="planning rule"))["planning_rule"]
-        return PlanningRule(**record | {"turns": dict(record["turns"])})
+        return rule_of(json.loads(read_text(path, what="planning rule"))["planning_rule"])
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise ValueError(
             f"{path}: not a planning rule ({error}): give a file written by save_rule"
         ) from None
+
+
+def rule_of(record: dict[str, Any]) -> PlanningRule:
+    """Returns the rule of a record of a file; KeyError, TypeError or ValueError if it is not
+    one.
+    """
+    fields: dict[str, Any] = record | {"turns": dict(record["turns"])}
+    if fields.get("trust") is not None:
+        fields["trust"] = tuple(fields["trust"])
+    return PlanningRule(**fields)

@@ -4,18 +4,21 @@ proof, the others may look for a shorter plan, and then the plan is improved par
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
-from sign_model.map_algorithm.heuristics import HeuristicSign
+from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.map_algorithm.map_planner import BEAMS, Regression, Rungs
 from sign_model.map_algorithm.mutex import mutexes
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.ways.rule import PlanningRule
+from sign_model.ways.rule import UNLEARNED, PlanningRule
+
+if TYPE_CHECKING:
+    from sign_model.ways.forward_task import ForwardTask
 
 _PATIENCE = (8, 32)
 """How many steps of a regression may pass without a better rating before it gives up its turn, at
@@ -96,6 +99,40 @@ class Way(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What a rule made of a task.
+
+    regression: the plan, the proof or neither, and the expansions.
+    estimate: how long a plan may be at least: an estimate, not a bound; 0 where there is none.
+    finder: the way that found the shortest plan, before it was improved; "" without one.
+    """
+
+    regression: Regression
+    estimate: int
+    finder: str
+
+
+def outcome_of(
+    task: PlanningTask,
+    signs: Sequence[HeuristicSign],
+    rule: PlanningRule,
+    *,
+    max_expansions: int,
+    clock: Clock = NO_LIMIT,
+) -> Outcome:
+    """Returns what the ways of a rule alone make of a task, whether it is trusted or not; arguments
+    as in `plan_by_rule`.
+    """
+    turns, estimate = _Turns(task, signs, rule, max_expansions, clock), 0
+    with contextlib.suppress(OutOfTime):
+        turns.run()
+        estimate = turns.estimate() if rule is not UNLEARNED else 0
+    plan = turns.plan
+    found = Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
+    return Outcome(found, estimate, turns.finder)
+
+
 def plan_by_rule(
     task: PlanningTask,
     signs: Sequence[HeuristicSign],
@@ -114,11 +151,21 @@ def plan_by_rule(
       max_expansions: the most situations expanded in all.
       clock: asked in every phase; once its limit has passed the best plan so far is returned.
     """
-    turns = _Turns(task, signs, rule, max_expansions, clock)
-    with contextlib.suppress(OutOfTime):
-        turns.run()
-    plan = turns.plan
-    return Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
+    outcome = outcome_of(task, signs, rule, max_expansions=max_expansions, clock=clock)
+    found = outcome.regression
+    if rule.trust is None or found.is_proof or found.is_shortest or clock.is_over():
+        return found
+
+    # Experience is trusted as far as it goes: a plan that is longer than planning without it was
+    # found to make them, or none at all, is a case for planning without it.
+    factor, more = rule.trust
+    if found.plan is not None and len(found.plan) <= factor * outcome.estimate + more:
+        return found
+    left = max_expansions - found.expansions
+    other = plan_by_rule(task, DEFAULTS, UNLEARNED, max_expansions=left, clock=clock)
+    is_longer = other.plan is None or (found.plan and len(found.plan) <= len(other.plan))
+    best = found if found.plan is not None and is_longer else other
+    return replace(best, expansions=found.expansions + other.expansions)
 
 
 class _Turns:
@@ -135,12 +182,15 @@ class _Turns:
         self.plan: list[int] | None = None
         self.is_proven = self.is_shortest = False
         self.ways: dict[str, Way] = {}
-        self.forward: _Forward | None = None
+        self.beams = (rule.beam, *(beam for beam in BEAMS if beam > rule.beam))
+        self.improving, self.finder = 0, ""
+        self.forward: ForwardTask | None = None
 
     @property
     def spent(self) -> int:
-        """The expansions of all ways together."""
-        return min(self.budget, sum(way.expansions for way in self.ways.values()))
+        """The expansions of all ways together, and of improving the plan."""
+        found = sum(way.expansions for way in self.ways.values())
+        return min(self.budget, found + self.improving)
 
     def run(self) -> None:
         """Gives the ways their turns, then improves the plan."""
@@ -155,6 +205,7 @@ class _Turns:
                 self._turn(name, min(most if name == "forwards" else 1 << 40, _QUICK[name]))
                 if self.plan is not None or self.is_proven:
                     break
+        has_one_round = self.rule.trust is not None
         while self.plan is None and not self.is_proven and self.spent < self.budget:
             self.clock.check()
             waiting = [name for name in order if not self._is_over(name)]
@@ -163,9 +214,12 @@ class _Turns:
             for name in waiting:
                 self._turn(name, self.rule.turns[name] * growth)
                 if self.plan is not None or self.is_proven:
-                    finder = name
-                    break
+                    finder = finder or name
+                    if not has_one_round or self.is_proven:
+                        break
             growth *= self.rule.growth
+            if has_one_round:
+                break
         if self.plan is None or self.is_shortest or not self.plan:
             return
 
@@ -186,6 +240,13 @@ class _Turns:
                 self._turn(name, min(self.rule.turns[name], limit))
         self._improve(is_quick)
 
+    def estimate(self) -> int:
+        """Returns how long a plan may be at least: an estimate, not a bound."""
+        if self.forward is not None:
+            return self.forward.estimate()
+        way = self.ways.get("backwards")
+        return way.rungs.estimate() if isinstance(way, _Backwards) else 0
+
     def _is_over(self, name: str) -> bool:
         return name in self.ways and self.ways[name].is_exhausted
 
@@ -199,7 +260,7 @@ class _Turns:
         if way.plan is not None:
             plan = shorten(self.task, way.plan, self.clock)
             if self.plan is None or len(plan) < len(self.plan):
-                self.plan = plan
+                self.plan, self.finder = plan, name
             if isinstance(way, _Backwards):
                 self.is_shortest = self.is_shortest or way.is_shortest
 
@@ -208,7 +269,10 @@ class _Turns:
 
         assert self.plan is not None
         each = _EFFORT_WITHOUT_STALL if is_quick else _EFFORT_PER_EXPANSION
-        effort = min(self.rule.improvement * self.budget, _LEAST_EFFORT + each * self.spent)
+        effort = _LEAST_EFFORT + each * self.spent
+        if self.rule.effort is not None:
+            effort = self.rule.effort * len(self.plan)
+        effort = min(self.rule.improvement * self.budget, effort)
         if not self.rule.improvement or len(self.plan) < 3:
             return
         task, way = self.task, self.ways.get("backwards")
@@ -225,7 +289,10 @@ class _Turns:
                 task.start[None],
                 self.clock,
             )
-        self.plan = improve(task, mutex, self.plan, effort=effort, clock=self.clock)
+        left = self.budget - self.spent
+        self.plan, self.improving = improve(
+            task, mutex, self.plan, effort=effort, max_expansions=left, clock=self.clock
+        )
 
 
 class _Backwards:
@@ -242,11 +309,12 @@ class _Backwards:
 
     @property
     def is_exhausted(self) -> bool:
-        return self.is_proof or self.rung >= len(BEAMS)
+        return self.is_proof or self.rung >= len(self.turns.beams)
 
     def advance(self, max_expansions: int) -> None:
         """Tries one rung until it stalls, even beyond the turn; the last rung to its end."""
-        beam, is_last = BEAMS[self.rung], self.rung == len(BEAMS) - 1
+        beams = self.turns.beams
+        beam, is_last = beams[self.rung], self.rung == len(beams) - 1
         left = self.turns.budget - self.turns.spent
         rated = _RATED_PER_EXPANSION * (max_expansions - self.expansions)
         limits = (None, None) if is_last else (self.patience, rated)
@@ -257,82 +325,16 @@ class _Backwards:
         self.rung += 1
 
 
-class _Forward:
-    """What all searches forwards share: the actions that matter for the goal, prepared once."""
+def _shared(turns: _Turns) -> "ForwardTask":
+    from sign_model.ways.forward_task import ForwardTask
 
-    def __init__(self, turns: _Turns) -> None:
-        from sign_model.map_algorithm.regression import relevant_features
-        from sign_model.ways.alike import Alike
-        from sign_model.ways.forwards import Scripts
-
-        task, self.clock = turns.task, turns.clock
-        features = relevant_features(task.conditions, task.adds, task.goal, self.clock)
-        self.actions = np.flatnonzero((task.adds & features).any(axis=1))
-        self.task = task
-        if len(self.actions) < task.num_actions:
-            self.task = replace(
-                task,
-                actions=tuple(task.actions[a] for a in self.actions),
-                conditions=task.conditions[self.actions],
-                adds=task.adds[self.actions],
-                deletes=task.deletes[self.actions],
-                costs=task.costs[self.actions],
-            )
-        one = self.task
-        self.scripts = Scripts(one.conditions, one.adds, one.deletes, self.clock)
-        self.alike = Alike(one)
-
-
-class _Numbered:
-    """A search forwards whose plan has the numbers of the whole task.
-
-    Args:
-      search: over the actions that matter.
-      actions: their numbers.
-      is_complete: whether it is a proof when nothing is left of it.
-    """
-
-    def __init__(self, search: "_Search", actions: np.ndarray, is_complete: bool) -> None:
-        self.search, self.actions, self.is_complete = search, actions, is_complete
-
-    @property
-    def plan(self) -> list[int] | None:
-        plan = self.search.plan
-        return None if plan is None else [int(self.actions[a]) for a in plan]
-
-    @property
-    def expansions(self) -> int:
-        return self.search.expansions
-
-    @property
-    def is_exhausted(self) -> bool:
-        return self.search.is_exhausted
-
-    @property
-    def is_proof(self) -> bool:
-        return self.is_complete and self.search.is_exhausted
-
-    def advance(self, max_expansions: int) -> None:
-        self.search.advance(max_expansions)
-
-
-class _Search(Protocol):
-    plan: list[int] | None
-    expansions: int
-
-    @property
-    def is_exhausted(self) -> bool: ...
-
-    def advance(self, max_expansions: int) -> None: ...
-
-
-def _shared(turns: _Turns) -> _Forward:
     if turns.forward is None:
-        turns.forward = _Forward(turns)
+        turns.forward = ForwardTask(turns.task, turns.clock)
     return turns.forward
 
 
 def _goal_by_goal(turns: _Turns) -> Way:
+    from sign_model.ways.forward_task import Numbered
     from sign_model.ways.goal_by_goal import GoalByGoal
 
     shared = _shared(turns)
@@ -345,10 +347,11 @@ def _goal_by_goal(turns: _Turns) -> Way:
         patience=_GOAL_PATIENCE,
         clock=shared.clock,
     )
-    return _Numbered(search, shared.actions, is_complete=False)
+    return Numbered(search, shared.actions, is_complete=False)
 
 
 def _forwards(turns: _Turns, *, is_bold: bool = False, is_deferred: bool = False) -> Way:
+    from sign_model.ways.forward_task import Numbered
     from sign_model.ways.forwards import Forwards
     from sign_model.ways.landmarks_left import LandmarksLeft
 
@@ -366,7 +369,7 @@ def _forwards(turns: _Turns, *, is_bold: bool = False, is_deferred: bool = False
         canonical=shared.alike.canonical if shared.alike else None,
         clock=shared.clock,
     )
-    return _Numbered(search, shared.actions, is_complete=True)
+    return Numbered(search, shared.actions, is_complete=True)
 
 
 _MAKERS: Mapping[str, Callable[[_Turns], Way]] = {

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sign_model.bits import NumberedRows, as_number, as_words, pack, unpack
 from sign_model.forward_search.relaxed_costs import Lists
-from sign_model.map_algorithm.mutex import clashes
-from sign_model.map_algorithm.regression import RegressionSpace
+from sign_model.map_algorithm.regression import RegressionSpace, space_over
 from sign_model.pddl.planning_task import PlanningTask
 
 
@@ -44,27 +44,16 @@ class Rearranging:
             Lists(matrix) for matrix in (task.conditions, task.adds, task.deletes)
         )
         self.taken_by = self.takes.turned(task.num_features)
-        self.rows: dict[int, tuple[int, int, int]] = {}
+        self.rows = NumberedRows(task.conditions, task.adds, task.deletes)
         self.orders: dict[tuple[int, int], bool] = {}
-        self.start, self.goal = _number(task.start), _number(task.goal)
-
-    def row(self, action: int) -> tuple[int, int, int]:
-        """Returns (conditions, adds, deletes) of an action as whole numbers of F bits."""
-        if action not in self.rows:
-            task = self.task
-            self.rows[action] = (
-                _number(task.conditions[action]),
-                _number(task.adds[action]),
-                _number(task.deletes[action]),
-            )
-        return self.rows[action]
+        self.start, self.goal = as_number(pack(task.start)), as_number(pack(task.goal))
 
     def must_precede(self, earlier: int, later: int) -> bool:
         """Returns whether two actions that follow each other in a plan cannot be exchanged."""
         key = (earlier, later)
         if key not in self.orders:
-            conditions, adds, deletes = self.row(earlier)
-            other_conditions, other_adds, other_deletes = self.row(later)
+            conditions, adds, deletes = self.rows.of(earlier)
+            other_conditions, other_adds, other_deletes = self.rows.of(later)
             self.orders[key] = bool(
                 (adds & (other_conditions | other_deletes))
                 | (conditions & other_deletes)
@@ -120,12 +109,13 @@ class Rearranging:
         # The situation before the part, and what the rest of the plan needs after it.
         state, needs = self.start, self.goal
         for action in before:
-            _, adds, deletes = self.row(action)
+            _, adds, deletes = self.rows.of(action)
             state = (state & ~deletes) | adds
         for action in reversed(after):
-            conditions, adds, _ = self.row(action)
+            conditions, adds, _ = self.rows.of(action)
             needs = (needs & ~adds) | conditions
-        start, goal = (_bits(number, self.task.num_features) for number in (state, needs))
+        size = self.task.num_features
+        start, goal = (unpack(as_words(number, size), size) for number in (state, needs))
 
         # All features that the actions don't change stay: conditions on them hold, or never will.
         task = self.task
@@ -139,17 +129,7 @@ class Rearranging:
             lists.part(actions, features, task.num_features)
             for lists in (self.needs, self.gives, self.takes)
         )
-        mutex = self.mutex[np.ix_(features, features)]
-        space = RegressionSpace(
-            features=tuple(task.features[f] for f in features),
-            kept_features=features,
-            kept_actions=actions,
-            conditions=conditions,
-            adds=adds,
-            deletes=deletes,
-            bad=deletes | (clashes(conditions, mutex) & ~adds),
-            mutex=mutex,
-        )
+        space = space_over(task.features, features, actions, conditions, adds, deletes, self.mutex)
         return Window(before, part, after, space, start[features], goal[features])
 
     def _local(
@@ -192,14 +172,3 @@ class Rearranging:
     def _deletes_in(self, features: np.ndarray) -> np.ndarray:
         """Returns how many of the features, int [n], each action deletes, int [A]."""
         return np.bincount(self.taken_by.of(features), minlength=self.task.num_actions)
-
-
-def _number(row: np.ndarray) -> int:
-    """Returns a set of features, bool [F], as a whole number."""
-    return int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little")
-
-
-def _bits(number: int, size: int) -> np.ndarray:
-    """Returns the inverse of `_number`, bool [size]."""
-    raw = np.frombuffer(number.to_bytes(-(-size // 8), "little"), np.uint8)
-    return np.unpackbits(raw, count=size, bitorder="little").astype(bool)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from srt_jax.answers.facts import NORTH
+from srt_jax.formats.files import require_module
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import (
     SPECIFY,
@@ -99,9 +100,35 @@ def scene_pddl(task: Task, solution: Solution) -> tuple[str, str, list[str]]:
     """
     if np.ndim(solution.status):
         raise ValueError(
-            "scene_pddl takes one task and its solution: take them from the batch first"
+            "a scene is made of one task and its solution: take them from the batch first"
         )
     return *scene_texts(scene_of(task, solution)), plan_lines(solution)
+
+
+def scene_problem(task: Task, solution: Solution) -> Any:
+    """Returns one task on the symbolic level as a problem of unified-planning, for its engines,
+    compilers and validators.
+
+    It is the problem of `scene_pddl`, whose plan solves it too; that of an unsolvable task has no
+    plan.
+
+    Raises:
+      ImportError: unified-planning is missing. ValueError: a batch was given.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> problem = srt_jax.scene_problem(task, srt_jax.solve(task))
+      >>> sorted(action.name for action in problem.actions)
+      ['approach', 'destroy', 'pass', 'relocate']
+    """
+    what = "a problem of unified-planning"
+    readers = require_module("unified_planning.io", extra="up", what=what)
+    domain, problem, _ = scene_pddl(task, solution)
+    return readers.PDDLReader().parse_problem_string(domain, problem)
 
 
 def _step(

@@ -50,6 +50,15 @@ def plain_reason(error: BaseException) -> str:
     return reason[:300] or type(error).__name__
 
 
+_PACKAGES = {
+    "PIL": "pillow",
+    "yaml": "pyyaml",
+    "svg": "svg.path",
+    "unified_planning": "unified-planning",
+}
+"""The packages whose modules have other names."""
+
+
 def require_module(module: str, *, extra: str, what: str) -> Any:
     """Returns a module that is not part of the core; ImportError with the command that installs it
     where it is absent.
@@ -61,7 +70,6 @@ def require_module(module: str, *, extra: str, what: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"PIL": "pillow", "yaml": "pyyaml", "svg": "svg.path"}.get(
-            module.split(".")[0], module.split(".")[0]
-        )
+        top = module.split(".")[0]
+        package = _PACKAGES.get(top, top)
         raise ImportError(f"{what} needs {package}: {install_command(extra, package)}") from error

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax import Status, check, make_task, solve, solve_many
+from srt_jax import Status, check, make_task, scene_pddl, scene_problem, solve, solve_many
 from srt_jax.symbols.acts import left_behind
 from srt_jax.symbols.planning import first_act
 from srt_jax.types import Act
@@ -39,6 +39,20 @@ def test_the_plan_goes_from_area_to_area_through_what_must_go():
         ("DESTROY", "b", 4),
         ("PASS", "b", 7),
     ]
+
+
+def test_a_scene_is_a_problem_of_unified_planning_that_the_plan_carried_out_solves():
+    shortcuts = pytest.importorskip("unified_planning.shortcuts")
+    from unified_planning.io import PDDLReader
+
+    task, _ = task_from(TWO_WALLS)
+    solution = solve(task)
+    problem = scene_problem(task, solution)
+    lines = "\n".join(scene_pddl(task, solution)[2])
+    plan = PDDLReader().parse_plan_string(problem, lines)
+    with shortcuts.PlanValidator(name="sequential_plan_validator") as validator:
+        assert validator.validate(problem, plan).status.name == "VALID"
+    assert len(plan.actions) == 6
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGES = ("srt_jax", "sign_model", "srt_jax.envs", "srt_jax.dataset", "srt_jax.draw")
+NEEDS = {"srt_jax.draw": "matplotlib", "srt_jax.scene_problem": "unified_planning"}
 NAMES = [
     pytest.param(package, name, id=f"{package}.{name}")
     for package in PACKAGES
@@ -101,8 +102,9 @@ def test_the_docstring_names_every_array_with_its_shape(package, name):
 
 @pytest.mark.parametrize(("package", "name"), NAMES)
 def test_the_example_runs_as_written(package, name):
-    if package == "srt_jax.draw":
-        pytest.importorskip("matplotlib")
+    for needed in (NEEDS.get(package), NEEDS.get(f"{package}.{name}")):
+        if needed is not None:
+            pytest.importorskip(needed)
     thing = public(package, name)
     if is_constant(thing):
         return

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from experiments.campaigns.inputs.vehicle_tasks import roads, rooms
+from sign_model import Memory
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
 from sign_model.ground.words import pack_rows
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
@@ -18,7 +20,7 @@ from sign_model.map_algorithm.regression import regression_space
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import _regress, regress
-from sign_model.map_batch.ladder import Rung, plan_batch
+from sign_model.map_batch.ladder import TOGETHER, Rung, plan_batch
 from sign_model.map_batch.packed_tasks import pack_batch
 from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
 from sign_model.map_batch.tables import make_tables
@@ -189,6 +191,24 @@ def test_the_jitted_tables_equal_those_of_the_host():
 def test_a_batch_is_solved_with_each_heuristic_sign(sign):
     tasks = random_blocks_tasks(4, 8, seed=11)
     assert all(r.is_solved for r in plan_batch(tasks, heuristic=sign, ladder=LADDER))
+
+
+def test_a_few_tasks_of_any_sizes_are_planned_as_they_would_be_alone():
+    domain_of = [roads(1, 6, 1, 3), roads(2, 8, 2, 4), rooms(0, 2, 4, 1), roads(3, 5, 1, 2)]
+    tasks = [load(*texts) for texts in domain_of] + random_blocks_tasks(6, 3, seed=1)
+    lines = []
+    results = plan_batch(tasks, log=lines.append)
+    assert [r.actions for r in results] == [plan(task).actions for task in tasks]
+    assert len(lines) == 5 and all("one by one" in line for line in lines)
+    memory = Memory().learned(tasks[0], results[0].actions)
+    assert plan_batch(tasks[:1], memory=memory)[0].expansions == 1
+
+
+def test_many_tasks_of_one_size_are_searched_side_by_side_and_the_cost_is_told():
+    tasks, lines = [*random_blocks_tasks(4, TOGETHER, seed=4)], []
+    assert all(r.is_solved for r in plan_batch(tasks, heuristic=LANDMARKS, log=lines.append))
+    assert len(lines) == 1 and lines[0].startswith(f"{TOGETHER} tasks of ")
+    assert "side by side" in lines[0] and lines[0].endswith("ms each")
 
 
 def test_a_batch_may_hold_one_task_or_none():

@@ -39,10 +39,11 @@ def test_single_trips_become_trips_with_both_hands():
     task = load(*rooms(0, 2, 6, 1))
     plan = one_by_one(task, 6)
     assert validate(task, names_of(task, plan)) == [] and len(plan) == 23
-    better = improve(task, mutex_of(task), plan, effort=10_000_000)
+    better, expansions = improve(task, mutex_of(task), plan, effort=10_000_000)
     assert validate(task, names_of(task, better)) == [] and len(better) == 17
-    assert better == improve(task, mutex_of(task), plan, effort=10_000_000)
-    assert improve(task, mutex_of(task), plan, effort=0) == plan
+    again = improve(task, mutex_of(task), plan, effort=10_000_000)
+    assert again == (better, expansions) and expansions > 0
+    assert improve(task, mutex_of(task), plan, effort=0) == (plan, 0)
 
 
 def test_gathered_steps_keep_a_plan_valid():

@@ -1,0 +1,91 @@
+"""What small problems teach of a domain: fewer expansions on larger ones, no plan lost, and a
+record that survives its file.
+"""
+
+import dataclasses
+import json
+
+import pytest
+
+from experiments.campaigns.inputs.vehicle_tasks import rooms
+from sign_model import Memory, PlanningRule, load, load_memory, plan, save_memory, validate
+from sign_model.blocks import random_blocks_tasks
+from sign_model.experience.skill import Skill
+from sign_model.map_algorithm.heuristics import DEFAULTS
+from sign_model.ways.rule import UNLEARNED
+
+
+def hands(balls):
+    return load(*rooms(balls, 2, balls, 1))
+
+
+@pytest.fixture(scope="module")
+def memory():
+    lines = []
+    memory = Memory().practised([hands(n) for n in (2, 3, 4, 6)], log=lines.append)
+    assert len(lines) == 1 and lines[0].startswith("4 problems: ")
+    return memory
+
+
+def test_larger_problems_with_other_objects_need_fewer_expansions(memory):
+    task = hands(12)
+    without, with_it = plan(task), plan(task, memory=memory)
+    assert validate(task, with_it.actions) == []
+    assert with_it.expansions <= without.expansions / 2
+    assert len(with_it.actions) <= len(without.actions)
+
+
+def test_practice_is_deterministic_and_survives_its_file(memory, tmp_path):
+    assert Memory().practised([hands(n) for n in (2, 3, 4, 6)]).skills == memory.skills
+    save_memory(memory, tmp_path / "memory.json")
+    assert load_memory(tmp_path / "memory.json") == memory
+
+
+def test_a_domain_without_practice_is_planned_without_it(memory):
+    task = random_blocks_tasks(4, 1)[0]
+    assert memory.skill(task) is None
+    assert plan(task, memory=memory).actions == plan(task).actions
+
+
+def test_new_practice_of_a_domain_replaces_the_old_one_and_keeps_the_precedents(memory):
+    task = hands(2)
+    with_plan = memory.learned(task, plan(task).actions)
+    again = with_plan.practised([hands(2)])
+    assert len(again.skills) == 1 and again.precedents == with_plan.precedents
+    assert with_plan.skills == memory.skills
+
+
+def test_what_experience_cannot_do_is_planned_without_it():
+    task = hands(6)
+    useless = PlanningRule("useless", {"goal by goal": 1}, trust=(9.0, 0.0))
+    distrusted = PlanningRule("distrusted", {"boldly": 1000}, effort=0, trust=(0.0, 0.0))
+    domain = Memory().practised([hands(2)]).skills[0].domain
+    for rule in (useless, distrusted):
+        memory = Memory(skills=(Skill(domain, rule, DEFAULTS),))
+        assert memory.skill(task).rule is rule
+        assert len(plan(task, memory=memory).actions) <= len(plan(task).actions)
+
+
+def test_problems_that_are_not_solved_teach_nothing():
+    skill = Memory().practised([hands(6)], max_expansions=1).skills[0]
+    assert skill.rule == UNLEARNED
+
+
+def test_no_problems_several_domains_and_tasks_from_arrays_are_refused():
+    task = hands(2)
+    with pytest.raises(ValueError, match="of no domains"):
+        Memory().practised([])
+    with pytest.raises(ValueError, match="of 2 domains"):
+        Memory().practised([task, random_blocks_tasks(3, 1)[0]])
+    with pytest.raises(ValueError, match="load it from PDDL"):
+        Memory().practised([dataclasses.replace(task, domain=None)])
+
+
+def test_a_file_with_a_broken_skill_is_refused_by_name(memory, tmp_path):
+    path = tmp_path / "memory.json"
+    save_memory(memory, path)
+    record = json.loads(path.read_text())
+    record["skills"][0]["rule"]["turns"] = [["sideways", 1]]
+    path.write_text(json.dumps(record))
+    with pytest.raises(ValueError, match=r"memory\.json: skill 1: not a skill"):
+        load_memory(path)
