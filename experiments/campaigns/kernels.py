@@ -218,7 +218,7 @@ def snakes_part(tally: Tally, sides: Sequence[int], rows: Sequence[int]) -> None
 
 
 def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
-    from srt_jax.commands.scenario_lengths import MATCH, optimal_lengths, relative_errors
+    from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
     from srt_jax.formats.movingai import read_map, read_scen
     from srt_jax.formats.notes import Notes
     from srt_jax.formats.scenarios import scenario_maps

@@ -104,15 +104,6 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
         writer.close()
 
 
-def remove_drafts(folder: pathlib.Path) -> None:
-    """Removes what a killed run left half written. One process at a time may write a folder:
-    another's draft goes too.
-    """
-    for suffix in SUFFIXES.values():
-        for draft in folder.glob(f".shard-*.{suffix}*.part"):
-            draft.unlink(missing_ok=True)
-
-
 def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Returns the requested arrays of a shard of records."""
     reader = _array_record().ArrayRecordReader(str(path))
