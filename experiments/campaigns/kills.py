@@ -119,7 +119,9 @@ def workers_of(pid: int, engine: str) -> list[int]:
             words = pathlib.Path(f"/proc/{one}/cmdline").read_bytes().replace(b"\0", b" ").decode()
         except OSError:
             continue
-        if _MARKS[engine] in words and "resource_tracker" not in words:
+        # Ray's own processes name it in their arguments, its workers as a title
+        is_worker = words.startswith("ray::") if engine == "ray" else _MARKS[engine] in words
+        if is_worker and "resource_tracker" not in words:
             found.append(one)
     return found
 

@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import hashlib
 import json
+import os
 import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -164,7 +165,19 @@ def settled_job(folder: pathlib.Path, request: Request) -> SolveJob:
     same; ValueError where the folder holds another one.
     """
     settle(folder, MANIFEST, _description(request), _WHAT)
-    return SolveJob(folder, request)
+    # workers may have another folder to start from
+    reading = request.reading
+    others = {
+        name: os.path.abspath(path)
+        for name in ("labels", "tags")
+        if (path := getattr(reading, name)) is not None
+    }
+    request = dataclasses.replace(
+        request,
+        inputs=tuple(map(os.path.abspath, request.inputs)),
+        reading=dataclasses.replace(reading, **others),
+    )
+    return SolveJob(folder.absolute(), request)
 
 
 def read_job(folder: pathlib.Path) -> SolveJob:

@@ -75,7 +75,7 @@ def write_dataset(
     description = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
     settle(folder, MANIFEST, description, "data set")
     scale.run(
-        DatasetJob(folder, plan),
+        DatasetJob(folder.absolute(), plan),
         workers=workers,
         part=mine,
         engine=engine,

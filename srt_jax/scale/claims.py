@@ -281,7 +281,7 @@ def claims_of(folder: pathlib.Path) -> Claims:
     return _of_folder[key]
 
 
-def leave(folder: pathlib.Path, *, is_all_done: bool = False) -> None:
+def close_claims(folder: pathlib.Path, *, is_all_done: bool = False) -> None:
     """Closes the claims of this process in a folder, unless another of its threads holds one."""
     claims = claims_of(folder)
     if not claims.holds_any():

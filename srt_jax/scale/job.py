@@ -7,7 +7,7 @@ import pathlib
 import time
 from typing import Any, NamedTuple
 
-from srt_jax.scale.claims import claims_of
+from srt_jax.scale.claims import claims_of, close_claims
 
 
 class Job(abc.ABC):
@@ -67,29 +67,28 @@ def attempt(job: Job, unit: int) -> Outcome:
         # finished between the first look and the claim
         if job.is_done(unit):
             return Outcome(unit, "there")
-        remove_drafts(job, unit)
+        _remove_drafts(job.folder, name)
         job.make(unit)
     finally:
         claims.release(name)
     return Outcome(unit, "made", time.perf_counter() - begin, _peak())
 
 
-def remove_drafts(job: Job, unit: int) -> None:
+def leave(job: Job, *, is_all_done: bool) -> None:
+    """Ends this process's part in a job's folder, and tidies up after workers that were killed."""
+    claims = claims_of(job.folder)
+    for name, holder in claims.holders().items():
+        if claims.is_dead(holder) and claims.take(name):
+            _remove_drafts(job.folder, name)
+            claims.release(name)
+    close_claims(job.folder, is_all_done=is_all_done)
+
+
+def _remove_drafts(folder: pathlib.Path, name: str) -> None:
     """Removes what a killed process left of a unit; only for who holds its claim."""
-    stem = pathlib.Path(job.name(unit)).stem
-    for draft in job.folder.glob(f".{stem}.*part"):
+    for draft in folder.glob(f".{pathlib.Path(name).stem}.*part"):
         with contextlib.suppress(OSError):
             draft.unlink()
-
-
-def tidy(job: Job, unit: int) -> None:
-    """Removes what a process that was ended left of the unit it was making, where nobody else is
-    making it by now.
-    """
-    claims, name = claims_of(job.folder), job.name(unit)
-    if claims.take(name):
-        remove_drafts(job, unit)
-        claims.release(name)
 
 
 def _peak() -> int:

@@ -5,10 +5,9 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from srt_jax.scale.claims import leave
 from srt_jax.scale.crews import choose
 from srt_jax.scale.crews.crew import Crew, Failed
-from srt_jax.scale.job import Job, Outcome
+from srt_jax.scale.job import Job, Outcome, leave
 from srt_jax.scale.parts import Part
 
 _MOST_FAILURES = 3
@@ -64,7 +63,7 @@ def run(
             outcomes = _drive(job, crew, missing, progress)
         is_all_done = not job.missing(range(len(job)))
     finally:
-        leave(job.folder, is_all_done=is_all_done)
+        leave(job, is_all_done=is_all_done)
     return Made(outcomes, len(units) - len(outcomes))
 
 

@@ -48,7 +48,7 @@ class Crew(abc.ABC):
 
     @abc.abstractmethod
     def close(self) -> None:
-        """Ends what is being made, and leaves no draft of it."""
+        """Ends what is being made."""
 
 
 class Here(Crew):

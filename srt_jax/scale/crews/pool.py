@@ -18,7 +18,8 @@ import threading
 from typing import Any
 
 from srt_jax.scale.crews.crew import Crew, Failed
-from srt_jax.scale.job import Job, Outcome, tidy
+from srt_jax.scale.crews.environment import variables
+from srt_jax.scale.job import Job, Outcome
 
 _MOST_DEATHS = 5
 """Workers that may die at one unit before it is given up: it may be what ends them."""
@@ -95,9 +96,6 @@ class Pool(Crew):
             worker.hang_up()
         for worker in workers:
             worker.end()
-        for worker in workers:  # one that was killed has left its draft and its claim
-            if worker.unit is not None:
-                tidy(self.job, worker.unit)
         self.num_busy = 0
 
 
@@ -110,7 +108,7 @@ class _Worker:
             [sys.executable, "-m", "srt_jax.scale.crews.worker", str(number)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=_environment(),
+            env=os.environ | variables(),
             text=True,
             encoding="utf-8",
             # Ctrl-C in a terminal is for the process that was called, which ends its workers
@@ -148,20 +146,6 @@ class _Worker:
                 with contextlib.suppress(json.JSONDecodeError):  # a line cut off by a kill
                     answers.put((self, json.loads(line)))
         answers.put((self, None))
-
-
-def _environment() -> dict[str, str]:
-    env = os.environ | {
-        "SRT_JAX_CORES": "1",
-        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
-    }
-    # several processes on one accelerator: none may take all of its memory
-    env.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
-    jax = sys.modules.get("jax")
-    cache = getattr(getattr(jax, "config", None), "jax_compilation_cache_dir", None)
-    if cache:
-        env.setdefault("JAX_COMPILATION_CACHE_DIR", str(cache))
-    return env
 
 
 def _error(kind: str, text: str) -> Exception:
