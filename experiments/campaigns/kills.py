@@ -16,6 +16,7 @@ are bounded. The exit code is 1 where anything is wrong.
 import argparse
 import dataclasses
 import hashlib
+import json
 import os
 import pathlib
 import random
@@ -34,6 +35,7 @@ _MARKS = {
     "ray": "ray::",
 }
 """How a worker of each engine shows in the list of processes."""
+_HOSTS = ("node-a", "node-b")
 
 
 @dataclasses.dataclass
@@ -119,9 +121,10 @@ def workers_of(pid: int, engine: str) -> list[int]:
             words = pathlib.Path(f"/proc/{one}/cmdline").read_bytes().replace(b"\0", b" ").decode()
         except OSError:
             continue
-        # Ray's own processes name it in their arguments, its workers as a title
-        is_worker = words.startswith("ray::") if engine == "ray" else _MARKS[engine] in words
-        if is_worker and "resource_tracker" not in words:
+        # Ray's workers have a title, its agents too; Python starts a tracker beside each worker
+        if words.startswith("ray::") != (engine == "ray") or "Agent" in words:
+            continue
+        if _MARKS[engine] in words and "resource_tracker" not in words:
             found.append(one)
     return found
 
@@ -220,6 +223,17 @@ def round_of_signals(
     return tally
 
 
+def has_claim(folder: pathlib.Path, host: str) -> bool:
+    """Returns whether a process of that host is at work on a shard."""
+    for claim in folder.glob(".claims/*.claim"):
+        try:
+            if json.loads(claim.read_text())["host"] == host:
+                return True
+        except (OSError, ValueError):
+            continue
+    return False
+
+
 def round_of_hosts(
     folder: pathlib.Path, given: argparse.Namespace, workers: int, most: int, rng: random.Random
 ) -> Tally:
@@ -234,14 +248,19 @@ def round_of_hosts(
             log,
             **quick,
         )
-        for name in ("node-a", "node-b")
+        for name in _HOSTS
     ]
-    victim, survivor = rng.sample(hosts, 2)
-    due = begin + rng.uniform(4, 12)
+    dying = rng.randrange(2)
+    victim, survivor = hosts[dying], hosts[1 - dying]
+    due = None
     while survivor.poll() is None and time.monotonic() - begin < _LONGEST:
         watch.look()
-        if time.monotonic() > due and not tally.kills and victim.poll() is None:
-            tally.at_work += any(folder.glob(".claims/*.claim"))
+        is_at_work = has_claim(folder, _HOSTS[dying])
+        if due is None and is_at_work:
+            due = time.monotonic() + rng.uniform(0, 3)
+        is_due = due is not None and time.monotonic() > due and is_at_work
+        if is_due and not tally.kills and victim.poll() is None:
+            tally.at_work += 1
             for pid in (*below(victim.pid), victim.pid):
                 os.kill(pid, signal.SIGKILL)
             tally.kills += 1
