@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srt_jax.dataset import shards
-from srt_jax.dataset.labels import label_tasks
+from srt_jax.dataset.labels import label_stacked
 from srt_jax.instances.generate import generate
 from srt_jax.scale.job import Job
 from srt_jax.task import stack
@@ -66,7 +66,8 @@ def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
     """Returns the arrays of a shard, maps padded to the data set's greatest side."""
     instances = generate(plan.kind, count=number, size=plan.size, seed=plan.seed, first=first)
     tasks = [task for _, task, _ in instances]
-    batch, labels = stack(tasks), label_tasks(tasks)
+    batch = stack(tasks)
+    labels = label_stacked(tasks, batch)
     side = plan.size[1]
     arrays = {"index": np.arange(first, first + number, dtype=np.int64)}
     arrays |= {
@@ -83,6 +84,8 @@ def _padded(name: str, array: np.ndarray, side: int) -> np.ndarray:
     if name != "labels" and name not in _MAPS:
         return array
     gap = [(0, 0)] * (array.ndim - 2) + [(0, side - length) for length in array.shape[-2:]]
+    if not np.any(gap):  # the rule, and a copy would double the memory of a shard
+        return array
     if name in _MAPS:
         return np.pad(array, gap, constant_values=_MAPS[name])
     padded = np.pad(array, gap, constant_values=FREE)

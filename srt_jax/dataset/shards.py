@@ -56,7 +56,7 @@ def _pack(arrays: dict[str, np.ndarray]) -> bytes:
             np.lib.format.write_array(
                 content, np.ascontiguousarray(arrays[name]), allow_pickle=False
             )
-            archive.writestr(member, content.getvalue(), compresslevel=_LEVEL)
+            archive.writestr(member, content.getbuffer(), compresslevel=_LEVEL)
     return buffer.getvalue()
 
 

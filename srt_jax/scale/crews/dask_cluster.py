@@ -6,7 +6,6 @@ that ends `distributed.scheduler.allowed-failures` workers (3 by default) is giv
 
 import contextlib
 import logging
-import os
 import queue
 from typing import Any
 
@@ -18,6 +17,7 @@ from srt_jax.scale.job import Job, Outcome, attempt
 
 _PER_WORKER = 2
 """Units handed out for each worker: one in hand, one to come."""
+_STARTS = 3
 _PATIENCE, _GRACE = 30, 2
 """Seconds for the scheduler to answer, and for all to end."""
 
@@ -79,14 +79,20 @@ def _local(distributed: Any, workers: int) -> Any:
     """Returns a cluster of this machine, which serves nobody else and shows no web page."""
     dask = require_module("dask", extra="dask", what="--engine dask")
     key = "distributed.nanny.pre-spawn-environ"
+    options = {
+        "n_workers": workers,
+        "threads_per_worker": 1,
+        "processes": True,
+        "host": "127.0.0.1",
+        "dashboard_address": "127.0.0.1:0",  # without bokeh there is no page
+        "memory_limit": 0,  # a unit's memory is bounded by its size, and a limit would kill it
+        "silence_logs": logging.CRITICAL,
+    }
     with dask.config.set({key: dask.config.get(key) | variables()}):
-        return distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",  # without bokeh there is no page
-            memory_limit=0,  # a unit's memory is bounded by its size, and a limit would kill it
-            silence_logs=logging.CRITICAL,
-            local_directory=os.environ.get("DASK_TEMPORARY_DIRECTORY"),
-        )
+        for attempt in range(_STARTS):
+            try:
+                return distributed.LocalCluster(**options)
+            except RuntimeError:  # a worker died while it started
+                if attempt == _STARTS - 1:
+                    raise
+    raise AssertionError("one of them returned or raised")
