@@ -89,10 +89,10 @@ def _local(distributed: Any, workers: int) -> Any:
         "silence_logs": logging.CRITICAL,
     }
     with dask.config.set({key: dask.config.get(key) | variables()}):
-        for attempt in range(_STARTS):
+        for number in range(_STARTS):
             try:
                 return distributed.LocalCluster(**options)
             except RuntimeError:  # a worker died while it started
-                if attempt == _STARTS - 1:
+                if number == _STARTS - 1:
                     raise
     raise AssertionError("one of them returned or raised")
