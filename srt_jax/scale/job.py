@@ -46,12 +46,14 @@ class Job(abc.ABC):
 
 class Outcome(NamedTuple):
     """What came of an attempt: "made", "there" (before, or made by another), or "claimed" by
-    another that lives. seconds: that making took. peak: bytes, the most memory the process had.
+    another that lives. seconds: that making took. cpu: seconds of the processor, which others at
+    work do not lengthen. peak: bytes, the most memory the process had.
     """
 
     unit: int
     what: str
     seconds: float = 0.0
+    cpu: float = 0.0
     peak: int = 0
 
 
@@ -62,7 +64,7 @@ def attempt(job: Job, unit: int) -> Outcome:
     claims, name = claims_of(job.folder), job.name(unit)
     if not claims.take(name):
         return Outcome(unit, "claimed")
-    begin = time.perf_counter()
+    begin, cpu = time.perf_counter(), time.process_time()
     try:
         # finished between the first look and the claim
         if job.is_done(unit):
@@ -71,7 +73,8 @@ def attempt(job: Job, unit: int) -> Outcome:
         job.make(unit)
     finally:
         claims.release(name)
-    return Outcome(unit, "made", time.perf_counter() - begin, _peak())
+    seconds = time.perf_counter() - begin
+    return Outcome(unit, "made", seconds, time.process_time() - cpu, _peak())
 
 
 def leave(job: Job, *, is_all_done: bool) -> None:
