@@ -27,7 +27,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 
-_LONGEST = 600.0
+_LONGEST = 400.0
 """Seconds after which a round counts as hanging."""
 _MARKS = {
     "none": "srt_jax.scale.crews.worker",
@@ -35,6 +35,8 @@ _MARKS = {
     "ray": "ray::",
 }
 """How a worker of each engine shows in the list of processes."""
+_ENDS = (b"workers ended with code", b"workers died at", b"workers of Dask die")
+"""What a run says that gives up because its workers die again and again."""
 _HOSTS = ("node-a", "node-b")
 
 
@@ -169,8 +171,10 @@ def round_of_kills(
                 os.kill(pid, signal.SIGKILL)
             break
         if running.poll() is not None:
-            # five deaths at one unit end a run, as they should: it is called again
-            if running.returncode == 70 and b"workers ended with code" in log.read_bytes()[-400:]:
+            # several deaths at one unit, or while an engine starts, end a run, as they should: it
+            # is called again
+            said = log.read_bytes()[-600:]
+            if running.returncode == 70 and any(text in said for text in _ENDS):
                 tally.calls += 1
                 running = start(command(folder, given, workers), log)
                 continue

@@ -7,6 +7,7 @@ that ends `distributed.scheduler.allowed-failures` workers (3 by default) is giv
 import contextlib
 import logging
 import queue
+import time
 from typing import Any
 
 from sign_model.ground.cores import num_cores
@@ -17,9 +18,14 @@ from srt_jax.scale.job import Job, Outcome, attempt
 
 _PER_WORKER = 2
 """Units handed out for each worker: one in hand, one to come."""
-_STARTS = 3
+_STARTS = 8
 _PATIENCE, _GRACE = 30, 2
 """Seconds for the scheduler to answer, and for all to end."""
+_DEAD = "the workers of Dask die before they do anything; where memory runs short, use fewer"
+_LOOK, _DESERTED = 1, 5
+"""Seconds between two looks whether there are workers, and without any before all is started
+anew.
+"""
 
 
 class DaskCluster(Crew):
@@ -28,17 +34,23 @@ class DaskCluster(Crew):
     def __init__(self, job: Job, workers: int | None, address: str | None) -> None:
         super().__init__(job)
         distributed = require_module("distributed", extra="dask", what="--engine dask")
-        self._cluster = None if address else _local(distributed, workers or num_cores())
+        self._dask, self._address = distributed, address
+        self._workers = workers or num_cores()
+        self._futures: dict[Any, int] = {}
+        self._restarts = 0
+        self._connect()
+
+    def _connect(self) -> None:
+        self._finished: queue.Queue[Any] = queue.Queue()
+        self._deserted_since: float | None = None
+        self._cluster = None if self._address else _local(self._dask, self._workers)
         try:
-            self._client = distributed.Client(address or self._cluster, timeout=_PATIENCE)
+            self._client = self._dask.Client(self._address or self._cluster, timeout=_PATIENCE)
         except OSError as error:
             raise ValueError(
-                f"--address {address}: no scheduler of Dask answers there: start one by"
+                f"--address {self._address}: no scheduler of Dask answers there: start one by"
                 " dask scheduler"
             ) from error
-        self._killed: type[Exception] = distributed.KilledWorker
-        self._futures: dict[Any, int] = {}
-        self._finished: queue.Queue[Any] = queue.Queue()
 
     def has_room(self) -> bool:
         if not self.num_busy:
@@ -52,18 +64,45 @@ class DaskCluster(Crew):
         future.add_done_callback(self._finished.put)
 
     def next(self) -> Outcome | Failed:
-        future = self._finished.get()
+        while True:
+            try:
+                future = self._finished.get(timeout=_LOOK)
+                break
+            except queue.Empty:
+                self._replace_deserted()
         unit = self._futures.pop(future)
         self.num_busy -= 1
         try:
-            return future.result()
+            outcome = future.result()
+            self._restarts = 0
+            return outcome
         except (ValueError, ImportError) as error:
             return Failed(unit, error)
-        except self._killed as error:
+        except self._dask.KilledWorker as error:
             raise RuntimeError(
                 f"several workers died at {self.job.name(unit)} in turn; where memory runs short,"
                 " use fewer workers or smaller shards"
             ) from error
+
+    def _replace_deserted(self) -> None:
+        """Starts a cluster of this machine anew that has had no worker for some time: a nanny gives
+        up when its worker dies while it starts.
+        """
+        if self._cluster is None or self._client.nthreads():
+            self._deserted_since = None
+            return
+        now = time.monotonic()
+        self._deserted_since = self._deserted_since or now
+        if now - self._deserted_since < _DESERTED:
+            return
+        if self._restarts == _STARTS:
+            raise RuntimeError(_DEAD)
+        self._restarts += 1
+        units = list(self._futures.values())
+        self.close()
+        self._connect()
+        for unit in units:
+            self.submit(unit)
 
     def close(self) -> None:
         self._futures = {}
@@ -92,7 +131,7 @@ def _local(distributed: Any, workers: int) -> Any:
         for number in range(_STARTS):
             try:
                 return distributed.LocalCluster(**options)
-            except RuntimeError:  # a worker died while it started
+            except RuntimeError as error:  # a worker died while it started
                 if number == _STARTS - 1:
-                    raise
+                    raise RuntimeError(_DEAD) from error
     raise AssertionError("one of them returned or raised")
