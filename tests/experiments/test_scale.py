@@ -7,9 +7,8 @@ from experiments import scale
 
 @pytest.mark.slow
 def test_it_measures_and_replays(capsys):
-    constants = scale.main(
-        ["--kind", "rooms", "--size", "16", "--shard-size", "8", "--shards", "2", "--replay", "5"]
-    )
+    small = ["--kind", "rooms", "--size", "16", "--shard-size", "8", "--shards", "2"]
+    constants = scale.main([*small, "--replay", "5"])
     assert constants["bytes a task"] > 100 and constants["peak MB a worker"] > 50
     assert "tasks solved again and replayed" in capsys.readouterr().out
 

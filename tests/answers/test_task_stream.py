@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from srt_jax.answers.task_stream import count_tasks, tasks_between
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.movingai import ScenRow, write_map, write_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks
-from srt_jax.formats.task_stream import count_tasks, tasks_between
 from srt_jax.instances.generate import generate
 from srt_jax.task import stack
 
