@@ -35,7 +35,7 @@ _MARKS = {
     "ray": "ray::",
 }
 """How a worker of each engine shows in the list of processes."""
-_ENDS = (b"workers ended with code", b"workers died at", b"workers of Dask die")
+_ENDS = (b"workers ended with code", b"workers died at", b"workers of Dask die", b"of Ray die")
 """What a run says that gives up because its workers die again and again."""
 _HOSTS = ("node-a", "node-b")
 

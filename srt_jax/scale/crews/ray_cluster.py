@@ -7,16 +7,23 @@ import contextlib
 import logging
 import os
 import signal
+import time
 from typing import Any
 
 from sign_model.ground.cores import num_cores
 from srt_jax.formats.files import require_module
+from srt_jax.scale.claims import claims_of
 from srt_jax.scale.crews.crew import Crew, Failed
 from srt_jax.scale.crews.environment import variables
 from srt_jax.scale.job import Job, Outcome, attempt
 
 _PER_WORKER = 2
 _MOST_DEATHS = 5
+_LOOK, _IDLE = 1, 40
+"""Seconds between two looks whether somebody is at work, and without before Ray is started anew;
+the start of a worker takes some ten.
+"""
+_RESTARTS = 5
 
 
 class RayCluster(Crew):
@@ -26,10 +33,16 @@ class RayCluster(Crew):
         super().__init__(job)
         os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
         self._ray = require_module("ray", extra="ray", what="--engine ray")
-        _start(self._ray, workers or num_cores(), address)
+        self._workers, self._address = workers or num_cores(), address
+        self._units: dict[Any, int] = {}
+        self._restarts = 0
+        self._connect()
+
+    def _connect(self) -> None:
+        _start(self._ray, self._workers, self._address)
         self._attempt = self._ray.remote(num_cpus=1, max_retries=_MOST_DEATHS - 1)(attempt)
         self._most = _PER_WORKER * max(1, int(self._ray.cluster_resources().get("CPU", 1)))
-        self._units: dict[Any, int] = {}
+        self._idle_since = time.monotonic()
 
     def has_room(self) -> bool:
         return self.num_busy < self._most
@@ -39,11 +52,19 @@ class RayCluster(Crew):
         self.num_busy += 1
 
     def next(self) -> Outcome | Failed:
-        (ready, *_), _ = self._ray.wait(list(self._units), num_returns=1)
+        while True:
+            found, _ = self._ray.wait(list(self._units), num_returns=1, timeout=_LOOK)
+            if found:
+                break
+            self._replace_idle()
+        (ready,) = found
         unit = self._units.pop(ready)
         self.num_busy -= 1
+        self._idle_since = time.monotonic()
         try:
-            return self._ray.get(ready)
+            outcome = self._ray.get(ready)
+            self._restarts = 0
+            return outcome
         except (ValueError, ImportError) as error:
             cause = getattr(error, "cause", error)  # without Ray's own text around it
             return Failed(unit, cause)
@@ -52,6 +73,27 @@ class RayCluster(Crew):
                 f"{_MOST_DEATHS} workers died at {self.job.name(unit)}; where memory runs short,"
                 " use fewer workers or smaller shards"
             ) from error
+
+    def _replace_idle(self) -> None:
+        """Starts Ray of this machine anew where nobody has been at work for some time: if workers
+        die before they register, it can happen that no others are started.
+        """
+        claims = claims_of(self.job.folder)
+        is_at_work = any(not claims.is_dead(who) for who in claims.holders().values())
+        if is_at_work or self._address is not None:
+            self._idle_since = time.monotonic()
+        if time.monotonic() - self._idle_since < _IDLE:
+            return
+        if self._restarts == _RESTARTS:
+            raise RuntimeError(
+                "the workers of Ray die before they do anything; where memory runs short, use fewer"
+            )
+        self._restarts += 1
+        units = list(self._units.values())
+        self.close()
+        self._connect()
+        for unit in units:
+            self.submit(unit)
 
     def close(self) -> None:
         self._units = {}
