@@ -127,17 +127,22 @@ def solve(
         require_name(results)
     if path:
         require_path_name(path)
+    how = {"workers": workers, "part": part, "engine": engine, "address": address}
+    is_shared = any(value is not None for value in (shard_size, *how.values()))
     coalitions = [path for path in inputs if holds_coalitions(path)]
     if coalitions:
         _require_alone(coalitions, inputs, page, results, path)
+        if is_shared:
+            raise ValueError(
+                f"{coalitions[0]}: tasks of coalitions are solved at once: leave out --workers,"
+                " --part, --engine and --shard-size"
+            )
         from srt_jax.commands.coalitions import solve_files
 
         return solve_files(
             inputs, max_destroyed=max_destroyed, out=out, pictures=pictures, as_json=as_json
         )
 
-    how = {"workers": workers, "part": part, "engine": engine, "address": address}
-    is_shared = any(value is not None for value in (shard_size, *how.values()))
     others = {"--report": page, "--results": results, "--path": path}
     if is_shared or _is_for_shards(out, inputs, reading, others):
         folder = _require_folder(out, others)

@@ -4,7 +4,7 @@ import os
 import pathlib
 from typing import Any, NamedTuple
 
-from srt_jax.scale.claims import Claims, Holder
+from srt_jax.scale.claims import FOLDER, Claims, Holder
 from srt_jax.scale.job import Job
 
 _RECENT = 32
@@ -47,12 +47,8 @@ def standing(job: Job) -> Standing:
     times = _times(job.folder)
     sizes = {job.name(unit): job.num_tasks(unit) for unit in range(len(job))}
     done = {name: times[name] for name in sizes if name in times}
-    claims = Claims(job.folder)
-    try:
-        holders = {name: who for name, who in claims.holders().items() if name in sizes}
-        abandoned = sorted(name for name, who in holders.items() if claims.is_dead(who))
-    finally:
-        claims.close()
+    holders, abandoned = _holders(job.folder)
+    holders = {name: who for name, who in holders.items() if name in sizes}
     claimed = {
         name: who for name, who in holders.items() if name not in abandoned and name not in done
     }
@@ -69,10 +65,22 @@ def standing(job: Job) -> Standing:
         tasks=tasks,
         tasks_done=tasks_done,
         claimed=claimed,
-        abandoned=[name for name in abandoned if name not in done],
+        abandoned=sorted(holders.keys() & abandoned - done.keys()),
         rate=rate,
         left=left,
     )
+
+
+def _holders(folder: pathlib.Path) -> tuple[dict[str, Holder], set[str]]:
+    """Returns who holds each claimed unit, and the units whose process is gone."""
+    if not (folder / FOLDER).is_dir():  # nobody is there; the folder may not even be writable
+        return {}, set()
+    claims = Claims(folder)
+    try:
+        holders = claims.holders()
+        return holders, {name for name, who in holders.items() if claims.is_dead(who)}
+    finally:
+        claims.close()
 
 
 def _times(folder: pathlib.Path) -> dict[str, float]:
