@@ -204,7 +204,10 @@ def round_of_signals(
     while True:
         running = start(command(folder, given, workers or None), log)
         tally.calls += 1
-        wait = rng.uniform(3, 10) if tally.kills < most else _LONGEST
+        # the signal comes while shards are made, however long the start takes
+        while running.poll() is None and not any(folder.glob(".claims/*.claim")):
+            time.sleep(0.02)
+        wait = rng.uniform(0, 3) if tally.kills < most else _LONGEST
         try:
             running.wait(wait)
         except subprocess.TimeoutExpired:
