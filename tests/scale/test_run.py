@@ -132,14 +132,13 @@ def test_workers_whose_parent_is_gone_end_and_leave_no_draft(place, how):
 
 def test_the_standing_tells_what_is_done_and_who_is_at_work(place):
     out, _ = place
-    job = Lines(out, 8, seconds=0.2)
+    job = Lines(out, 8, seconds=0.6)
     running = threading.Thread(target=run, args=(job,), kwargs={"workers": 2})
     running.start()
-    time.sleep(1.0)
-    seen = [standing(job)]
+    seen = []
     while running.is_alive():
         seen.append(standing(job))
-        time.sleep(0.05)
+        time.sleep(0.02)
     running.join()
     busiest = max(seen, key=lambda one: len(one.claimed))
     assert len(busiest.claimed) == 2 and not busiest.abandoned
