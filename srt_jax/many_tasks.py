@@ -117,7 +117,7 @@ def _streamed(
     """
     arriving = _with_tolls(tasks, toll)
     waiting: dict[_Shape, dict[int, tuple[Task, float]]] = {}
-    solved: dict[int, Solution] = {}
+    solved: dict[int, tuple[Task, Solution]] = {}
     cells = _Cells()
     counts: collections.Counter[_Shape] = collections.Counter()
     is_over, number = False, 0  # of the next that goes out
@@ -129,17 +129,18 @@ def _streamed(
         M = obstacle_bucket(max(len(task.destroyable) for task in own))
         at_once = min(_at_once(shape), batch_bucket(len(chunk)))
         answers = _solved(own, (at_once, *shape, M), np.array(tolls, np.float32), **options)
-        solved.update(zip(chunk, answers, strict=True))
-        for task in own:
-            cells.remove(task)
+        solved.update(zip(chunk, zip(own, answers, strict=True), strict=True))
         if progress:
             progress(len(chunk))
 
     arrived = 0
     while True:
         while number in solved:
-            yield solved.pop(number)
+            # who asks for solutions keeps their tasks until then: they count until then
+            task, answer = solved.pop(number)
+            cells.remove(task)
             number += 1
+            yield answer
         is_full = arrived - number >= (window or _WINDOW)
         is_full |= window is None and arrived > number and cells.total >= _CELLS_IN_WINDOW
         if not is_over and not is_full:
