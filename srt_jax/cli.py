@@ -50,6 +50,7 @@ _EXAMPLES = {
         "srt-jax solve city.map --start 3,5 --goal 200,310 --mode shortest --toll 20",
         "srt-jax solve tasks.npz --report run.html",
         "srt-jax solve tasks.npz --json > answers.json",
+        "srt-jax solve big/*.scen --block half --out answers --workers 8",
     ),
     "convert": (
         "srt-jax convert city.osm.pbf city.map --size 500",
@@ -89,7 +90,9 @@ _EXAMPLES = {
     "dataset": (
         "srt-jax dataset rooms --count 100000 --size 64 --out rooms",
         "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
+        "srt-jax dataset mixed --count 1000000 --size 64 --out mixed --workers 8",
     ),
+    "status": ("srt-jax status mixed", "srt-jax status answers --json"),
     "bench": ("srt-jax bench kernels --quick", "srt-jax bench --json > bench.json"),
 }
 """The commands in the order of the help, each with the examples that end its own."""

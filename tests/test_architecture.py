@@ -20,7 +20,7 @@ FLOORS = {
         ("task", "obstacles", "padding", "fields", "symbols"),
         ("gradients", "instances"),
         ("paths", "geometry", "data", "robots"),
-        ("removal", "formats"),
+        ("removal", "formats", "scale"),
         ("tolls",),
         ("solver",),
         ("coalition",),

@@ -2,6 +2,9 @@
 their proven optimum.
 """
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from srt_jax import Status, check, solve_many
 from srt_jax.instances.generate import generate
 from srt_jax.many_tasks import _groups
 from srt_jax.reference.dijkstra import dijkstra
+from srt_jax.task import make_task
 
 
 def length_on(labels, gone, start, goal):
@@ -50,3 +54,72 @@ def test_few_maps_of_many_sizes_share_a_shape_and_many_of_one_size_have_their_ow
     assert (1, 384, 384) in {
         (L, H, W) if L == 1 else (1, H, W) for L, H, W in _groups([open_map] * 500)
     }
+
+
+@pytest.fixture(scope="module")
+def mixture():
+    """Tasks of several sizes in turn, and their solutions as a list."""
+    tasks = [task for _, task, _ in generate("mixed", count=30, size=(16, 60), seed=8)]
+    return tasks, solve_many(tasks, max_destroyed=16)
+
+
+@pytest.mark.parametrize("window", [1, 7, None])
+def test_a_stream_gives_in_order_what_the_list_gives(mixture, window):
+    tasks, expected = mixture
+    finished = []
+    got = list(solve_many(iter(tasks), max_destroyed=16, window=window, progress=finished.append))
+    assert len(got) == len(tasks) and sum(finished) == len(tasks)
+    for one, other in zip(got, expected):
+        assert one.status == other.status and one.cost == other.cost
+        count = int(one.num_cells)
+        np.testing.assert_array_equal(one.cells[:count], other.cells[:count])
+        for name in ("destroyed", "contour", "blocking", "separating", "removal_bound"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_stream_reads_no_further_than_its_window_and_keeps_no_task(mixture):
+    read, alive = [], []
+
+    def coming():
+        for number in range(40):
+            task = make_task(np.ones((16, 16), bool), (0, 0), (15, number % 16))
+            alive.append(weakref.ref(task.labels))
+            read.append(number)
+            yield task
+
+    for number, solution in enumerate(solve_many(coming(), window=8)):
+        assert solution.num_cells == 16
+        assert len(read) <= number + 9
+        gc.collect()
+        assert sum(one() is not None for one in alive) <= 9
+    assert len(read) == 40
+
+
+def test_a_stream_ends_a_window_early_where_maps_are_large(monkeypatch):
+    monkeypatch.setattr("srt_jax.many_tasks._CELLS_IN_WINDOW", 4 * 256)
+    read = []
+
+    def coming(is_shared):
+        task = make_task(np.ones((16, 16), bool), (0, 0), (15, 15))
+        for number in range(20):
+            read.append(number)
+            yield task if is_shared else task.replace(labels=task.labels.copy())
+
+    next(solve_many(coming(is_shared=False)))
+    assert len(read) == 4
+    read.clear()
+    next(solve_many(coming(is_shared=True)))  # one map in memory
+    assert len(read) == 20
+
+
+def test_each_task_of_a_stream_has_its_toll():
+    free = np.ones((16, 16), bool)
+    free[:14, 8] = False
+    task = make_task(free, (0, 0), (0, 15))
+    through, round_it = solve_many(iter([task, task]), mode="shortest", toll=[0.5, 90.0])
+    assert (through.num_destroyed, round_it.num_destroyed) == (1, 0)
+    with pytest.raises(ValueError, match="there is none for task 1"):
+        list(solve_many(iter([task, task]), mode="shortest", toll=[0.5]))
+    with pytest.raises(ValueError, match="window must be at least 1"):
+        solve_many(iter([task]), window=0)
+    assert list(solve_many(iter([]))) == []

@@ -92,8 +92,7 @@ def draft_of(path: PathLike) -> Iterator[pathlib.Path]:
     try:
         target = _settled(path)
         draft = _draft_beside(target)
-        with _lock:
-            _drafts.add(str(draft))
+        keep_draft(draft)
         yield draft
         os.replace(draft, target)
     except FileError:
@@ -105,8 +104,19 @@ def draft_of(path: PathLike) -> Iterator[pathlib.Path]:
         if draft is not None:
             with contextlib.suppress(OSError):
                 draft.unlink(missing_ok=True)
-            with _lock:
-                _drafts.discard(str(draft))
+            forget_draft(draft)
+
+
+def keep_draft(path: PathLike) -> None:
+    """Notes a file that `remove_open_drafts` is to remove, such as a claim."""
+    with _lock:
+        _drafts.add(str(path))
+
+
+def forget_draft(path: PathLike) -> None:
+    """Takes back what `keep_draft` noted."""
+    with _lock:
+        _drafts.discard(str(path))
 
 
 def remove_open_drafts() -> None:
@@ -236,7 +246,8 @@ def _settled(path: PathLike) -> pathlib.Path:
 def _draft_beside(target: pathlib.Path) -> pathlib.Path:
     # Cut, for a name as long as the file system permits has no room for what a draft adds to it.
     stem = target.name.encode("utf-8", "surrogateescape")[:180].decode("utf-8", "ignore")
-    return target.with_name(f".{stem}.{os.getpid()}-{next(_numbers)}.part")
+    # Numbers of processes are the same on two machines that share a folder: hence the random part.
+    return target.with_name(f".{stem}.{os.getpid()}-{next(_numbers)}-{os.urandom(4).hex()}.part")
 
 
 def _reason(error: OSError) -> str:

@@ -83,20 +83,25 @@ def write_results(path: PathLike, records: list[dict[str, Any]]) -> None:
     """
     if _is_parquet(path):
         arrow = require_module("pyarrow", extra="parquet", what="writing Parquet")
-        # Half a surrogate pair, which a name may hold, is no text to Arrow: it is written as its
-        # number.
-        names = [record["name"].encode("utf-8", "backslashreplace").decode() for record in records]
-        rows = [
-            record | {"name": name, "plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
-            for name, record in zip(names, records)
-        ]
-        table = arrow.Table.from_pylist(rows, schema=_schema(arrow))
+        table = arrow_table(arrow, records)
         parquet = require_module("pyarrow.parquet", extra="parquet", what="writing Parquet")
         with atomic_write(path, "wb") as file:
             parquet.write_table(table, file)
     else:
         with atomic_write(path) as file:
             json.dump({"tasks": records}, file)
+
+
+def arrow_table(arrow: Any, records: list[dict[str, Any]]) -> Any:
+    """Returns records as an Arrow table; `arrow` is the module pyarrow."""
+    # Half a surrogate pair, which a name may hold, is no text to Arrow: it is written as its
+    # number.
+    names = [record["name"].encode("utf-8", "backslashreplace").decode() for record in records]
+    rows = [
+        record | {"name": name, "plan": [dict(zip(_STEP, step)) for step in record["plan"]]}
+        for name, record in zip(names, records)
+    ]
+    return arrow.Table.from_pylist(rows, schema=_schema(arrow))
 
 
 def read_results(path: PathLike) -> list[dict[str, Any]]:

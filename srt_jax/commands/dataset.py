@@ -8,8 +8,16 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands.console import say, say_json, show_progress
-from srt_jax.commands.options import JsonOption, sides
+from srt_jax.commands.options import (
+    AddressOption,
+    EngineOption,
+    JsonOption,
+    PartOption,
+    WorkersOption,
+    sides,
+)
 from srt_jax.dataset import write_dataset
+from srt_jax.scale.parts import as_part
 
 
 def dataset(
@@ -34,12 +42,18 @@ def dataset(
     format: Annotated[
         str, typer.Option(metavar="npz|arrayrecord", help="The shards' format.")
     ] = "npz",
+    workers: WorkersOption = None,
+    part: PartOption = None,
+    engine: EngineOption = None,
+    address: AddressOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
-    with show_progress("labelling", count, quiet=as_json, compiles=True) as advance:
+    # a part holds its share of the shards, so of the tasks, to within a shard
+    total = -(-count // as_part(part).count)
+    with show_progress("labelling", total, quiet=as_json, compiles=True) as advance:
         plan = write_dataset(
             out,
             kind=kind,
@@ -49,6 +63,10 @@ def dataset(
             shard_size=shard_size,
             format=format,
             progress=advance,
+            workers=workers,
+            part=part,
+            engine=engine,
+            address=address,
         )
     if as_json:
         say_json({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()})

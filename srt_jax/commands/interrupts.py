@@ -92,6 +92,9 @@ def exit_code() -> int:
 
 
 def _is_program() -> bool:
+    process = sys.modules.get("multiprocessing.process")
+    if process is not None and process.parent_process() is not None:
+        return False  # a child of Python's own, which only was given the same arguments
     given, orig = sys.argv[0] if sys.argv else "", sys.orig_argv
     path = pathlib.PurePath(given)
     # "-m" is what runpy leaves there while it imports the package; later it is the file itself

@@ -37,6 +37,44 @@ RowsOption = Annotated[
         help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out.",
     ),
 ]
+SHARED = "Many processes and machines"
+
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        rich_help_panel=SHARED,
+        help="Processes, one core each. Default: this one, on all cores.",
+        show_default=False,
+    ),
+]
+PartOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="I/N|slurm",
+        rich_help_panel=SHARED,
+        help="Only every N-th shard from the I-th on, I from 0; slurm: as its job array says.",
+        show_default=False,
+    ),
+]
+EngineOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="dask|ray",
+        rich_help_panel=SHARED,
+        help="Workers of Dask or Ray, on this machine unless --address names a cluster.",
+        show_default=False,
+    ),
+]
+AddressOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        rich_help_panel=SHARED,
+        help="Of the engine's scheduler, such as tcp://head:8786 (dask), auto (ray).",
+        show_default=False,
+    ),
+]
 
 
 def row_range(text: str | None) -> tuple[int | None, int | None] | None:

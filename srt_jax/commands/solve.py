@@ -2,23 +2,28 @@
 
 import pathlib
 import time
-from typing import Annotated
+from collections import Counter
+from typing import Annotated, Any
 
 import typer
 
+from srt_jax.answers import shards
 from srt_jax.answers.results_file import require_name
 from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands import options
-from srt_jax.commands.console import BAD_INPUT, show_progress
+from srt_jax.commands.console import BAD_INPUT, note, say, say_json, show_progress
 from srt_jax.commands.options import JsonOption
 from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import exit_code, report, require_page_name
+from srt_jax.formats.files import make_folder
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_prepared
 from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.robots.path_file import require_path_name
+from srt_jax.scale import run
+from srt_jax.scale.parts import as_part
 from srt_jax.task import NamedTask
 
 
@@ -64,7 +69,13 @@ def solve(
     ] = 8,
     out: Annotated[
         pathlib.Path | None,
-        typer.Option(metavar="DIR", help="Write results.json and pictures here."),
+        typer.Option(
+            metavar="DIR",
+            help=(
+                "Write results.json and pictures here; of more than 4096 tasks, or with"
+                " --shard-size or --workers, shards instead: run again, it resumes."
+            ),
+        ),
     ] = None,
     pictures: Annotated[
         int, typer.Option(min=0, help="With --out: draw at most so many tasks.")
@@ -87,6 +98,19 @@ def solve(
             help="Write the route of one task, in metres: .geojson, or .json (nav_msgs/Path).",
         ),
     ] = None,
+    shard_size: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            rich_help_panel=options.SHARED,
+            help="With --out: tasks in a shard. Default: 4096.",
+            show_default=False,
+        ),
+    ] = None,
+    workers: options.WorkersOption = None,
+    part: options.PartOption = None,
+    engine: options.EngineOption = None,
+    address: options.AddressOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
@@ -103,14 +127,37 @@ def solve(
         require_name(results)
     if path:
         require_path_name(path)
+    how = {"workers": workers, "part": part, "engine": engine, "address": address}
+    is_shared = any(value is not None for value in (shard_size, *how.values()))
     coalitions = [path for path in inputs if holds_coalitions(path)]
     if coalitions:
         _require_alone(coalitions, inputs, page, results, path)
+        if is_shared:
+            raise ValueError(
+                f"{coalitions[0]}: tasks of coalitions are solved at once: leave out --workers,"
+                " --part, --engine and --shard-size"
+            )
         from srt_jax.commands.coalitions import solve_files
 
         return solve_files(
             inputs, max_destroyed=max_destroyed, out=out, pictures=pictures, as_json=as_json
         )
+
+    others = {"--report": page, "--results": results, "--path": path}
+    if is_shared or _is_for_shards(out, inputs, reading, others):
+        folder = _require_folder(out, others)
+        request = shards.Request(
+            inputs=tuple(inputs),
+            counts=shards.count_all(inputs, reading),
+            reading=reading,
+            destroyable=destroyable,
+            mode=mode,
+            toll=worth,
+            max_destroyed=max_destroyed,
+            shard_size=shard_size or shards.SHARD_SIZE,
+            format=shards.format_of(folder),
+        )
+        return _solve_to_shards(folder, request, how, as_json=as_json)
 
     frames: list[Frame | None] = []
 
@@ -155,6 +202,71 @@ def solve(
         toll=worth,
     )
     return BAD_INPUT if failed else exit_code(records)
+
+
+def _is_for_shards(
+    out: pathlib.Path | None, inputs: list[str], reading: Reading, others: dict[str, Any]
+) -> bool:
+    """Whether answers go to shards although nobody said so: they went there before, or are too
+    many for one file.
+    """
+    if out is None or any(others.values()):
+        return False
+    if (out / shards.MANIFEST).exists():
+        return True
+    try:
+        return sum(shards.count_all(inputs, reading)) > shards.SHARD_SIZE
+    except ValueError:  # of one file: the others are solved, and its error is told then
+        return False
+
+
+def _require_folder(out: pathlib.Path | None, others: dict[str, Any]) -> pathlib.Path:
+    """Returns the folder for shards; ValueError where there is none, or what is not written beside
+    them.
+    """
+    if out is None:
+        raise ValueError("--workers, --part, --engine and --shard-size write shards: add --out DIR")
+    wrong = next((name for name, value in others.items() if value), None)
+    if wrong:
+        raise ValueError(
+            f"{wrong} is for tasks that are solved at once, not for shards: leave it out, or"
+            " --workers, --part, --engine and --shard-size"
+        )
+    return out
+
+
+def _solve_to_shards(
+    folder: pathlib.Path, request: shards.Request, how: dict[str, Any], *, as_json: bool
+) -> int:
+    """Makes the shards that are missing, tells what is in them, and returns the exit code."""
+    part = as_part(how["part"])
+    total = sum(request.counts)
+    if not total:
+        raise ValueError(f"{', '.join(request.inputs)}: the batch is empty: no task to solve")
+    begin = time.perf_counter()
+    make_folder(folder)
+    job = shards.settled_job(folder, request)
+    units = part.units(len(job))
+    asked = sum(job.num_tasks(unit) for unit in units)
+    with show_progress("solving", asked, quiet=as_json) as progress:
+        given: dict[str, Any] = how | {"part": part}
+        made = run(job, **given, progress=progress)
+    seconds = time.perf_counter() - begin
+    counts = sum((job.statuses(unit) for unit in units), Counter())
+    left_out = asked - sum(counts.values())
+    if as_json:
+        document = {"folder": str(folder), "tasks": sum(counts.values()), "shards": len(units)}
+        document |= {"made": len(made.outcomes), "left_out": left_out, "statuses": dict(counts)}
+        say_json(document)
+    else:
+        if left_out:
+            note(f"tasks left out: --block {request.reading.block} does not fit: {left_out}")
+        told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
+        say(
+            f"{folder} holds {sum(counts.values())} answers in {len(units)} shards,"
+            f" {len(made.outcomes)} of them made in {seconds:.2f} s: {told}; every answer replayed."
+        )
+    return exit_code([{"status": status} for status in counts])
 
 
 def _require_alone(

@@ -57,10 +57,32 @@ class TaskLabels(NamedTuple):
     focal: np.ndarray
 
 
+_AT_ONCE = 512
+"""Tasks whose maps are in memory twice, on the way from the device."""
+
+
 def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLabels:
     """Returns the labels of a batch, or of single tasks padded as `stack` pads them (host)."""
-    singles = unstack(tasks) if isinstance(tasks, Task) else tasks
-    batch = tasks if isinstance(tasks, Task) else stack(tasks)
+    if isinstance(tasks, Task):
+        return label_stacked(unstack(tasks), tasks, max_destroyed=max_destroyed)
+    return label_stacked(tasks, stack(tasks), max_destroyed=max_destroyed)
+
+
+def label_stacked(singles: list[Task], batch: Task, *, max_destroyed: int = 32) -> TaskLabels:
+    """Returns the labels of tasks that are there both ways, as singles and as their batch."""
+    whole: dict[str, np.ndarray] = {}
+    for first in range(0, len(singles), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        some = jax.tree.map(lambda array, part=part: array[part], batch)
+        for name, array in _labels_of(singles[part], some, max_destroyed).items():
+            if name not in whole:
+                whole[name] = np.empty((len(singles), *array.shape[1:]), array.dtype)
+            whole[name][part] = array
+    return TaskLabels(**whole)
+
+
+def _labels_of(singles: list[Task], batch: Task, max_destroyed: int) -> dict[str, np.ndarray]:
+    """Returns the labels by their names."""
     solutions = solve_many(singles, max_destroyed=max_destroyed)
     M = batch.destroyable.shape[-1]
     removed, blocking = (_as_sets(solutions, name, M) for name in ("destroyed", "blocking"))
@@ -77,7 +99,7 @@ def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLab
     room = [(0, 0), (0, batch_bucket(M) - M)]
     sets = np.pad(removed, room), np.pad(blocking, room)
     maps = jax.tree.map(np.asarray, _maps(batch.labels, *sets, batch.start, batch.goal, is_solved))
-    return TaskLabels(**facts, least_removal=removed, **maps)
+    return facts | {"least_removal": removed} | maps
 
 
 def _as_sets(solutions: list[Solution], name: str, num_obstacles: int) -> np.ndarray:

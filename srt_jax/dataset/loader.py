@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from srt_jax.dataset import shards
-from srt_jax.dataset.folder import Plan, read_plan
+from srt_jax.dataset.folder import read_plan
+from srt_jax.dataset.job import Plan
 from srt_jax.formats.files import PathLike
 
 

@@ -57,7 +57,7 @@ def _pack(arrays: dict[str, np.ndarray]) -> bytes:
             np.lib.format.write_array(
                 content, np.ascontiguousarray(arrays[name]), allow_pickle=False
             )
-            archive.writestr(member, content.getvalue(), compresslevel=_LEVEL)
+            archive.writestr(member, content.getbuffer(), compresslevel=_LEVEL)
     return buffer.getvalue()
 
 
@@ -103,15 +103,6 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
         for index in range(len(arrays["index"])):
             writer.write(_pack({name: array[index : index + 1] for name, array in arrays.items()}))
         writer.close()
-
-
-def remove_drafts(folder: pathlib.Path) -> None:
-    """Removes what a killed run left half written. One process at a time may write a folder:
-    another's draft goes too.
-    """
-    for suffix in SUFFIXES.values():
-        for draft in folder.glob(f".shard-*.{suffix}*.part"):
-            draft.unlink(missing_ok=True)
 
 
 def read_records(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:

@@ -1,0 +1,137 @@
+"""The workers of Dask distributed: of a cluster that is there, or of one on this machine.
+
+A worker that dies is restarted by its nanny, and the scheduler gives its unit to another; a unit
+that ends `distributed.scheduler.allowed-failures` workers (3 by default) is given up.
+"""
+
+import contextlib
+import logging
+import queue
+import time
+from typing import Any
+
+from sign_model.ground.cores import num_cores
+from srt_jax.formats.files import require_module
+from srt_jax.scale.crews.crew import Crew, Failed
+from srt_jax.scale.crews.environment import variables
+from srt_jax.scale.job import Job, Outcome, attempt
+
+_PER_WORKER = 2
+"""Units handed out for each worker: one in hand, one to come."""
+_STARTS = 8
+_PATIENCE, _GRACE = 30, 2
+"""Seconds for the scheduler to answer, and for all to end."""
+_DEAD = "the workers of Dask die before they do anything; where memory runs short, use fewer"
+_LOOK, _DESERTED = 1, 5
+"""Seconds between two looks whether there are workers, and without any before all is started
+anew.
+"""
+
+
+class DaskCluster(Crew):
+    """`workers` processes of this machine, one for each core by default; or those at `address`."""
+
+    def __init__(self, job: Job, workers: int | None, address: str | None) -> None:
+        super().__init__(job)
+        distributed = require_module("distributed", extra="dask", what="--engine dask")
+        self._dask, self._address = distributed, address
+        self._workers = workers or num_cores()
+        self._futures: dict[Any, int] = {}
+        self._restarts = 0
+        self._connect()
+
+    def _connect(self) -> None:
+        self._finished: queue.Queue[Any] = queue.Queue()
+        self._deserted_since: float | None = None
+        self._cluster = None if self._address else _local(self._dask, self._workers)
+        try:
+            self._client = self._dask.Client(self._address or self._cluster, timeout=_PATIENCE)
+        except OSError as error:
+            raise ValueError(
+                f"--address {self._address}: no scheduler of Dask answers there: start one by"
+                " dask scheduler"
+            ) from error
+
+    def has_room(self) -> bool:
+        if not self.num_busy:
+            return True
+        return self.num_busy < _PER_WORKER * max(1, sum(self._client.nthreads().values()))
+
+    def submit(self, unit: int) -> None:
+        future = self._client.submit(attempt, self.job, unit, pure=False)
+        self._futures[future] = unit
+        self.num_busy += 1
+        future.add_done_callback(self._finished.put)
+
+    def next(self) -> Outcome | Failed:
+        while True:
+            try:
+                future = self._finished.get(timeout=_LOOK)
+                break
+            except queue.Empty:
+                self._replace_deserted()
+        unit = self._futures.pop(future)
+        self.num_busy -= 1
+        try:
+            outcome = future.result()
+            self._restarts = 0
+            return outcome
+        except (ValueError, ImportError) as error:
+            return Failed(unit, error)
+        except self._dask.KilledWorker as error:
+            raise RuntimeError(
+                f"several workers died at {self.job.name(unit)} in turn; where memory runs short,"
+                " use fewer workers or smaller shards"
+            ) from error
+
+    def _replace_deserted(self) -> None:
+        """Starts a cluster of this machine anew that has had no worker for some time: a nanny gives
+        up when its worker dies while it starts.
+        """
+        if self._cluster is None or self._client.nthreads():
+            self._deserted_since = None
+            return
+        now = time.monotonic()
+        self._deserted_since = self._deserted_since or now
+        if now - self._deserted_since < _DESERTED:
+            return
+        if self._restarts == _STARTS:
+            raise RuntimeError(_DEAD)
+        self._restarts += 1
+        units = list(self._futures.values())
+        self.close()
+        self._connect()
+        for unit in units:
+            self.submit(unit)
+
+    def close(self) -> None:
+        self._futures = {}
+        with contextlib.suppress(Exception):
+            self._client.close(timeout=_GRACE)
+        if self._cluster is not None:
+            with contextlib.suppress(Exception):
+                self._cluster.close(timeout=_GRACE)
+        self.num_busy = 0
+
+
+def _local(distributed: Any, workers: int) -> Any:
+    """Returns a cluster of this machine, which serves nobody else and shows no web page."""
+    dask = require_module("dask", extra="dask", what="--engine dask")
+    key = "distributed.nanny.pre-spawn-environ"
+    options = {
+        "n_workers": workers,
+        "threads_per_worker": 1,
+        "processes": True,
+        "host": "127.0.0.1",
+        "dashboard_address": "127.0.0.1:0",  # without bokeh there is no page
+        "memory_limit": 0,  # a unit's memory is bounded by its size, and a limit would kill it
+        "silence_logs": logging.CRITICAL,
+    }
+    with dask.config.set({key: dask.config.get(key) | variables()}):
+        for number in range(_STARTS):
+            try:
+                return distributed.LocalCluster(**options)
+            except RuntimeError as error:  # a worker died while it started
+                if number == _STARTS - 1:
+                    raise RuntimeError(_DEAD) from error
+    raise AssertionError("one of them returned or raised")

@@ -1,0 +1,19 @@
+"""The environment of workers, set before they import JAX: one core each."""
+
+import os
+import sys
+
+
+def variables() -> dict[str, str]:
+    """Returns what is added to the environment of a worker on this machine."""
+    path = os.pathsep.join(place or os.getcwd() for place in sys.path)
+    given = {"SRT_JAX_CORES": "1", "PYTHONPATH": path}
+    # several processes on one accelerator: none may take all of its memory
+    if "XLA_PYTHON_CLIENT_PREALLOCATE" not in os.environ:
+        given["XLA_PYTHON_CLIENT_PREALLOCATE"] = "false"
+    # set by the command line where JAX was imported before it
+    jax = sys.modules.get("jax")
+    cache = getattr(getattr(jax, "config", None), "jax_compilation_cache_dir", None)
+    if cache and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+        given["JAX_COMPILATION_CACHE_DIR"] = str(cache)
+    return given
