@@ -7,7 +7,7 @@ import os
 import sys
 
 from srt_jax import __version__
-from srt_jax.commands import interrupts
+from srt_jax.commands.shared import interrupts
 from srt_jax.commands.short_plan import plain_call
 
 

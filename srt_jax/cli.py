@@ -19,8 +19,8 @@ from typing import Annotated
 import typer
 
 from srt_jax import __version__
-from srt_jax.commands import console, interrupts
-from srt_jax.commands.console import (
+from srt_jax.commands.shared import console, interrupts
+from srt_jax.commands.shared.console import (
     BAD_INPUT,
     CRASHED,
     PIPE_CLOSED,

@@ -13,7 +13,7 @@ import numpy as np
 
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.padding import pad_batch, with_slots
-from srt_jax.solver import MAX_BRANCHES, solve
+from srt_jax.solver import MAX_BRANCHES, solve_in_room
 from srt_jax.task import stack
 from srt_jax.types import Solution, Status, Task
 
@@ -265,30 +265,23 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
 
 
 def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options: Any) -> Solution:
-    """Returns the solutions, with room for common routes and numbers of obstacles, and again with
-    more for greater ones.
-
-    With `max_cells` there is no more room for the route than that.
+    """Returns the solutions, with room for common numbers of obstacles, and again with more for
+    greater ones. With `max_cells` there is no more room for the route than that.
     """
-    room, slots = max_cells or 16 * batch.labels.shape[-1], min(max_destroyed, _COMMON_NUMBER)
+    slots = min(max_destroyed, _COMMON_NUMBER)
     while True:
         answer = jax.tree.map(
-            np.asarray, solve(batch, max_cells=room, max_destroyed=slots, **options)
+            np.asarray,
+            solve_in_room(batch, max_cells=max_cells, max_destroyed=slots, **options),
         )
-        longest = int(answer.num_cells.max())
-        is_too_long = answer.num_cells > room
+        is_too_long = answer.num_cells > answer.cells.shape[1]
         # In mode "paper" what stopped for want of room may need more yet.
         is_short_of_slots = (
             (slots < max_destroyed) & (answer.status == Status.BUDGET_SPENT) & ~is_too_long
         )
-        if max_cells is None and longest > room:
-            room = batch_bucket(2 * longest)
-        elif is_short_of_slots.any():
-            slots = min(
-                max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max())))
-            )
-        else:
+        if not is_short_of_slots.any():
             return with_slots(answer, max_destroyed, np)
+        slots = min(max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max()))))
 
 
 def _cut_to(answer: Solution, place: int, task: Task) -> Solution:

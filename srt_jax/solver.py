@@ -118,6 +118,33 @@ def solve(
       >>> solution.destroyed[: int(solution.num_destroyed)].tolist()
       [0]
     """
+    return _solve(
+        task,
+        mode=mode,
+        toll=toll,
+        max_destroyed=max_destroyed,
+        max_cells=max_cells,
+        max_branches=max_branches,
+    )
+
+
+def solve_in_room(task: Task, **options: Any) -> Solution:
+    """`solve` outside jit, but that `cells` has only as much room as the routes of this batch were
+    given.
+    """
+    return _solve(task, has_all_room=False, **options)
+
+
+def _solve(
+    task: Task,
+    *,
+    mode: str,
+    toll: float | Array,
+    max_destroyed: int,
+    max_cells: int | None,
+    max_branches: int,
+    has_all_room: bool = True,
+) -> Solution:
     batch = task_batch(task)
     if mode not in MODES:
         raise ValueError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
@@ -147,8 +174,8 @@ def solve(
 
     def run() -> Solution:
         options = {"mode": mode, "max_destroyed": max_destroyed, "max_branches": max_branches}
-        solution = with_cells(_with_room(flat, np.asarray(tolls), max_cells, room, options), room)
-        return eager.unfold(solution, batch)
+        solution = _with_room(flat, np.asarray(tolls), max_cells, room, options)
+        return eager.unfold(with_cells(solution, room) if has_all_room else solution, batch)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
 

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.bench.machine import machine
-from srt_jax.commands.console import aside, say, say_json
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.shared.console import aside, say, say_json
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.files import atomic_write, make_folder
 
 NAMES = ("kernels", "solve", "plan", "learning", "envs", "gradients")

@@ -14,15 +14,15 @@ from srt_jax.answers.compare import (
     sums,
 )
 from srt_jax.answers.results_file import read_results
-from srt_jax.commands import options
-from srt_jax.commands.console import (
+from srt_jax.commands.shared import options
+from srt_jax.commands.shared.console import (
     fit_table,
     printer,
     say_json,
     say_wrapped,
     show_progress,
 )
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.console import say, say_json, show_progress
-from srt_jax.commands.options import (
+from srt_jax.commands.shared.console import say, say_json, show_progress
+from srt_jax.commands.shared.options import (
     AddressOption,
     EngineOption,
     JsonOption,

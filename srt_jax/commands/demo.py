@@ -7,9 +7,16 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.commands import helsinki as work
-from srt_jax.commands.console import fit_table, printer, say, say_wrapped, show_progress, waiting
-from srt_jax.commands.options import JsonOption
 from srt_jax.commands.report import exit_code, report, require_page_name
+from srt_jax.commands.shared.console import (
+    fit_table,
+    printer,
+    say,
+    say_wrapped,
+    show_progress,
+    waiting,
+)
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.batch import write_batch
 from srt_jax.formats.files import atomic_write
 from srt_jax.many_tasks import solve_many

@@ -9,10 +9,10 @@ from typing import Annotated
 import typer
 
 from srt_jax.coalition.files import holds_coalitions
-from srt_jax.commands import options
-from srt_jax.commands.console import note, say, say_json, show_progress, waiting
-from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading_options import AS_SET, with_reading
+from srt_jax.commands.shared import options
+from srt_jax.commands.shared.console import note, say, say_json, show_progress, waiting
+from srt_jax.commands.shared.options import JsonOption
+from srt_jax.commands.shared.reading_options import AS_SET, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
 from srt_jax.draw.picture import FORMATS
 from srt_jax.draw.picture import draw as draw_one

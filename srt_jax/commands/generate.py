@@ -6,8 +6,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from srt_jax.commands.console import say, say_json, waiting
-from srt_jax.commands.options import JsonOption, sides
+from srt_jax.commands.shared.console import say, say_json, waiting
+from srt_jax.commands.shared.options import JsonOption, sides
 from srt_jax.formats.batch import write_batch
 from srt_jax.instances.generate import generate as made
 from srt_jax.task import stack

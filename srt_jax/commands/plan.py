@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.short_plan import plan_files
 
 

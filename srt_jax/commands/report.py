@@ -15,7 +15,7 @@ from sign_model.ground.extras import install_command
 from sign_model.ground.files import require_folder_of
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
-from srt_jax.commands.console import (
+from srt_jax.commands.shared.console import (
     BUDGET_SPENT,
     fit_table,
     note,

@@ -7,9 +7,9 @@ import numpy as np
 import typer
 
 from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
-from srt_jax.commands import options
-from srt_jax.commands.console import aside, say, say_json, show_progress
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.shared import options
+from srt_jax.commands.shared.console import aside, say, say_json, show_progress
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sign_model.ground.collector import paused_collector
-from srt_jax.commands.console import aside, say, say_json, waiting
+from srt_jax.commands.shared.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:
     from sign_model import PlanResult

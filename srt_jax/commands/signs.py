@@ -12,7 +12,7 @@ from sign_model import animate_trace, describe, draw_networks, load, trace, worl
 from sign_model.ground.files import atomic_write
 from sign_model.signs.activation import spread_activation
 from sign_model.signs.world_model import WorldModel
-from srt_jax.commands.console import aside, say
+from srt_jax.commands.shared.console import aside, say
 
 _DECAY, _STEPS, _SHOWN = (0.5, 0.5, 0.5), 4, 20
 

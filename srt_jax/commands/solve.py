@@ -10,11 +10,11 @@ import typer
 from srt_jax.answers import shards
 from srt_jax.answers.results_file import require_name
 from srt_jax.coalition.files import holds_coalitions
-from srt_jax.commands import options
-from srt_jax.commands.console import BAD_INPUT, note, say, say_json, show_progress
-from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading_options import AS_SET, with_reading
 from srt_jax.commands.report import exit_code, report, require_page_name
+from srt_jax.commands.shared import options
+from srt_jax.commands.shared.console import BAD_INPUT, note, say, say_json, show_progress
+from srt_jax.commands.shared.options import JsonOption
+from srt_jax.commands.shared.reading_options import AS_SET, with_reading
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading

@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from srt_jax.answers import shards
-from srt_jax.commands.console import say, say_json
-from srt_jax.commands.options import JsonOption
+from srt_jax.commands.shared.console import say, say_json
+from srt_jax.commands.shared.options import JsonOption
 from srt_jax.dataset.folder import MANIFEST, read_plan
 from srt_jax.dataset.job import DatasetJob
 from srt_jax.scale import Job, Standing, standing

@@ -5,10 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from srt_jax.commands import options
-from srt_jax.commands.console import fit_table, printer, say_json, say_wrapped, waiting
-from srt_jax.commands.options import JsonOption
-from srt_jax.commands.reading_options import AS_SET, with_reading
+from srt_jax.commands.shared import options
+from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, waiting
+from srt_jax.commands.shared.options import JsonOption
+from srt_jax.commands.shared.reading_options import AS_SET, with_reading
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.formats.task_files import read_tasks

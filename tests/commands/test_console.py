@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from srt_jax.cli import app, run
-from srt_jax.commands import console
+from srt_jax.commands.shared import console
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COLUMNS = (

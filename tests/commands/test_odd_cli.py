@@ -22,8 +22,8 @@ from sign_model.ground import files as ground
 from sign_model.ground.legible import legible
 from srt_jax import cli
 from srt_jax.cli import run
-from srt_jax.commands import interrupts
 from srt_jax.commands.report import exit_code
+from srt_jax.commands.shared import interrupts
 from srt_jax.draw.gallery import file_names
 from srt_jax.formats import gridmap
 from srt_jax.formats.batch import write_batch
@@ -478,7 +478,7 @@ def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how)
             "ctypes.CDLL(None).sleep(20) or ctypes.CDLL(None).sleep(20)",
         ],
     }[how]
-    module = str(ROOT / "srt_jax" / "commands" / "interrupts.py")
+    module = str(ROOT / "srt_jax" / "commands" / "shared" / "interrupts.py")
     script = tmp_path / "srt-jax"  # the name of the installed program
     lines = [
         "import sys, time",

@@ -10,8 +10,9 @@ import pytest
 from typer.main import get_command
 
 from srt_jax import __main__, cli
-from srt_jax.commands import interrupts, short_plan
 from srt_jax.commands import plan as command
+from srt_jax.commands import short_plan
+from srt_jax.commands.shared import interrupts
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOMAIN = """(define (domain d) (:predicates (p ?x) (q ?x))

@@ -105,15 +105,15 @@ _MANY_ON_THE_DEFAULT = """
 import jax
 import numpy as np
 import srt_jax
-from srt_jax import many_tasks
+from srt_jax import many_tasks, solver
 from tests.engine.test_jax_modes import ground
 first, second = jax.devices()
 places = []
 def noted(*args, **options):
-    answer = srt_jax.solve(*args, **options)
+    answer = solver.solve_in_room(*args, **options)
     places.append(answer.num_cells.devices())
     return answer
-many_tasks.solve = noted
+many_tasks.solve_in_room = noted
 task = jax.device_put(srt_jax.make_task(ground()[0], (0, 0), (4, 5)), second)
 (answer,) = srt_jax.solve_many([task])
 with jax.default_device(second):

@@ -49,7 +49,7 @@ class Tally:
 def progress(what: str, items: Iterable, total: int) -> Iterator:
     """Yields the items; with a bar where rich is installed and standard error is a terminal."""
     try:
-        from srt_jax.commands.console import show_progress
+        from srt_jax.commands.shared.console import show_progress
     except ImportError:
         context: Any = nullcontext(lambda count: None)
     else:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from srt_jax.commands import options
+from srt_jax.commands.shared import options
 from srt_jax.formats import geojson, gridmap, pictures
 from srt_jax.formats.reading import Reading
 from srt_jax.robots.ends import as_end, as_radius

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from srt_jax.commands import console
-from srt_jax.commands.console import error_line
+from srt_jax.commands.shared import console
+from srt_jax.commands.shared.console import error_line
 from srt_jax.formats.notes import Notes
 
 if TYPE_CHECKING:  # it loads JAX, which `plan --help` does not need

@@ -1,0 +1,1 @@
+"""What the commands share: options, how they read, what they print, how they end."""
