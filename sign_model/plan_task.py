@@ -112,7 +112,8 @@ def plan(
     if planner == "map":
         signs = _signs(heuristic)
         if memory is not None and rule is None and heuristic is None:
-            skill = memory.skill(task)
+            # a memory of one's own need not have learned anything
+            skill = memory.skill(task) if hasattr(memory, "skill") else None
             rule, signs = (skill.rule, skill.signs) if skill is not None else (None, signs)
         found = plan_by_rule(
             task, signs, rule or UNLEARNED, max_expansions=max_expansions, clock=clock

@@ -90,8 +90,9 @@ def test_a_stream_reads_no_further_than_its_window_and_keeps_no_task(mixture):
     for number, solution in enumerate(solve_many(coming(), window=8)):
         assert solution.num_cells == 16
         assert len(read) <= number + 9
-        gc.collect()
-        assert sum(one() is not None for one in alive) <= 9
+        if number % 10 == 9:  # a collection takes a second where so much is loaded
+            gc.collect()
+            assert sum(one() is not None for one in alive) <= 9
     assert len(read) == 40
 
 
