@@ -100,6 +100,7 @@ def test_nested_vmap_along_any_axes_in_a_branch_of_a_scan_gives_the_same_bits(na
     assert_same_bits(jax.tree.map(lambda x: x[:, :, 0], got), expected)
 
 
+@pytest.mark.slow  # calls outside jit are padded, and every test here compares with one
 @pytest.mark.parametrize(
     "name", [name for name in CASES if name not in ("solve", "least_removal", "octile_distance")]
 )

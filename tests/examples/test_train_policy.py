@@ -17,6 +17,7 @@ def lenient():
         yield
 
 
+@pytest.mark.slow  # test_ppo_flax stays: another example that trains
 def test_training_in_small_beats_chance_and_the_parameters_come_back(tmp_path):
     spec = importlib.util.spec_from_file_location("train_policy", FILE)
     assert spec and spec.loader

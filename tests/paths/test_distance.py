@@ -66,9 +66,9 @@ def test_costs_equal_scipys_dijkstra_on_outside_maps(shared_data):
 @pytest.mark.parametrize(
     "free",
     [
-        maze(np.random.default_rng(0), 255, 190),
+        maze(np.random.default_rng(0), 256, 190),
         maze(np.random.default_rng(1), 256, 190, 8),
-        rooms(np.random.default_rng(2), 200, 190),
+        rooms(np.random.default_rng(2), 256, 190),
         city(np.random.default_rng(3), 256, 190),
         noise(np.random.default_rng(4), 256, 190, 0.2),
         noise(np.random.default_rng(4), 190, 256, 0.35),
