@@ -12,16 +12,14 @@ from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import note, say, say_json, show_progress, waiting
 from srt_jax.commands.shared.options import JsonOption
-from srt_jax.commands.shared.reading_options import AS_SET, with_reading
+from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
 from srt_jax.draw.picture import FORMATS
 from srt_jax.draw.picture import draw as draw_one
 from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.formats.files import make_folder
-from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_prepared
 from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES
@@ -105,15 +103,8 @@ def draw(
     # What --only names may lie beyond the first tasks: the limit is then one on what was chosen.
     how = dataclasses.replace(reading, limit=None) if only else reading
 
-    frames: list[Frame | None] = []
-
-    def read(path: str, notes: Notes) -> list[NamedTask]:
-        source = read_prepared(path, how, destroyable, notes)
-        frames.extend([source.frame] * len(source.tasks))
-        return source.tasks
-
     with waiting("reading", quiet=as_json):
-        tasks, _, failed = options.read_all(inputs, read, quiet=True)
+        tasks, frames, _, failed = read_framed(inputs, how, destroyable, quiet=True)
     frames = [frame for task, frame in zip(tasks, frames) if not only or task.name in only]
     tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:

@@ -14,17 +14,13 @@ from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import BAD_INPUT, note, say, say_json, show_progress
 from srt_jax.commands.shared.options import JsonOption
-from srt_jax.commands.shared.reading_options import AS_SET, with_reading
+from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.files import make_folder
-from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_prepared
-from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.robots.path_file import require_path_name
 from srt_jax.scale import run
 from srt_jax.scale.parts import as_part
-from srt_jax.task import NamedTask
 
 
 @with_reading
@@ -144,11 +140,12 @@ def solve(
         )
 
     others = {"--report": page, "--results": results, "--path": path}
-    if is_shared or _is_for_shards(out, inputs, reading, others):
-        folder = _require_folder(out, others)
+    folder = _require_folder(out, others) if is_shared else out
+    if counts := _counts_for_shards(folder, inputs, reading, others, is_shared):
+        assert folder is not None
         request = shards.Request(
             inputs=tuple(inputs),
-            counts=shards.count_all(inputs, reading),
+            counts=counts,
             reading=reading,
             destroyable=destroyable,
             mode=mode,
@@ -159,14 +156,7 @@ def solve(
         )
         return _solve_to_shards(folder, request, how, as_json=as_json)
 
-    frames: list[Frame | None] = []
-
-    def read(name: str, notes: Notes) -> list[NamedTask]:
-        source = read_prepared(name, reading, destroyable, notes)
-        frames.extend([source.frame] * len(source.tasks))
-        return source.tasks
-
-    tasks, notes, failed = options.read_all(inputs, read, quiet=as_json)
+    tasks, frames, notes, failed = read_framed(inputs, reading, destroyable, quiet=as_json)
     if not tasks:
         raise ValueError(f"{', '.join(inputs)}: the batch is empty: no task to solve")
     if path and len(tasks) > 1:
@@ -204,20 +194,26 @@ def solve(
     return BAD_INPUT if failed else exit_code(records)
 
 
-def _is_for_shards(
-    out: pathlib.Path | None, inputs: list[str], reading: Reading, others: dict[str, Any]
-) -> bool:
-    """Whether answers go to shards although nobody said so: they went there before, or are too
-    many for one file.
+def _counts_for_shards(
+    out: pathlib.Path | None,
+    inputs: list[str],
+    reading: Reading,
+    others: dict[str, Any],
+    is_shared: bool,
+) -> tuple[int, ...] | None:
+    """Returns the tasks of each input where answers go to shards, else None. Though nobody said so
+    they do if they went there before, or are too many for one file.
     """
-    if out is None or any(others.values()):
-        return False
-    if (out / shards.MANIFEST).exists():
-        return True
+    if not is_shared and (out is None or any(others.values())):
+        return None
+    is_sure = is_shared or (out is not None and (out / shards.MANIFEST).exists())
     try:
-        return sum(shards.count_all(inputs, reading)) > shards.SHARD_SIZE
-    except ValueError:  # of one file: the others are solved, and its error is told then
-        return False
+        counts = shards.count_all(inputs, reading)
+    except ValueError:
+        if is_sure:
+            raise
+        return None  # of one file: the others are solved, and its error is told then
+    return counts if is_sure or sum(counts) > shards.SHARD_SIZE else None
 
 
 def _require_folder(out: pathlib.Path | None, others: dict[str, Any]) -> pathlib.Path:

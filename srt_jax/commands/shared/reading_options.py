@@ -4,15 +4,19 @@ parameter `reading`.
 
 import functools
 import inspect
-from collections.abc import Callable
-from typing import Annotated, Any
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
 from srt_jax.commands.shared import options
 from srt_jax.formats import geojson, gridmap, pictures
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
+from srt_jax.formats.task_files import read_prepared
+from srt_jax.geometry.frame import Frame
 from srt_jax.robots.ends import as_end, as_radius
+from srt_jax.task import NamedTask
 
 AS_SET = Reading()
 _PLACES = "Places and maps"
@@ -36,6 +40,32 @@ def with_reading(command: Callable[..., int]) -> Callable[..., int]:
         "return": int
     }
     return run
+
+
+class FramedTasks(NamedTuple):
+    """What was read, as `options.ReadTasks`; frames: where the map of each task lies, None where
+    that is not known.
+    """
+
+    tasks: list[NamedTask]
+    frames: list[Frame | None]
+    notes: list[dict[str, Any]]
+    failed: list[str]
+
+
+def read_framed(
+    inputs: Sequence[str], how: Reading, destroyable: str | None, *, quiet: bool
+) -> FramedTasks:
+    """Reads every file as `options.read_all` does, with its tasks made ready to be solved."""
+    frames: list[Frame | None] = []
+
+    def read(path: str, notes: Notes) -> list[NamedTask]:
+        source = read_prepared(path, how, destroyable, notes)
+        frames.extend([source.frame] * len(source.tasks))
+        return source.tasks
+
+    tasks, records, failed = options.read_all(inputs, read, quiet=quiet)
+    return FramedTasks(tasks, frames, records, failed)
 
 
 def _reading(
