@@ -11,8 +11,7 @@ import pathlib
 import zipfile
 from collections.abc import Iterator
 
-import numpy as np
-
+from srt_jax.formats.containers.arrays import read_header
 from srt_jax.formats.files import FileError
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
@@ -89,13 +88,7 @@ def _num_tasks(path: str) -> int:
     """Returns the tasks of a batch by the head of one of its arrays."""
     try:
         with zipfile.ZipFile(path) as archive, archive.open("start.npy") as file:
-            version = np.lib.format.read_magic(file)
-            head = (
-                np.lib.format.read_array_header_1_0
-                if version == (1, 0)
-                else np.lib.format.read_array_header_2_0
-            )
-            return int(head(file)[0][0])
+            return read_header(file)[0][0]
     # the zip reader and NumPy raise whatever their code runs into on damaged bytes
     except Exception as error:
         raise FileError(

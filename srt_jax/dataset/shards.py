@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sign_model.ground.extras import install_command
-from srt_jax.formats.containers.arrays import read_arrays
+from srt_jax.formats.containers.arrays import read_arrays, read_header
 from srt_jax.formats.files import atomic_write, draft_of, read_bytes, require_regular
 from srt_jax.types import FREE
 
@@ -92,8 +92,7 @@ def shape_npz(path: pathlib.Path) -> tuple[int, int]:
 
 def _head(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
     with archive.open(f"{name}.npy") as file:
-        np.lib.format.read_magic(file)
-        return np.lib.format.read_array_header_1_0(file)[0]
+        return read_header(file)[0]
 
 
 def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:

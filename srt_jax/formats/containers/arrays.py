@@ -74,7 +74,7 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
     if info.compress_type not in _METHODS or not name.endswith(".npy"):
         raise ValueError(f"the member {name[:40]!r} is no array that NumPy wrote")
     with archive.open(info) as file:
-        shape, dtype, head = _header(file)
+        shape, dtype, head = read_header(file)
         size = math.prod(shape) * dtype.itemsize
         if dtype.hasobject:
             raise ValueError(f"the array {name[:40]!r} holds objects, which could run code")
@@ -92,8 +92,10 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
     return array
 
 
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, int]:
-    """Returns shape, dtype and the length of the header in bytes."""
+def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, int]:
+    """Returns shape, dtype and the length of the header in bytes, of the `.npy` file that begins
+    here.
+    """
     version = np.lib.format.read_magic(file)
     try:
         read = {
