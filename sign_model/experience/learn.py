@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.experience import cross_entropy
 from sign_model.experience.lifted_weights import learn_apart
 from sign_model.experience.precedent import require_one_domain
 from sign_model.ground.sizes import next_power_of_two
@@ -23,7 +24,6 @@ from sign_model.map_batch.tables import MAX_WEIGHT
 from sign_model.pddl.planning_task import PlanningTask
 
 _COUNTS = ("landmarks", "held", "unmet")
-_FIRST_SCALE, _FIRST_SPREAD, _LEAST_SPREAD = 4.0, 3.0, 0.2
 _TOLERANCE = 1.002  # how much longer plans may become, as a factor, when a weight is set to 0
 
 
@@ -70,23 +70,13 @@ def learn(
         search = {"generations": generations, "population": population, "beam": beam}
         return learn_apart(tasks, name=name, seed=seed, log=log, **search)
     trial = _Trial(tasks, name, beam, lanes)
-    rng = np.random.default_rng(seed)
-    mean, spread = trial.unlearned * _FIRST_SCALE, np.full(trial.unlearned.shape, _FIRST_SPREAD)
-    num_best = max(2, population // 4)
-
-    # Cross-entropy search. Ends: after `generations` rounds.
-    for generation in range(generations):
-        # The mean itself is among the samples.
-        samples = mean + spread * rng.normal(size=(population, *mean.shape))
-        samples[0] = mean
-        scores = np.array([trial.mean_length(weights, generation) for weights in samples])
-        best = samples[np.argsort(scores, kind="stable")[:num_best]]
-        mean = (mean + best.mean(axis=0)) / 2
-        spread = (spread + best.std(axis=0) + _LEAST_SPREAD) / 2
-        if log is not None and generation % 5 == 4:
-            log(
-                f"generation {generation + 1} of {generations}: best mean length {scores.min():.2f}"
-            )
+    mean = trial.unlearned * cross_entropy.FIRST_SCALE
+    for one in cross_entropy.generations(
+        trial.mean_length, mean, count=generations, population=population, seed=seed
+    ):
+        mean = one.mean
+        if log is not None and one.number % 5 == 4:
+            log(f"generation {one.number + 1} of {generations}: best mean length {one.score:.2f}")
 
     # Simplify, and compare with the unlearned weights on all tasks.
     mean = _prune(trial, mean)

@@ -9,7 +9,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from sign_model.experience import cross_entropy
 from sign_model.map_algorithm.heuristics import (
+    COUNTS,
     LANDMARKS,
     RELAXED_PLAN,
     HeuristicSign,
@@ -20,8 +22,7 @@ from sign_model.map_algorithm.rating import kind_of, make_rating
 from sign_model.map_algorithm.regression import regression_space
 from sign_model.pddl.planning_task import PlanningTask
 
-_COUNTS = ("landmarks", "plan", "held", "unmet")
-_SCALE, _SPREAD, _LEAST_SPREAD, _MAX_WEIGHT = 4.0, 3.0, 0.2, 255
+_MAX_WEIGHT = 255
 _MOST_STEPS = 400
 """Steps of a search before it counts as without a plan."""
 
@@ -40,35 +41,26 @@ def learn_apart(
     unlearned `LANDMARKS`. Arguments as in `learn`.
     """
     trial = _Trial(tasks, name, beam)
-    rng = np.random.default_rng(seed)
     unlearned = {sign.name: trial.weights(sign) for sign in (LANDMARKS, RELAXED_PLAN)}
     scores = {key: trial.score(weights) for key, weights in unlearned.items()}
     begin = min(scores, key=lambda key: scores[key])
     best, best_score = unlearned[begin], scores[begin]
-    mean, spread = best * _SCALE, np.where(trial.is_used, _SPREAD, 0.0)
-    num_best = max(2, population // 4)
-
-    # Cross-entropy search. Ends: after `generations` rounds.
-    for generation in range(generations):
-        samples = mean + spread * rng.normal(size=(population, *mean.shape))
-        samples[0] = mean
-        found = np.array([trial.score(weights) for weights in samples])
-        order = np.argsort(found, kind="stable")
-        chosen = samples[order[:num_best]]
-        if found[order[0]] < best_score:
-            best, best_score = samples[order[0]], float(found[order[0]])
-        mean = (mean + chosen.mean(axis=0)) / 2
-        spread = np.where(trial.is_used, (spread + chosen.std(axis=0) + _LEAST_SPREAD) / 2, 0.0)
+    for one in cross_entropy.generations(
+        lambda weights, _: trial.score(weights),
+        best * cross_entropy.FIRST_SCALE,
+        count=generations,
+        population=population,
+        seed=seed,
+    ):
+        if one.score < best_score:
+            best, best_score = one.best, one.score
         if log is not None:
-            log(f"generation {generation + 1} of {generations}: best mean {found.min():.2f}")
+            log(f"generation {one.number + 1} of {generations}: best mean {one.score:.2f}")
     return trial.sign(best)
 
 
 class _Trial:
-    """Tasks on which weights are tried.
-
-    is_used: bool [names], which weights can matter.
-    """
+    """Tasks on which weights are tried."""
 
     def __init__(self, tasks: Sequence[PlanningTask], name: str, beam: int) -> None:
         self.name, self.beam = name, beam
@@ -81,12 +73,11 @@ class _Trial:
         kinds = sorted({kind_of(atom) for task in tasks for atom in task.features})
         schemas = sorted({action[0] for task in tasks for action in task.actions})
         self.names = [
-            (count, one) for count in _COUNTS for one in (schemas if count == "plan" else kinds)
+            (count, one) for count in COUNTS for one in (schemas if count == "plan" else kinds)
         ]
         self.goal_kinds = {
             kind_of(task.features[f]) for task in tasks for f in np.flatnonzero(task.goal)
         }
-        self.is_used = np.ones(len(self.names), bool)
 
     def weights(self, sign: HeuristicSign) -> np.ndarray:
         """Returns the weights of a sign, float [names]."""
@@ -98,7 +89,7 @@ class _Trial:
     def sign(self, weights: np.ndarray) -> HeuristicSign:
         """Returns the sign with these weights, float [names], rounded."""
         whole = np.clip(np.round(weights), 0, _MAX_WEIGHT).astype(int)
-        tables: dict[str, dict[str, int]] = {count: {} for count in _COUNTS}
+        tables: dict[str, dict[str, int]] = {count: {} for count in COUNTS}
         for (count, one), weight in zip(self.names, whole.tolist()):
             if weight:
                 tables[count][one] = weight

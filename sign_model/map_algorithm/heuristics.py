@@ -24,6 +24,10 @@ from sign_model.ground.files import atomic_write, read_text
 Weights = Mapping[str, int]
 
 
+COUNTS = ("landmarks", "plan", "held", "unmet")
+"""The tables of a sign."""
+
+
 @dataclass(frozen=True)
 class HeuristicSign:
     """One heuristic: the weights by which it rates a situation, {predicate or schema: weight}. An
@@ -122,7 +126,7 @@ def sign_of(entry: dict[str, Any]) -> HeuristicSign:
     """Returns one sign of a file; raises ValueError, KeyError or TypeError if it is not one."""
     name, tables = entry["name"], {key: value for key, value in entry.items() if key != "name"}
     for key, table in tables.items():
-        if key not in ("landmarks", "plan", "held", "unmet"):
+        if key not in COUNTS:
             raise ValueError(f"'{key}' is not a count of a heuristic sign")
         for weight in table.values():
             if not isinstance(weight, int) or isinstance(weight, bool) or not 0 <= weight <= 255:

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign
+from sign_model.map_algorithm.heuristics import COUNTS, LANDMARKS, HeuristicSign
 from sign_model.map_algorithm.map_planner import BEAMS, fitting_actions, regress
 from sign_model.map_algorithm.rating import Rating, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import fact_name
 
-_COUNTS = ("landmarks", "plan", "held", "unmet")
 _SHOWN = 8
 """Candidates of an iteration that the text names."""
 
@@ -155,7 +154,7 @@ def trace(
     # Along the plan from its end: each situation, and all that the M-step selects in it.
     parts = {
         count: make_rating(replace(_NOTHING, **{count: table}), space, start, goal, schemas)
-        for count in _COUNTS
+        for count in COUNTS
         if any((table := getattr(heuristic, count)).values())
     }
     iterations, situation = [], goal
