@@ -8,10 +8,10 @@ from typing import IO, Any
 
 import numpy as np
 
-from sign_model.ground.extras import install_command
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
+from srt_jax.formats.files import require_module
 
 _MAP = 480
 """Pixels of the map's longer side, about."""
@@ -32,13 +32,9 @@ class Canvas:
         start: tuple[int, int],
         goal: tuple[int, int],
     ):
-        try:
-            from PIL import Image, ImageDraw, ImageFont
-        except ImportError as error:
-            raise ImportError(
-                "animations need Pillow, which comes with matplotlib:"
-                f" {install_command('draw', 'matplotlib')}"
-            ) from error
+        require_module("PIL", extra="draw", what="an animation")
+        from PIL import Image, ImageDraw, ImageFont
+
         self._image, self._draw = Image, ImageDraw
         self._font = ImageFont.load_default(_TEXT)
         self._n = -(-max(size) // (2 * _MAP))

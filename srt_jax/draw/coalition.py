@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.extras import install_command
 from sign_model.ground.legible import legible
 from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.task import CoalitionTask
 from srt_jax.draw.canvas import save_gif
 from srt_jax.draw.colours import PALETTE, Kind, shrunk
 from srt_jax.draw.picture import page
+from srt_jax.formats.files import require_module
 from srt_jax.types import Status
 
 AGENTS = ("#0072b2", "#d55e00", "#009e73", "#000000", "#cc79a7", "#7a4a00")
@@ -123,12 +123,9 @@ def animate_coalition(
     kinds = _kinds(task, solution)
     if not Status(int(solution.status)).is_solved:
         raise ValueError("the answer has no routes to animate: draw a picture of it instead")
-    try:
-        from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise ImportError(
-            f"animations need Pillow: {install_command('draw', 'matplotlib')}"
-        ) from error
+    require_module("PIL", extra="draw", what="an animation")
+    from PIL import Image, ImageDraw, ImageFont
+
     times, when = _clock(solution)
     ids = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
     labels = np.asarray(task.labels)[:, : kinds.shape[0], : kinds.shape[1]]

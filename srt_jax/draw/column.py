@@ -4,7 +4,7 @@ people can tell apart.
 
 from typing import Any
 
-from sign_model.ground.extras import install_command
+from srt_jax.formats.files import require_module
 
 COLUMN_WIDTH = 3.4
 """Inches."""
@@ -38,13 +38,7 @@ def style() -> Any:
     Raises:
       ImportError: matplotlib is missing.
     """
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise ImportError(
-            f"figures need matplotlib: {install_command('draw', 'matplotlib')}"
-        ) from error
-    return matplotlib.rc_context(_STYLE)
+    return require_module("matplotlib", extra="draw", what="a figure").rc_context(_STYLE)
 
 
 def column_figure(

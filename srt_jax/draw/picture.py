@@ -10,7 +10,6 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from sign_model.ground.extras import install_command
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
 from srt_jax.draw.badges import draw_badges
@@ -18,6 +17,7 @@ from srt_jax.draw.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.content import Scene, scene_of
 from srt_jax.draw.legend import MARKS, handles
 from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
+from srt_jax.formats.files import require_module
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Approach, Solution, Task
 
@@ -144,13 +144,10 @@ def page(
             f"{path}: cannot draw a picture with the ending {ending!r}: use one of"
             f" {', '.join(FORMATS)}"
         )
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise ImportError(
-            f"drawing needs matplotlib: {install_command('draw', 'matplotlib')}"
-        ) from error
+    require_module("matplotlib", extra="draw", what="drawing")
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=size, layout="constrained", dpi=150)
     yield figure
     kind = ending[1:].lower()
