@@ -2,7 +2,7 @@
 
 import abc
 from types import TracebackType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from srt_jax.scale.job import Job, Outcome, attempt
 
@@ -49,6 +49,36 @@ class Crew(abc.ABC):
     @abc.abstractmethod
     def close(self) -> None:
         """Ends what is being made."""
+
+
+class Cluster(Crew):
+    """The workers of an engine; one of this machine may have to be started anew.
+
+    _units: what was handed out, {the engine's name of it: unit}.
+    """
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self._units: dict[Any, int] = {}
+        self._restarts = 0
+        """Since the last outcome."""
+
+    @abc.abstractmethod
+    def _connect(self) -> None:
+        """Connects to the engine's scheduler, or starts one."""
+
+    def _start_anew(self, most: int, dead: str) -> None:
+        """Ends the cluster, starts another and hands the units out again; RuntimeError(dead) where
+        that was done `most` times without an outcome.
+        """
+        if self._restarts == most:
+            raise RuntimeError(dead)
+        self._restarts += 1
+        units = list(self._units.values())
+        self.close()
+        self._connect()
+        for unit in units:
+            self.submit(unit)
 
 
 class Here(Crew):

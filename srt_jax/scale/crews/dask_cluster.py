@@ -12,7 +12,7 @@ from typing import Any
 
 from sign_model.ground.cores import num_cores
 from srt_jax.formats.files import require_module
-from srt_jax.scale.crews.crew import Crew, Failed
+from srt_jax.scale.crews.crew import Cluster, Failed
 from srt_jax.scale.crews.environment import variables
 from srt_jax.scale.job import Job, Outcome, attempt
 
@@ -28,7 +28,7 @@ anew.
 """
 
 
-class DaskCluster(Crew):
+class DaskCluster(Cluster):
     """`workers` processes of this machine, one for each core by default; or those at `address`."""
 
     def __init__(self, job: Job, workers: int | None, address: str | None) -> None:
@@ -36,8 +36,6 @@ class DaskCluster(Crew):
         distributed = require_module("distributed", extra="dask", what="--engine dask")
         self._dask, self._address = distributed, address
         self._workers = workers or num_cores()
-        self._futures: dict[Any, int] = {}
-        self._restarts = 0
         self._connect()
 
     def _connect(self) -> None:
@@ -59,7 +57,7 @@ class DaskCluster(Crew):
 
     def submit(self, unit: int) -> None:
         future = self._client.submit(attempt, self.job, unit, pure=False)
-        self._futures[future] = unit
+        self._units[future] = unit
         self.num_busy += 1
         future.add_done_callback(self._finished.put)
 
@@ -70,7 +68,7 @@ class DaskCluster(Crew):
                 break
             except queue.Empty:
                 self._replace_deserted()
-        unit = self._futures.pop(future)
+        unit = self._units.pop(future)
         self.num_busy -= 1
         try:
             outcome = future.result()
@@ -95,17 +93,10 @@ class DaskCluster(Crew):
         self._deserted_since = self._deserted_since or now
         if now - self._deserted_since < _DESERTED:
             return
-        if self._restarts == _STARTS:
-            raise RuntimeError(_DEAD)
-        self._restarts += 1
-        units = list(self._futures.values())
-        self.close()
-        self._connect()
-        for unit in units:
-            self.submit(unit)
+        self._start_anew(_STARTS, _DEAD)
 
     def close(self) -> None:
-        self._futures = {}
+        self._units = {}
         with contextlib.suppress(Exception):
             self._client.close(timeout=_GRACE)
         if self._cluster is not None:

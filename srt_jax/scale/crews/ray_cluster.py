@@ -13,7 +13,7 @@ from typing import Any
 from sign_model.ground.cores import num_cores
 from srt_jax.formats.files import require_module
 from srt_jax.scale.claims import claims_of
-from srt_jax.scale.crews.crew import Crew, Failed
+from srt_jax.scale.crews.crew import Cluster, Failed
 from srt_jax.scale.crews.environment import variables
 from srt_jax.scale.job import Job, Outcome, attempt
 
@@ -26,7 +26,7 @@ the start of a worker takes some ten.
 _RESTARTS = 5
 
 
-class RayCluster(Crew):
+class RayCluster(Cluster):
     """`workers` processes of this machine, one for each core by default; or those at `address`."""
 
     def __init__(self, job: Job, workers: int | None, address: str | None) -> None:
@@ -34,8 +34,6 @@ class RayCluster(Crew):
         os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
         self._ray = require_module("ray", extra="ray", what="--engine ray")
         self._workers, self._address = workers or num_cores(), address
-        self._units: dict[Any, int] = {}
-        self._restarts = 0
         self._connect()
 
     def _connect(self) -> None:
@@ -84,16 +82,10 @@ class RayCluster(Crew):
             self._idle_since = time.monotonic()
         if time.monotonic() - self._idle_since < _IDLE:
             return
-        if self._restarts == _RESTARTS:
-            raise RuntimeError(
-                "the workers of Ray die before they do anything; where memory runs short, use fewer"
-            )
-        self._restarts += 1
-        units = list(self._units.values())
-        self.close()
-        self._connect()
-        for unit in units:
-            self.submit(unit)
+        self._start_anew(
+            _RESTARTS,
+            "the workers of Ray die before they do anything; where memory runs short, use fewer",
+        )
 
     def close(self) -> None:
         self._units = {}
