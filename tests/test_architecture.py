@@ -22,6 +22,7 @@ FLOORS = {
         ("paths", "geometry", "data", "robots"),
         ("removal", "formats", "scale"),
         ("tolls",),
+        ("solver_kernel",),
         ("solver",),
         ("coalition",),
         ("draw",),
