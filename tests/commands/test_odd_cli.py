@@ -339,7 +339,7 @@ def test_whatever_goes_wrong_is_one_line_with_its_own_code(
         raise error
 
     monkeypatch.setattr(interrupts._State, "is_reported", False)
-    monkeypatch.setattr("srt_jax.commands.solve.read_prepared", fails)
+    monkeypatch.setattr("srt_jax.commands.shared.reading_options.read_prepared", fails)
     assert run(["solve", "base.map", *ENDS]) == code
     out, err = capfd.readouterr()
     assert (
@@ -373,7 +373,7 @@ def test_one_bad_file_does_not_stop_the_others(here, capsys, monkeypatch, comman
             raise error
         return read_prepared(path, *options)
 
-    monkeypatch.setattr(f"srt_jax.commands.{command}.read_prepared", read)
+    monkeypatch.setattr("srt_jax.commands.shared.reading_options.read_prepared", read)
     code, out, err = printed(capsys, command, "bad.map", "base.map", *ENDS, "--json")
     assert (code, err.count("\n")) == (2, 1) and message in err
     assert len(json.loads(out)["tasks"]) == 1
