@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from srt_jax import coalition, data, dataset, draw, envs, formats, instances  # noqa: F401
-    from srt_jax.answers.facts import explanation
+    from srt_jax.answers.facts import Explanation, explanation
     from srt_jax.answers.story import scene_pddl, scene_problem, story
     from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
@@ -47,6 +47,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Approach",
+    "Explanation",
     "Frame",
     "Obstacle",
     "Path",
@@ -91,7 +92,7 @@ __all__ = [
 
 # Names are loaded when first used, so that a command which needs no JAX does not wait for it.
 _MODULES = {
-    "answers.facts": ("explanation",),
+    "answers.facts": ("Explanation", "explanation"),
     "answers.story": ("scene_pddl", "scene_problem", "story"),
     "answers.table": ("table",),
     "answers.wording": ("explain", "why", "why_not"),

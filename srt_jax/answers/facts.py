@@ -2,6 +2,7 @@
 would follow otherwise.
 """
 
+import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,6 +21,35 @@ NORTH = 90.0
 """The default heading: up the map, in degrees counter-clockwise from its right."""
 
 
+class Explanation(dict):
+    """What `explanation` returns of one task: a dict of JSON types, which a notebook shows as a
+    picture and a table.
+
+    A copy, a pickled one and what `json` makes of it are the same data without the picture.
+
+    Examples:
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> data = srt_jax.explanation(task, srt_jax.solve(task))
+      >>> data["status"], data["route"]["length"]
+      ('SOLVED', 6.0)
+      >>> "<svg" in data._repr_html_()
+      True
+    """
+
+    _shown: tuple[Task, Solution] | None = None
+
+    def _repr_html_(self) -> str:
+        """A picture of the answer and the data as a table, for notebooks."""
+        return importlib.import_module("srt_jax.draw.notebook").explanation_html(self, self._shown)
+
+    def __reduce__(self) -> Any:
+        return type(self), (dict(self),)
+
+
 def explanation(
     task: Task,
     solution: Solution,
@@ -30,8 +60,8 @@ def explanation(
     table: places.FuzzyTable = places.DEFAULT_TABLE,
     approach: Approach | None = None,
 ) -> Any:
-    """Returns why the way was blocked and what was done about it, as a dict of JSON types; a list
-    of dicts for a batch.
+    """Returns why the way was blocked and what was done about it, as a dict of JSON types, an
+    `Explanation`; a list of them for a batch.
 
     Keys: status, meaning; unit of lengths, "cells" or "m"; start; goal {cell, distance, direction,
     seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells, obstacles [...]} or
@@ -95,7 +125,7 @@ def _of_one(
     heading: float,
     cell_side: float | None,
     table,
-) -> dict[str, Any]:
+) -> Explanation:
     status, unit = Status(int(solution.status)), "cells" if cell_side is None else "m"
     cell_side = 1.0 if cell_side is None else cell_side
     view = places.view_from(task.start, heading=heading, cell_side=cell_side, table=table)
@@ -130,7 +160,9 @@ def _of_one(
             "length": float(solution.cost) * cell_side,
             "relocation": moved,
         }
-    return data | (_what_if(task, solution) if what_if else {})
+    out = Explanation(data | (_what_if(task, solution) if what_if else {}))
+    out._shown = task, solution
+    return out
 
 
 def _total(task: Task, solution: Solution, cell_side: float) -> dict[str, Any] | None:

@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import jax
@@ -20,6 +20,9 @@ _MOST_TILES = 6
 """Of a batch, more would fill the page."""
 
 _FILLS = (Kind.DESTROYABLE, Kind.INDESTRUCTIBLE)
+
+_MOST_ENTRIES = 6
+"""Of a list in a table."""
 
 _WIDTH = 280
 """Pixels of a picture."""
@@ -55,6 +58,28 @@ def solution_html(solution: Solution) -> str:
         ("cells of the route", int(solution.num_cells)),
     ]
     return _table(("", "solution"), rows)
+
+
+def explanation_html(data: Mapping[str, Any], shown: tuple[Task, Solution] | None) -> str:
+    """Returns what is known of an answer as a table, below its picture if the task and solution
+    that it tells of are given.
+    """
+    rows = [(key, _short(value)) for key, value in data.items() if value not in (None, [], {})]
+    table = _table(("", "explanation"), rows)
+    if shown is None:
+        return table
+    return _page(data["meaning"], [svg_tile(*shown)]) + table
+
+
+def _short(value: Any) -> str:
+    """JSON in a line, numbers with four digits; of a long list the first entries."""
+    if isinstance(value, dict):
+        known = ((key, one) for key, one in value.items() if one is not None)
+        return ", ".join(f"{key} {_short(one)}" for key, one in known)
+    if isinstance(value, list | tuple):
+        more = [f"{len(value) - _MOST_ENTRIES} more"] if len(value) > _MOST_ENTRIES else []
+        return f"[{', '.join([*map(_short, value[:_MOST_ENTRIES]), *more])}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def world_html(world: World) -> str:

@@ -1,6 +1,8 @@
 """What a notebook shows of records, and pictures that go to no file."""
 
 import io
+import json
+import pickle
 import re
 import xml.dom.minidom
 
@@ -54,6 +56,16 @@ def test_other_records_show_small_arrays_and_the_shapes_of_large_ones(task):
         srt_jax.cost_to_come(np.ones((4, 4), bool), (0, 0)), (0, 2), max_cells=9
     )
     assert repr(path) == "Path(cells=int32[9,2], num_cells=3, cost=2.0)"
+
+
+def test_an_explanation_is_data_with_a_picture(task, solution):
+    data = srt_jax.explanation(task, solution)
+    page = data._repr_html_()
+    assert "<svg" in page and "<td" in page and "&lt;" not in page
+    assert "from [2, 6]" in page and "None" not in page
+    again = pickle.loads(pickle.dumps(data))
+    assert again == data == json.loads(json.dumps(data)) and type(again) is type(data)
+    assert "<svg" not in again._repr_html_() and "from [2, 6]" in again._repr_html_()
 
 
 def test_the_pages_hold_pictures_and_facts(task, solution):
