@@ -3,8 +3,10 @@ any extra but the command line, and the source's tests run after unpacking. Need
 setuptools and for what the package depends on.
 """
 
+import importlib.util
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -23,6 +25,21 @@ def test_the_package_shows_its_parts():
     shown = dir(srt_jax)
     for part in ("envs", "dataset", "draw", "formats", "instances", "coalition", "data"):
         assert part in shown and getattr(srt_jax, part).__name__ == f"srt_jax.{part}"
+
+
+@pytest.mark.parametrize("repository", [None, "https://example.org/srt"])
+def test_the_page_of_the_index_links_to_no_file(repository):
+    spec = importlib.util.spec_from_file_location("setup_of_srt", ROOT / "setup.py")
+    setup = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(setup)
+    readme = (ROOT / "README.md").read_text()
+    page = setup.for_index(readme, repository)
+    links = re.findall(r"\]\(([^)]*)\)", page)
+    assert all(link.startswith("https://") for link in links) and len(links) > 0
+    assert ("![" in page) == ("*A goal cut off" in page) == (repository is not None)
+    if repository:
+        assert f"({repository}/blob/main/docs/results.md)" in page
+        assert len(links) == len(re.findall(r"\]\(", readme))
 
 
 def run(*command, **options):
@@ -59,7 +76,9 @@ def test_the_packages_hold_what_they_should_and_pass_the_check_of_the_index(buil
     assert {"srt_jax/py.typed", "srt_jax/data/page.html"} <= set(names)
     with tarfile.open(sdist) as archive:
         inside = {pathlib.PurePath(name).parts[1] for name in archive.getnames() if "/" in name}
+        page = archive.extractfile(f"{archive.getnames()[0]}/PKG-INFO").read().decode()
     assert {"tests", "docs", "experiments", "README.md", "CITATION.cff", "LICENSE"} <= inside
+    assert "text/markdown" in page and "smart relocation task" in page and "](docs/" not in page
     pytest.importorskip("twine")
     run(sys.executable, "-m", "twine", "check", "--strict", wheel, sdist)
 
