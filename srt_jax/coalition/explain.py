@@ -100,6 +100,18 @@ def coalition_record(name: str, task: CoalitionTask, solution: CoalitionSolution
 
     `destroyed` holds a record for each obstacle: its id, the agent, the cell, the index into that
     agent's route, and the ids that have to be gone before; `agents` one for each agent.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import coalition_record, make_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> record = coalition_record("wall", task, solve_coalition(task))
+      >>> record["destroyed"]
+      [{'obstacle': 0, 'agent': 1, 'cell': [2, 4], 'index': 2, 'after': []}]
+      >>> record["helps"], [agent["help"] for agent in record["agents"]]
+      ([{'helper': 1, 'agent': 0, 'obstacle': 0}], ['WITH_HELP', 'HELPER'])
     """
     is_solved = _is_solved(solution)
     number = int(solution.num_destroyed) if is_solved else 0

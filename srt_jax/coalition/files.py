@@ -52,10 +52,23 @@ def holds_coalitions(path: PathLike) -> bool:
 
 
 def read_coalitions(path: PathLike) -> list[NamedCoalition]:
-    """Returns the tasks in an `.npz` or `.json` file.
+    """Returns the tasks in an `.npz` or `.json` file, each with its name.
 
     Raises:
       ValueError: the file is missing or breaks a rule; the message says where.
+
+    Examples:
+      >>> import numpy as np
+      >>> import tempfile
+      >>> from srt_jax.coalition import make_coalition, read_coalitions
+      >>> from srt_jax.coalition import stack_coalitions, write_coalitions
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> with tempfile.TemporaryDirectory() as folder:
+      ...     write_coalitions(f"{folder}/two.npz", stack_coalitions([task, task]), names="ab")
+      ...     [one.name for one in read_coalitions(f"{folder}/two.npz")]
+      ['a', 'b']
     """
     if pathlib.Path(path).suffix.lower() == ".npz":
         return _of_arrays(str(path), read_arrays(path, read_bytes(path, "batch of coalitions")))
@@ -74,6 +87,19 @@ def write_coalitions(
 
     Raises:
       ValueError: another ending, or arrays that `read_coalitions` would refuse.
+
+    Examples:
+      >>> import numpy as np
+      >>> import os
+      >>> import tempfile
+      >>> from srt_jax.coalition import make_coalition, stack_coalitions, write_coalitions
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> with tempfile.TemporaryDirectory() as folder:
+      ...     write_coalitions(f"{folder}/one.npz", stack_coalitions([task]))
+      ...     os.listdir(folder)
+      ['one.npz']
     """
     if pathlib.Path(path).suffix.lower() != ".npz":
         raise ValueError(f"{path}: a batch of coalitions is an .npz file: end the name in .npz")

@@ -35,6 +35,18 @@ class CoalitionReach(Record):
       firm: bool [..., M], what nobody can ever destroy. The proof: with everything else gone, no
         agent able to destroy a firm obstacle comes beside it.
       help: int32 [..., A], a `Help`.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import Help, coalition_reach, make_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> reach = coalition_reach(task)
+      >>> reach.destroys.tolist(), reach.firm.tolist()
+      ([[False], [True]], [False])
+      >>> reach.reached.sum((1, 2)).tolist(), Help(int(reach.help[0])).name
+      ([35, 35], 'WITH_HELP')
     """
 
     reached: Array

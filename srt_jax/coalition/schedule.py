@@ -43,6 +43,16 @@ class Schedule(NamedTuple):
     value: what was to be small: the total length, or the time at which the last agent has done its
       part.
     bound: proven, no plan for this set has less; both equal up to rounding: it is the least.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import make_coalition, schedule_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> schedule = schedule_coalition(task, solve_coalition(task))
+      >>> round(schedule.value, 3), round(schedule.bound, 3), schedule.is_proven
+      (6.828, 6.828, True)
     """
 
     solution: CoalitionSolution

@@ -64,7 +64,8 @@ def make_coalition(
     """Returns the task of a coalition on one map.
 
     Args:
-      free_or_labels: as in `make_task`.
+      free_or_labels: bool [H, W], True where the agents fit, or integer labels [H, W] or
+        [L, H, W], as in `make_task`.
       start: integer [A, 2], a cell for each agent; agents may share one.
       goal: one cell, which every agent has to reach (PY16 [18]); or a sequence of A, a cell for
         each agent or None for an agent that only helps.

@@ -67,24 +67,77 @@ def coalition_scene(task: Any, solution: Any) -> CoalitionScene:
 
 
 def coalition_texts(task: Any, solution: Any, name: str = "scene") -> tuple[str, str]:
-    """Returns domain and problem in PDDL: plain typed STRIPS."""
+    """Returns domain and problem in PDDL: plain typed STRIPS.
+
+    Args:
+      task, solution: one task and its answer, solved.
+      name: of the problem.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import coalition_texts, make_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> domain, problem = coalition_texts(task, solve_coalition(task))
+      >>> domain.splitlines()[0], problem.splitlines()[0]
+      ('(define (domain coalition-relocation)', '(define (problem scene)')
+    """
     return COALITION_DOMAIN, coalition_problem(coalition_scene(task, solution), name)
 
 
 def coalition_lines(task: Any, solution: Any) -> list[str]:
-    """Returns one solution's plan as actions of its scene, messages included."""
+    """Returns the plan of one solved task as actions of its scene, messages included.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import coalition_lines, make_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> for line in coalition_lines(task, solve_coalition(task)):
+      ...     print(line)
+      (ask agent-0 agent-1 obstacle-0)
+      (approach agent-1 obstacle-0 agent-1-area-0)
+      (destroy agent-1 obstacle-0 agent-1-area-0)
+      (tell agent-1 agent-0 obstacle-0)
+      (pass agent-0 agent-0-area-0 agent-0-area-1 obstacle-0)
+    """
     lines, _ = _plan(task, solution)
     return lines
 
 
 def coalition_messages(task: Any, solution: Any) -> list[Message]:
-    """Returns who asks whom for what, and who tells whom what is done, in the order of the plan."""
+    """Returns who asks whom for what, and who tells whom what is done, in the order of the plan:
+    tuples (act, speaker, listener, obstacle) with the fields of these names.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import coalition_messages, make_coalition, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> [tuple(message) for message in coalition_messages(task, solve_coalition(task))]
+      [('ask', 0, 1, 0), ('tell', 1, 0, 0)]
+    """
     _, messages = _plan(task, solution)
     return messages
 
 
 def planned_by_map(task: Any, solution: Any, *, max_expansions: int = 100_000) -> list[str]:
-    """Returns the plan that MAP finds for the scene; empty where it finds none in the budget."""
+    """Returns the plan that MAP finds for the scene of one solved task; empty where it finds none
+    in the budget, or nothing is to do.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import make_coalition, planned_by_map, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> plan = planned_by_map(task, solve_coalition(task))
+      >>> len(plan), plan[0]
+      (5, '(ask agent-0 agent-1 obstacle-0)')
+    """
     from sign_model.plan_task import plan
 
     result = plan(
@@ -96,7 +149,18 @@ def planned_by_map(task: Any, solution: Any, *, max_expansions: int = 100_000) -
 
 
 def signs_of(task: Any, solution: Any, agent: int) -> WorldModel:
-    """Returns what one agent knows as signs: "i", "they", and the messages of the plan."""
+    """Returns what one agent knows as signs: "i", "they", and the messages of the plan.
+
+    Examples:
+      >>> import numpy as np
+      >>> from srt_jax.coalition import make_coalition, signs_of, solve_coalition
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge, which only the second agent can destroy
+      >>> task = make_coalition(free, [(2, 0), (2, 6)], [(0, 6), None], able=[(), (0,)])
+      >>> model = signs_of(task, solve_coalition(task), agent=1)
+      >>> [name for name in ("i", "they", "(asked agent-1 obstacle-0)") if name in model.names]
+      ['i', 'they', '(asked agent-1 obstacle-0)']
+    """
     messages = tuple(
         (m.act, _agent(m.speaker), _agent(m.listener), _obstacle(m.obstacle))
         for m in coalition_messages(task, solution)

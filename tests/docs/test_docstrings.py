@@ -12,7 +12,14 @@ import jax
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGES = ("srt_jax", "sign_model", "srt_jax.envs", "srt_jax.dataset", "srt_jax.draw")
+PACKAGES = (
+    "srt_jax",
+    "sign_model",
+    "srt_jax.coalition",
+    "srt_jax.envs",
+    "srt_jax.dataset",
+    "srt_jax.draw",
+)
 NEEDS = {"srt_jax.draw": "matplotlib", "srt_jax.scene_problem": "unified_planning"}
 NAMES = [
     pytest.param(package, name, id=f"{package}.{name}")
