@@ -15,7 +15,7 @@ from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.padding import pad_batch, with_slots
 from srt_jax.solver import MAX_BRANCHES, solve_in_room
 from srt_jax.task import stack
-from srt_jax.types import Solution, Status, Task
+from srt_jax.types import Solution, Status, Task, of_task
 
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
@@ -289,4 +289,6 @@ def _cut_to(answer: Solution, place: int, task: Task) -> Solution:
     one = jax.tree.map(lambda array: array[place].copy(), answer)
     (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
     ids = {name: getattr(one, name)[:M].copy() for name in ("blocking", "separating")}
-    return one.replace(contour=one.contour[:H, :W].copy(), **ids)
+    one = one.replace(contour=one.contour[:H, :W].copy(), **ids)
+    # one with a route needs its task no more: who keeps millions of them keeps no maps
+    return one if Status(int(one.status)).is_solved else of_task(one, task)

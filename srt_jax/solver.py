@@ -23,7 +23,7 @@ from srt_jax.moves import max_path_cells
 from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.solver_kernel import answer_batch, way_of
 from srt_jax.tolls.options import toll_of_each
-from srt_jax.types import Array, Solution, Task
+from srt_jax.types import Array, Solution, Task, of_task
 
 MODES = ("least", "paper", "literal", "shortest")
 MAX_BRANCHES = 256
@@ -108,7 +108,7 @@ def solve(
       >>> solution.destroyed[: int(solution.num_destroyed)].tolist()
       [0]
     """
-    return _solve(
+    solution = _solve(
         task,
         mode=mode,
         toll=toll,
@@ -116,6 +116,7 @@ def solve(
         max_cells=max_cells,
         max_branches=max_branches,
     )
+    return solution if is_traced(task, toll) else of_task(solution, task)
 
 
 def solve_in_room(task: Task, **options: Any) -> Solution:

@@ -200,8 +200,14 @@ class Approach(Record):
     gap: Array
 
 
+class _KnowsTask(Record):
+    """What a solution knows beside its fields; copies, `items` and the pytree do not hold it."""
+
+    __slots__ = ("_near", "_task")
+
+
 @record
-class Solution(Record):
+class Solution(_KnowsTask):
     """The answer to a task, or to each task of a batch.
 
     Attributes:
@@ -236,6 +242,8 @@ class Solution(Record):
       separating: int32 [..., M], the proof where status is UNSOLVABLE or GOAL_BLOCKED: ascending
         ids of indestructible obstacles that keep start and goal apart whatever else is gone, -1
         after the last. Empty elsewhere, and where the goal lies outside the map.
+      approach, num_approach: int32 [..., N, 2] and [...], of answers without a route the way as
+        near to the goal as one gets: found when they are first asked for, no part of the pytree.
 
     Examples:
       >>> import numpy as np
@@ -272,6 +280,29 @@ class Solution(Record):
     plan_at: Array
     separating: Array
 
+    @property
+    def approach(self) -> np.ndarray:
+        """int32 [..., N, 2]: of an answer without a route, the way as near to the goal as one gets,
+        as `srt_jax.approach` finds it when it is first asked for; -1 after its end, and where there
+        is a route.
+
+        A copy, or an answer that came out of `jit`, `vmap` or a function of pytrees, does not know
+        its task: then this is an AttributeError, and `srt_jax.approach(task)` gives the same.
+        """
+        return self._nearest()[0]
+
+    @property
+    def num_approach(self) -> np.ndarray:
+        """int32 [...], the cells of `approach`; 0 where there is a route, or no cell is free."""
+        return self._nearest()[1]
+
+    def _nearest(self) -> tuple[np.ndarray, np.ndarray]:
+        known = getattr(self, "_near", None)
+        if known is None:
+            known = _approaches(self, getattr(self, "_task", None))
+            object.__setattr__(self, "_near", known)
+        return known
+
     def __repr__(self) -> str:
         """What it says in a line."""
         known = values_of(self.status, self.cost, self.removal_cost, self.removal_bound)
@@ -299,6 +330,37 @@ class Solution(Record):
     def _repr_html_(self) -> str:
         """A table of what it says, for notebooks."""
         return _for_notebooks().solution_html(self)
+
+
+def of_task(solution: Solution, task: Task) -> Solution:
+    """Returns a solution that can be asked for its `approach`: the same one, which now knows its
+    task.
+    """
+    object.__setattr__(solution, "_task", task)  # the record is frozen
+    return solution
+
+
+def _is_solved(status: Array) -> np.ndarray:
+    """Whether each answer holds a route: int32 [...] -> bool [...]."""
+    solved = [one.value for one in Status if one.is_solved]
+    return np.isin(np.asarray(status), solved)
+
+
+def _approaches(solution: Solution, task: Task | None) -> tuple[np.ndarray, np.ndarray]:
+    """The values of `Solution.approach` and `Solution.num_approach`."""
+    known = values_of(solution.status)
+    if known is None or (task is None and not _is_solved(known[0]).all()):
+        raise AttributeError(
+            "this solution does not know its task, since it is a copy or came out of jit, vmap or"
+            " a function of pytrees: call srt_jax.approach(task)"
+        )
+    is_solved = _is_solved(known[0])
+    if task is None:
+        return np.full((*is_solved.shape, 1, 2), -1, np.int32), np.zeros(is_solved.shape, np.int32)
+    # far above this module, and loaded only where it is asked for
+    near = importlib.import_module("srt_jax.paths.approach").approach(task)
+    cells = np.where(is_solved[..., None, None], np.int32(-1), np.asarray(near.cells))
+    return cells, np.where(is_solved, np.int32(0), np.asarray(near.num_cells))
 
 
 def _for_notebooks() -> Any:

@@ -1,9 +1,9 @@
 """As near as one gets: the shortest route to the reachable cell nearest the goal (PY16 §3.2, the
 seed).
 
-A function of its own and no field of `Solution`: as a field it would double the largest array of
-every answer, and put a flood and a path search into every program of `solve`, for tasks that are
-solved as well.
+A function of its own and no array of `Solution`: as one it would double the largest array of every
+answer, and put a flood and a path search into every program of `solve`, for tasks that are solved
+as well. `Solution.approach` calls it when it is first asked for.
 """
 
 from collections.abc import Callable

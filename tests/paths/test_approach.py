@@ -48,6 +48,24 @@ def test_the_cells_are_those_of_the_slow_twin_and_check_walks_them():
     assert {int(status) for status in solutions.status} >= {0, 1, 2, 3}
 
 
+def test_a_solution_without_a_route_carries_it():
+    batch = tasks_of(5, 24)
+    near, solutions = approach(batch), solve(batch)
+    is_solved = np.array([srt_jax.Status(int(s)).is_solved for s in solutions.status])
+    assert 0 < is_solved.sum() < 24
+    cells = np.where(is_solved[:, None, None], -1, np.asarray(near.cells))
+    np.testing.assert_array_equal(solutions.approach, cells)
+    np.testing.assert_array_equal(solutions.num_approach, np.where(is_solved, 0, near.num_cells))
+    for one, own in zip(srt_jax.solve_many(srt_jax.unstack(batch)), solutions.approach):
+        count = int(one.num_approach)
+        np.testing.assert_array_equal(one.approach[:count], own[:count])
+        assert count == (own[:, 0] >= 0).sum()
+    # what came out of jit does not know its task
+    jitted = jax.jit(solve)(of(batch, int(np.flatnonzero(~is_solved)[0])))
+    with pytest.raises(AttributeError, match=r"call srt_jax.approach\(task\)"):
+        _ = jitted.approach
+
+
 def test_alone_jitted_vmapped_and_in_a_batch_the_bits_are_the_same():
     batch = tasks_of(2, 16)
     near = jax.tree.map(np.asarray, approach(batch, max_cells=200))
