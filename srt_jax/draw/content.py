@@ -12,6 +12,9 @@ from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.types import FREE, Approach, Array, Cell, Solution, Status, Task
 
+_MOST_IDS = 6
+"""Of obstacles destroyed, in the line above a picture."""
+
 
 class Removal(NamedTuple):
     """One obstacle that is destroyed.
@@ -184,8 +187,11 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
         has_gap = near is not None and 0 < float(near.gap) < np.inf
         gets = f"; one gets within {length(near.gap)} of the goal" if near and has_gap else ""
         return f"{status.name}: {status.meaning}{gets}"
-    destroyed = int(solution.num_destroyed)
-    what = "nothing destroyed" if not destroyed else f"{counted(destroyed, 'obstacle')} destroyed"
+    destroyed = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
+    what = f"{counted(len(destroyed), 'obstacle')} destroyed" if destroyed else "nothing destroyed"
+    if destroyed:
+        more = ", ..." if len(destroyed) > _MOST_IDS else ""
+        what += f" ({', '.join(map(str, destroyed[:_MOST_IDS]))}{more})"
     return f"{status.name}: route of {length(solution.cost)}, {what}"
 
 
