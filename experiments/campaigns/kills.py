@@ -180,10 +180,7 @@ def round_of_kills(
                 continue
             tally.wrong_codes += running.returncode != 0
             break
-        # ray.init() itself waits for ever where a worker dies before it returns, and Ray is slow to
-        # replace one that dies before it is at work
-        is_started = given.engine != "ray" or any(folder.glob(".claims/*.claim"))
-        there = workers_of(running.pid, given.engine) if now > due and is_started else []
+        there = workers_of(running.pid, given.engine) if now > due else []
         if there and tally.kills < most:
             tally.at_work += any(folder.glob(".claims/*.claim"))
             try:
