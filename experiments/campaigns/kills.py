@@ -309,6 +309,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the campaign, prints a table, and returns its exit code."""
     given = parse(arguments)
+    # started as a shell's background job this process ignores Ctrl-C, and all that it starts would
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as place:
         reference = pathlib.Path(place, "reference")
         done = subprocess.run(command(reference, given, None), stdout=subprocess.DEVNULL)
