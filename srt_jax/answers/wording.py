@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from sign_model.ground.legible import counted
-from srt_jax.answers.facts import NORTH, explanation, obstacle_data
+from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
 from srt_jax.answers.measures import length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.symbols import places
@@ -165,7 +165,8 @@ def _obstacle_title(task: Task, solution: Solution, obstacle: int) -> str:
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     view = places.view_from(task.start, heading=NORTH, cell_side=1.0, table=places.DEFAULT_TABLE)
-    return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0), 'cells')}"
+    data = obstacle_data(task, contour_of(task, solution), obstacle, view, 1.0)
+    return f"Obstacle {_obstacle(data, 'cells')}"
 
 
 def _in_words(task: Task, data: dict[str, Any]) -> str:

@@ -66,7 +66,12 @@ def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
     """Returns the arrays of a shard, maps padded to the data set's greatest side."""
     instances = generate(plan.kind, count=number, size=plan.size, seed=plan.seed, first=first)
     tasks = [task for _, task, _ in instances]
+    del instances
     batch = stack(tasks)
+    # each map once in memory: the tasks look at their part of the batch
+    for index, task in enumerate(tasks):
+        layers, height, width = task.labels.shape
+        tasks[index] = task.replace(labels=batch.labels[index, :layers, :height, :width])
     labels = label_stacked(tasks, batch)
     side = plan.size[1]
     arrays = {"index": np.arange(first, first + number, dtype=np.int64)}
