@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from srt_jax.paths.approach import approach
     from srt_jax.paths.contour import contour
     from srt_jax.paths.corridor import path_within
+    from srt_jax.paths.critical import critical_cells
     from srt_jax.paths.distance import cost_to_come, path_cost
     from srt_jax.paths.path import trace_path
     from srt_jax.paths.reach import reach
@@ -58,6 +59,7 @@ __all__ = [
     "check",
     "contour",
     "cost_to_come",
+    "critical_cells",
     "explain",
     "explanation",
     "inflate",
@@ -105,6 +107,7 @@ _MODULES = {
     "paths.approach": ("approach",),
     "paths.contour": ("contour",),
     "paths.corridor": ("path_within",),
+    "paths.critical": ("critical_cells",),
     "paths.distance": ("cost_to_come", "path_cost"),
     "paths.path": ("trace_path",),
     "paths.reach": ("reach",),

@@ -139,6 +139,7 @@ def test_no_public_kernel_holds_an_operation_that_is_refused(sides):
         (srt_jax.seed_cell, free, cell),
         (srt_jax.contour, free, cell, cell),
         (trace, costs, cell),
+        (srt_jax.critical_cells, free, cell, cell),
     ):
         assert not refused_reductions(fun, *args)
 
