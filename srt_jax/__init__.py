@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from srt_jax.geometry.raster import rasterize
     from srt_jax.geometry.world import Obstacle, World
     from srt_jax.gradients.perturbed import perturbed
+    from srt_jax.joining.connect import connect
     from srt_jax.many_tasks import solve_many
     from srt_jax.moves import octile_distance
     from srt_jax.paths.approach import approach
@@ -57,6 +58,7 @@ __all__ = [
     "World",
     "approach",
     "check",
+    "connect",
     "contour",
     "cost_to_come",
     "critical_cells",
@@ -102,6 +104,7 @@ _MODULES = {
     "geometry.raster": ("rasterize",),
     "geometry.world": ("Obstacle", "World"),
     "gradients.perturbed": ("perturbed",),
+    "joining.connect": ("connect",),
     "many_tasks": ("solve_many",),
     "moves": ("octile_distance",),
     "paths.approach": ("approach",),

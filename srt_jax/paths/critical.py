@@ -63,8 +63,8 @@ def critical_cells(free: Array, start: Array, goal: Array) -> Array:
       >>> free[:, 3] = False
       >>> free[1, 3] = True  # the only gap
       >>> cells = srt_jax.critical_cells(free, (2, 0), (2, 6))
-      >>> np.argwhere(cells).tolist()  # start, gap and goal
-      [[1, 3], [2, 0], [2, 6]]
+      >>> np.argwhere(cells).tolist()  # the gap, the cells before and behind, start and goal
+      [[1, 2], [1, 3], [1, 4], [2, 0], [2, 6]]
     """
     free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
     goal = arguments.as_cells("goal", goal)
