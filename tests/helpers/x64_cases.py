@@ -78,6 +78,10 @@ def numeric_cases(given):
         come = srt_jax.cost_to_come(free, start, cost)
         return jnp.where(jnp.isfinite(come), come, jnp.float32(0)).sum()
 
+    def tolled(removal_cost, cost):
+        come = srt_jax.toll_to_come(batch.labels, removal_cost, start, cost)
+        return jnp.where(jnp.isfinite(come), come, jnp.float32(0)).sum()
+
     def noisy(pathwise):
         def fun(cost):
             return srt_jax.path_cost(free[0], start[0], start[0] + 3, cost)
@@ -121,6 +125,8 @@ def numeric_cases(given):
         "seed": (srt_jax.seed_cell, free, goal),
         "contour": (srt_jax.contour, free, start, goal),
         "tolls": (srt_jax.toll_to_come, batch.labels, 4 * batch.removal_cost, start),
+        "tolls and costs": (srt_jax.toll_to_come, batch.labels, batch.removal_cost, start, cost),
+        "gradient of the tolls": (jax.grad(tolled, (0, 1)), batch.removal_cost, cost),
         "critical cells": (srt_jax.critical_cells, free, start, goal),
         "octile": (srt_jax.octile_distance, start, goal),
         "gradient at the goal": (jax.value_and_grad(at_goal), cost),
