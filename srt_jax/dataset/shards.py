@@ -33,6 +33,9 @@ FIELDS = (
 )
 """The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
 
+SHORTEST_FIELDS = ("breaks", "total", "total_bound")
+"""What a shard of mode "shortest" holds besides."""
+
 SUFFIXES = {"npz": "npz", "arrayrecord": "arrayrecord"}
 _MOST_BYTES = 1 << 36
 """Of a shard, unpacked: its size is what the data set's own description says, and much larger
@@ -50,7 +53,7 @@ def write_npz(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
 def _pack(arrays: dict[str, np.ndarray]) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
-        for name in FIELDS:
+        for name in (*FIELDS, *(name for name in SHORTEST_FIELDS if name in arrays)):
             member = zipfile.ZipInfo(f"{name}.npy")  # dated 1980, whenever it is written
             member.compress_type = zipfile.ZIP_DEFLATED
             content = io.BytesIO()

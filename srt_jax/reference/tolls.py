@@ -54,8 +54,8 @@ def least_sums(
     sums = np.full((height, width), np.inf)
     if not (0 <= start[0] < height and 0 <= start[1] < width) or owners[start[0]][start[1]]:
         return sums
-    best = {tuple(start): 0}
-    heap = [(0, *start)]
+    best: dict[tuple[int, ...], float] = {tuple(start): 0}
+    heap: list[tuple[float, int, int]] = [(0, *start)]
     settled = set()
     while heap:
         here, row, col = heappop(heap)
