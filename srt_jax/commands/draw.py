@@ -185,14 +185,15 @@ def _draw(
                     " for all"
                 )
             with waiting("drawing", quiet=quiet):
-                contact_sheet(named[:MOST_ON_SHEET], out)
+                contact_sheet(named[:MOST_ON_SHEET], out, frames=frames[:MOST_ON_SHEET])
         return [out]
     if out.suffix.lower() == ".gif":
         from srt_jax.draw.animation import animate
 
         name, task, solution = named[0]
         with waiting("drawing", quiet=quiet):
-            animate(task, solution, out, what="wave" if show == "wave" else "loop", title=name)
+            what = "wave" if show == "wave" else "loop"
+            animate(task, solution, out, what=what, title=name, frame=frames[0])
         return [out]
     make_folder(out)
     with show_progress("drawing", len(named), quiet=quiet) as progress:

@@ -33,6 +33,9 @@ FIELDS = (
 )
 """The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
 
+SHORTEST_FIELDS = ("breaks", "total", "total_bound")
+"""What a shard of mode "shortest" holds besides."""
+
 SUFFIXES = {"npz": "npz", "arrayrecord": "arrayrecord"}
 _MOST_BYTES = 1 << 36
 """Of a shard, unpacked: its size is what the data set's own description says, and much larger
@@ -50,7 +53,7 @@ def write_npz(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
 def _pack(file: IO[bytes], arrays: dict[str, np.ndarray]) -> None:
     """Deflates the arrays into a file piece by piece, for a copy would take much memory."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
-        for name in FIELDS:
+        for name in (*FIELDS, *(name for name in SHORTEST_FIELDS if name in arrays)):
             array = np.ascontiguousarray(arrays[name])
             is_large = 1.05 * array.nbytes > zipfile.ZIP64_LIMIT  # in case it does not shrink
             # dated 1980, whenever it is written

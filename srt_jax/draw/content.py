@@ -181,7 +181,7 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
     status = Status(int(solution.status))
 
     def length(cells: Array) -> str:
-        return f"{float(cells):.1f} cell sides" if frame is None else _metres(cells, frame)
+        return length_in(cells, frame)
 
     if not status.is_solved:
         has_gap = near is not None and 0 < float(near.gap) < np.inf
@@ -195,7 +195,14 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
     return f"{status.name}: route of {length(solution.cost)}, {what}"
 
 
-def _metres(cells: Array, frame: Frame) -> str:
+def length_in(cells: Array | float, frame: Frame | None) -> str:
+    """Returns a length, given in cell sides: in metres where the frame has them."""
+    if frame is None or not frame.has_metres:
+        return f"{float(cells):.1f} cell sides"
+    return _metres(cells, frame)
+
+
+def _metres(cells: Array | float, frame: Frame) -> str:
     return f"{float(cells) * frame.side:.2f} m"
 
 
