@@ -63,10 +63,10 @@ def explanation(
     """Returns why the way was blocked and what was done about it, as a dict of JSON types, an
     `Explanation`; a list of them for a batch.
 
-    Keys: status, meaning; unit of lengths, "cells" or "m"; start; goal {cell, distance, direction,
-    seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells, obstacles [...]} or
-    None, those first that can be destroyed; destroyed [{id, from, index, removal_cost}];
-    removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven, toll, way_round}
+    Keys: status, meaning; unit of lengths, "cells" or "m"; heading, as given; start; goal {cell,
+    distance, direction, seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells,
+    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven, toll, way_round}
     of mode "shortest", else None: `toll` what was paid in all, `way_round` the length of the
     shortest path with nothing destroyed or None; num_needed, the obstacles that have to go where
     max_destroyed is less, else None; route {num_cells, length, relocation} or None; approach
@@ -134,6 +134,7 @@ def _of_one(
         "status": status.name,
         "meaning": status.meaning,
         "unit": unit,
+        "heading": heading,
         "start": _cell(task.start),
         "goal": {
             "cell": _cell(task.goal),

@@ -9,7 +9,7 @@ import numpy as np
 
 from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
-from srt_jax.answers.measures import length_text, seen_text
+from srt_jax.answers.measures import heading_text, length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.symbols import places
 from srt_jax.types import Approach, Array, Solution, Status, Task
@@ -213,7 +213,7 @@ def _where_goal_is(data: dict[str, Any]) -> str:
         return f"The goal {_cell(goal['cell'])} is the start."
     return (
         f"The goal {_cell(goal['cell'])} lies to the {goal['direction']} of {_cell(data['start'])},"
-        f" {seen_text(goal, data['unit'])}."
+        f" {seen_text(goal, data['unit'])}, looking {heading_text(data['heading'])}."
     )
 
 
