@@ -66,16 +66,16 @@ def explanation(
     Keys: status, meaning; unit of lengths, "cells" or "m"; heading, as given; start; goal {cell,
     distance, direction, seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells,
     obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
-    removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven, toll, way_round}
-    of mode "shortest", else None: `toll` what was paid in all, `way_round` the length of the
-    shortest path with nothing destroyed or None; num_needed, the obstacles that have to go where
-    max_destroyed is less, else None; route {num_cells, length, relocation} or None; approach
-    {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the task is
-    solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}]; separating
-    [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would end if it
-    were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other sets of
-    obstacles found so, cheapest first. What is seen is named from where the agent starts: `away`
-    and `turn` (radians leftwards of the heading) are of its nearest point, which the words
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven,
+    toll, way_round} of mode "shortest", else None: `toll` what was paid in all, `way_round` the
+    length of the shortest path with nothing destroyed or None; num_needed, the obstacles that have
+    to go where max_destroyed is less, else None; route {num_cells, length, relocation} or None;
+    approach {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the
+    task is solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}];
+    separating [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would
+    end if it were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other
+    sets of obstacles found so, cheapest first. What is seen is named from where the agent starts:
+    `away` and `turn` (radians leftwards of the heading) are of its nearest point, which the words
     `seen_as` name; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
 
     Args:
