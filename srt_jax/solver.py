@@ -16,6 +16,7 @@ from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
 from srt_jax.engine.reuse import Bucket, Shapes
@@ -136,6 +137,7 @@ def _solve(
     max_branches: int,
     has_all_room: bool = True,
 ) -> Solution:
+    require_task("solve", task)
     batch = task_batch(task)
     if mode not in MODES:
         raise ValueError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
