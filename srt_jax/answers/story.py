@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH
 from srt_jax.engine.entrance import require_one_answer
 from srt_jax.formats.files import require_module
@@ -73,7 +74,7 @@ def story(
         return (
             f"{goal} (realised: path planning alone)\n  {_stretch(whole, cells, view, cell_side)}"
         )
-    lines = [f"{goal} (specified: {len(steps)} steps)"]
+    lines = [f"{goal} (specified: {counted(len(steps), 'step')})"]
     for step in steps:
         lines += [f"  {line}" for line in _step(step, cells, view, cell_side)]
     return "\n".join(lines)
