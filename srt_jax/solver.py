@@ -75,10 +75,11 @@ def solve(
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
       mode: "least", "paper", "literal" or "shortest".
-      toll: mode "shortest" only: how many cell sides of detour one unit of removal cost is worth,
-        finite, not negative; float32 [...] gives each task of a batch its own. Tolls are rounded to
-        units of 1/5741 cell side (on larger maps a little coarser: `fields.fixed_point`). Totals
-        from about 370,000 cell sides on cannot be held: such a route counts as none.
+      toll: mode "shortest", the others ignore it: how many cell sides of detour one unit of removal
+        cost is worth, finite, not negative; float32 [...] gives each task of a batch its own. Tolls
+        are rounded to units of 1/5741 cell side (on larger maps a little coarser:
+        `fields.fixed_point`). Totals from about 370,000 cell sides on cannot be held: such a route
+        counts as none.
       max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
         where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
         though a dearer set of fewer may open a way as well. More than the task has obstacles costs

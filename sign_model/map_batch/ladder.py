@@ -201,7 +201,7 @@ def plan_batch(
         began = time.perf_counter()
         results.update(zip(numbers, group.results(max_expansions)))
         spent = group.seconds["search"] + time.perf_counter() - began
-        _tell(log, group.tasks, "side by side, compiling included", spent)
+        _tell(log, group.tasks, "side by side, what was compiled for it included", spent)
     return [results[i] for i in range(len(tasks))]
 
 
