@@ -74,8 +74,8 @@ def plan(
 
     Args:
       task: from `load` or `task_from_arrays`.
-      planner: "map" (PY16 §3.1, counts steps), "astar", "wastar" or "gbfs" (forward, count the
-        actions' costs).
+      planner: "map" (PY16 §3.1, counts steps) or a forward search: "astar" (the cheapest plan),
+        "wastar" (weighs costs), "gbfs" (the first plan it meets).
       heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
         where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
         rest where None.
@@ -200,4 +200,11 @@ def _finished(
         "search": searched - began,
         "validate": time.perf_counter() - searched,
     }
-    return PlanResult(status, actions, expansions, spent)
+    return PlanResult(status, actions, expansions, spent, _cost_of(task, status, actions))
+
+
+def _cost_of(task: PlanningTask, status: PlanStatus, actions: Sequence[str]) -> int | None:
+    if status != PlanStatus.SOLVED or not task.has_costs:
+        return None
+    number_of = {name: i for i, name in enumerate(task.action_names)}
+    return task.cost_of([number_of[name.lower()] for name in actions])

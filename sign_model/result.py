@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from sign_model.ground.legible import counted
 from sign_model.ground.meanings import WithMeaning
 
 _MOST_SHOWN = 100
@@ -36,6 +37,8 @@ class PlanResult:
         the goal holds at the start.
       expansions: situations (or states) expanded; 1 if the plan is that of a precedent.
       seconds: wall-clock time by stage: parse, build, search, validate.
+      cost: the total cost of the actions, whichever planner found them; None without a plan, and
+        where the problem has no costs.
 
     Examples:
       >>> import sign_model
@@ -54,6 +57,7 @@ class PlanResult:
     actions: tuple[str, ...] = ()
     expansions: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
+    cost: int | None = None
 
     @property
     def is_solved(self) -> bool:
@@ -62,9 +66,10 @@ class PlanResult:
 
     def __repr__(self) -> str:
         """What it says in a line; `actions` holds the plan."""
+        cost = "" if self.cost is None else f" cost {self.cost},"
         return (
-            f"PlanResult({self.status.name}, {len(self.actions)} steps,"
-            f" {self.expansions} expansions)"
+            f"PlanResult({self.status.name}, {counted(len(self.actions), 'step')},{cost}"
+            f" {counted(self.expansions, 'expansion')})"
         )
 
     def _repr_html_(self) -> str:

@@ -87,17 +87,11 @@ class SignModelEngine(OneshotPlannerMixin, Engine):
     @staticmethod
     def get_credits(**options: Any) -> Credits:
         """Returns what UP prints when it takes the engine."""
-        return Credits(
-            name="sign-model",
-            author="The srt-jax developers",
-            contact="",
-            website="https://arxiv.org/abs/1607.08181",
-            license="MIT",
-            short_description="MAP, planning on a world model of signs.",
-            long_description=(
-                "MAP of Panov and Yakovlev (2016): goal regression and forward search on boolean"
-                " matrices, as signs; the optimal engine is A* with h_max."
-            ),
+        return _credits(
+            "sign-model",
+            "MAP, planning on a world model of signs.",
+            "MAP of Panov and Yakovlev (2016): goal regression and forward search on boolean"
+            " matrices, as signs.",
         )
 
     def solve(self, problem: Problem, *arguments: Any, **options: Any) -> PlanGenerationResult:
@@ -191,6 +185,16 @@ class SignModelOptimalEngine(SignModelEngine):
     _planner, _name = "astar", "sign-model-opt"
 
     @staticmethod
+    def get_credits(**options: Any) -> Credits:
+        """Returns what UP prints when it takes the engine."""
+        return _credits(
+            "sign-model-opt",
+            "A* with h_max, for shortest or cheapest plans.",
+            "Forward A* on boolean matrices with the admissible heuristic h_max (Bonet and Geffner"
+            " 2001), of the same package as sign-model.",
+        )
+
+    @staticmethod
     def satisfies(optimality_guarantee: OptimalityGuarantee) -> bool:
         """Returns that plans are optimal: the cheapest, or without costs the shortest."""
         return True
@@ -207,6 +211,18 @@ class SignModelOptimalEngine(SignModelEngine):
 
     def _solved(self, problem: Problem) -> Status:
         return Status.SOLVED_OPTIMALLY if problem.quality_metrics else Status.SOLVED_SATISFICING
+
+
+def _credits(name: str, short: str, long: str) -> Credits:
+    return Credits(
+        name=name,
+        author="The srt-jax developers",
+        contact="",
+        website="https://arxiv.org/abs/1607.08181",
+        license="MIT",
+        short_description=short,
+        long_description=long,
+    )
 
 
 def _steps(

@@ -12,10 +12,11 @@ import jax
 import numpy as np
 
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.entrance import require_listed, require_tasks, require_values
 from srt_jax.padding import pad_batch, with_slots
 from srt_jax.solver import MAX_BRANCHES, solve_in_room
-from srt_jax.task import stack
-from srt_jax.types import Solution, Status, Task, of_task
+from srt_jax.task import cut_to_task, stack
+from srt_jax.types import Solution, Status, Task
 
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
 _MOST_AT_ONCE = 256
@@ -80,12 +81,15 @@ def solve_many(  # pyright: ignore[reportInconsistentOverload]  # what they have
       >>> [round(solution.cost.item(), 2) for solution in srt_jax.solve_many(starts, window=4)]
       [6.83, 6.41, 6.0, 6.41, 6.83]
     """
+    require_tasks("solve_many", tasks)
     options = {"mode": mode, "max_branches": max_branches}
     rooms = {"max_cells": max_cells, "max_destroyed": max_destroyed}
     if window is not None and window < 1:
         raise ValueError(f"window must be at least 1, got {window}")
     if window is not None or not isinstance(tasks, Sequence):
         return _streamed(tasks, toll, window, progress, **rooms, **options)
+    for number, task in enumerate(tasks):
+        _require_single(task, number)
     solutions: dict[int, Solution] = {}
     tolls = _toll_of_each(toll, len(tasks))
     # The largest first: what is compiled for them serves the smaller ones as well.
@@ -145,6 +149,7 @@ def _streamed(
         is_full |= window is None and arrived > number and cells.total >= _CELLS_IN_WINDOW
         if not is_over and not is_full:
             for task, own_toll in itertools.islice(arriving, 1):
+                _require_single(task, arrived)
                 shape = _group_of(np.shape(task.labels), counts)
                 waiting.setdefault(shape, {})[arrived] = task, own_toll
                 cells.add(task)
@@ -158,6 +163,11 @@ def _streamed(
         if number == arrived:
             return
         solve_group(next(shape for shape, members in waiting.items() if number in members))
+
+
+def _require_single(task: Task, number: int) -> None:
+    require_listed("solve_many", task, number)
+    require_values("solve_many", task, inside="call solve inside jit, on a task or a batch")
 
 
 class _Cells:
@@ -287,8 +297,4 @@ def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options
 def _cut_to(answer: Solution, place: int, task: Task) -> Solution:
     """Returns the solution at `place` of a padded batch, cut to its own task."""
     one = jax.tree.map(lambda array: array[place].copy(), answer)
-    (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
-    ids = {name: getattr(one, name)[:M].copy() for name in ("blocking", "separating")}
-    one = one.replace(contour=one.contour[:H, :W].copy(), **ids)
-    # one with a route needs its task no more: who keeps millions of them keeps no maps
-    return one if Status(int(one.status)).is_solved else of_task(one, task)
+    return cut_to_task(one, task)

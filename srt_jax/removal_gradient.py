@@ -6,6 +6,7 @@ import numpy as np
 from jax.dtypes import float0
 
 from srt_jax.engine.arguments import is_traced
+from srt_jax.engine.entrance import require_task
 from srt_jax.solver import solve
 from srt_jax.types import Array, Task
 
@@ -45,6 +46,7 @@ def least_removal(
       1.0
     """
 
+    require_task("least_removal", task)
     _check_costs(task)
 
     @jax.custom_jvp

@@ -16,6 +16,7 @@ from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
 from srt_jax.engine.reuse import Bucket, Shapes
@@ -74,10 +75,11 @@ def solve(
     Args:
       task: from `make_task`, `rasterize` or `stack`; arrays as in `Task`.
       mode: "least", "paper", "literal" or "shortest".
-      toll: mode "shortest" only: how many cell sides of detour one unit of removal cost is worth,
-        finite, not negative; float32 [...] gives each task of a batch its own. Tolls are rounded to
-        units of 1/5741 cell side (on larger maps a little coarser: `fields.fixed_point`). Totals
-        from about 370,000 cell sides on cannot be held: such a route counts as none.
+      toll: mode "shortest", the others ignore it: how many cell sides of detour one unit of removal
+        cost is worth, finite, not negative; float32 [...] gives each task of a batch its own. Tolls
+        are rounded to units of 1/5741 cell side (on larger maps a little coarser:
+        `fields.fixed_point`). Totals from about 370,000 cell sides on cannot be held: such a route
+        counts as none.
       max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
         where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
         though a dearer set of fewer may open a way as well. More than the task has obstacles costs
@@ -136,6 +138,7 @@ def _solve(
     max_branches: int,
     has_all_room: bool = True,
 ) -> Solution:
+    require_task("solve", task)
     batch = task_batch(task)
     if mode not in MODES:
         raise ValueError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")

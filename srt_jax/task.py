@@ -2,13 +2,21 @@
 
 import warnings
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
+import jax
 import numpy as np
 
 from srt_jax.components import label
 from srt_jax.engine.arguments import as_cells
-from srt_jax.types import FREE, OUTSIDE, Array, Task
+from srt_jax.engine.entrance import (
+    require_answer,
+    require_listed,
+    require_task,
+    require_tasks,
+    require_values,
+)
+from srt_jax.types import FREE, OUTSIDE, Array, Solution, Status, Task, of_task
 
 _MAX_OBSTACLES = 1 << 24
 """Beyond this an id is no number of an obstacle but something else (a colour, an OpenStreetMap id).
@@ -57,6 +65,11 @@ def make_task(
       >>> task.destroyable.tolist(), task.removal_cost.tolist()
       ([True], [2.5])
     """
+    require_values(
+        "make_task",
+        (free_or_labels, start, goal, destroyable, removal_cost),
+        inside="make the task outside, and use task.replace(start=..., goal=...) inside jit",
+    )
     labels, is_mask = _as_labels(np.asarray(free_or_labels))
     if not is_mask and (doubt := _doubt_of(np.asarray(free_or_labels))):
         warnings.warn(doubt, stacklevel=2)
@@ -111,15 +124,13 @@ def stack(tasks: Sequence[Task]) -> Task:
       >>> batch.labels.shape, batch.size.tolist()
       ((2, 1, 5, 7), [[5, 7], [2, 2]])
     """
+    require_tasks("stack", tasks)
     tasks = list(tasks)
     if not tasks:
         raise ValueError("the batch is empty: stack needs at least one task")
     for index, task in enumerate(tasks):
-        if np.ndim(task.labels) != 3:
-            raise ValueError(
-                f"task {index} has labels of shape {list(np.shape(task.labels))}, not [L, H, W]:"
-                " stack takes single tasks, call unstack on a batch first"
-            )
+        require_listed("stack", task, index)
+    require_values("stack", tasks, inside="make the batch outside, or use jax.vmap inside jit")
     shape = tuple(np.max([np.shape(task.labels) for task in tasks], axis=0).tolist())
     num_obstacles = max(np.shape(task.destroyable)[0] for task in tasks)
     labels = np.full((len(tasks), *shape), FREE, np.int32)
@@ -141,14 +152,34 @@ def stack(tasks: Sequence[Task]) -> Task:
     )
 
 
-def unstack(batch: Task) -> list[Task]:
-    """Returns the single tasks of a batch without their padding: the inverse of `stack`.
+@overload
+def unstack(batch: Task) -> list[Task]: ...
+
+
+@overload
+def unstack(batch: Solution, tasks: Task | None = None) -> list[Solution]: ...
+
+
+def unstack(batch: Task | Solution, tasks: Task | None = None) -> list[Task] | list[Solution]:
+    """Returns the single tasks of a batch, or the single solutions, without their padding: the
+    inverse of `stack`.
 
     Layers at the end that are free everywhere look like padding and go (one always stays); so do
-    obstacles at the end that cover no cell, are indestructible and cost 1.
+    obstacles at the end that cover no cell, are indestructible and cost 1. A solution that `solve`
+    returned knows its tasks and is cut to them, so that `zip(unstack(batch), unstack(solutions))`
+    pairs each task with its own.
+
+    Args:
+      batch: tasks or solutions with one batch dimension.
+      tasks: of solutions that do not know their tasks (copies, and what came out of jit or a
+        function of pytrees) the batch that was solved. Without it their entries keep the padding.
+
+    Returns:
+      Tasks or Solutions of NumPy arrays.
 
     Raises:
-      ValueError: `batch` has not exactly one batch dimension.
+      TypeError: neither tasks nor solutions. ValueError: not exactly one batch dimension, or
+        `tasks` of another length or map.
 
     Examples:
       >>> import numpy as np
@@ -157,9 +188,16 @@ def unstack(batch: Task) -> list[Task]:
       >>> free[:, 3] = False  # a wall from edge to edge
       >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
       >>> small = srt_jax.make_task(np.ones((2, 2), bool), (0, 0), (1, 1))
-      >>> [one.labels.shape for one in srt_jax.unstack(srt_jax.stack([task, small]))]
+      >>> batch = srt_jax.stack([task, small])
+      >>> [one.labels.shape for one in srt_jax.unstack(batch)]
       [(1, 5, 7), (1, 2, 2)]
+      >>> [one.cost.item() for one in srt_jax.unstack(srt_jax.solve(batch))][0]
+      6.0
     """
+    if isinstance(batch, Solution):
+        return _solutions_of(batch, tasks)
+    require_task("unstack", batch, takes="a batch of tasks or of solutions")
+    require_values("unstack", batch, inside="use jax.vmap, or call it outside")
     labels = np.asarray(batch.labels)
     if labels.ndim != 4:
         raise ValueError(
@@ -174,6 +212,36 @@ def unstack(batch: Task) -> list[Task]:
         _without_padding(labels[index], *(field[index] for field in fields))
         for index in range(len(labels))
     ]
+
+
+def _solutions_of(batch: Solution, tasks: Task | None) -> list[Solution]:
+    """Returns the entries of a batch of solutions, each cut to its own task where that is known."""
+    require_values("unstack", batch, inside="use jax.vmap, or call it outside")
+    shape = np.shape(batch.status)
+    if len(shape) != 1:
+        raise ValueError(
+            f"status has shape {list(shape)}, not [B]: unstack takes a batch with one batch"
+            " dimension"
+        )
+    known = getattr(batch, "_task", None) if tasks is None else tasks
+    arrays = jax.tree.map(np.asarray, batch)
+    each = [jax.tree.map(lambda array, i=i: array[i].copy(), arrays) for i in range(*shape)]
+    if known is None:
+        return each
+    if tasks is not None:
+        require_answer("unstack", tasks, batch)
+    return [cut_to_task(one, task) for one, task in zip(each, unstack(known))]
+
+
+def cut_to_task(solution: Solution, task: Task) -> Solution:
+    """Returns the solution of a padded task cut to the map and the obstacles of the task alone.
+
+    One with a route needs its task no more: who keeps millions of them keeps no maps.
+    """
+    (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
+    ids = {name: getattr(solution, name)[:M].copy() for name in ("blocking", "separating")}
+    one = solution.replace(contour=solution.contour[:H, :W].copy(), **ids)
+    return one if Status(int(one.status)).is_solved else of_task(one, task)
 
 
 def _without_padding(

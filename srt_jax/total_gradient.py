@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.dtypes import float0
 
+from srt_jax.engine.entrance import require_task
 from srt_jax.solver import solve
 from srt_jax.types import Array, Task
 
@@ -42,6 +43,7 @@ def least_total(
       >>> jax.grad(lambda toll: srt_jax.least_total(task, toll))(2.0).item()
       3.0
     """
+    require_task("least_total", task)
     batch = np.shape(task.start)[:-1]
     of_each = jnp.broadcast_to(jnp.asarray(toll, jnp.float32), batch)
 

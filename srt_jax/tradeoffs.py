@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
+from srt_jax.engine.entrance import require_single
 from srt_jax.solver import MAX_BRANCHES, solve
 from srt_jax.task import stack
 from srt_jax.tolls.front import Tradeoff, front_of
@@ -49,8 +50,7 @@ def tradeoffs(
       4.0 1.0 (0,) (1.0, 10.0)
       42.83 0.0 () (100.0, 100.0)
     """
-    if np.ndim(task.labels) != 3:
-        raise ValueError("tradeoffs takes one task: take it from the batch first")
+    require_single("tradeoffs", task)
     chosen = np.asarray(default_tolls(task) if tolls is None else tolls, np.float32).reshape(-1)
     if not len(chosen):
         raise ValueError("tolls is empty: give at least one")

@@ -1,11 +1,13 @@
 """Tasks from masks and labels, padded batches and back."""
 
 import chex
+import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from srt_jax.solver import solve
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import FREE, OUTSIDE, Task
 from tests.helpers.pictures import drawn
@@ -191,3 +193,23 @@ def test_integers_that_look_like_a_mask_are_warned_of():
         assert make_task(mask, (0, 0), (0, 2)).destroyable.shape == (2,)
     with pytest.warns(UserWarning, match="write map == 0"):
         make_task(np.array([[-1, 0, 100]], np.int8), (0, 0), (0, 2))
+
+
+def test_solutions_of_a_batch_come_apart_as_the_answers_to_its_tasks():
+    free = np.ones((5, 7), bool)
+    free[:, 3] = False
+    tasks = [make_task(free, (2, 0), (2, 6)), make_task(EMPTY, (0, 0), (2, 3))]
+    tasks.append(tasks[0].replace(destroyable=np.zeros(1, bool)))
+    batch = stack(tasks)
+    found = solve(batch, max_cells=16)
+    for known, of in ((found, None), (jax.tree.map(np.asarray, found), batch)):
+        for task, one in zip(tasks, unstack(known, of), strict=True):
+            alone = solve(task, max_cells=16)
+            jax.tree.map(np.testing.assert_array_equal, one, alone)
+            np.testing.assert_array_equal(one.num_approach, alone.num_approach)
+    uncut = unstack(jax.tree.map(np.asarray, found))
+    assert [one.contour.shape for one in uncut] == [(5, 7)] * 3  # nobody knows their tasks
+    with pytest.raises(ValueError, match="batch dimensions"):
+        unstack(found, tasks[0])
+    with pytest.raises(ValueError, match="one batch dimension"):
+        unstack(uncut[0])

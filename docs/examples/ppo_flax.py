@@ -10,12 +10,16 @@ et al. 2016, arXiv:1506.02438. `train_policy.py` imitates the oracle first and n
 import argparse
 from typing import Any, NamedTuple
 
-import flax.linen as nn
 import jax
 import jax.numpy as jnp
-import optax
 
 from srt_jax import envs
+
+try:
+    import flax.linen as nn
+    import optax
+except ImportError as error:
+    raise SystemExit(f"{error.name} is not installed: pip install flax optax") from error
 
 NUM_ENVS, HORIZON, EPOCHS, BATCHES = 64, 64, 3, 8
 GAMMA, LAMBDA, CLIP, ENTROPY, RATE = 0.99, 0.95, 0.2, 0.01, 5e-4

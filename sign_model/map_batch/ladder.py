@@ -18,6 +18,7 @@ import jax
 import numpy as np
 
 from sign_model.ground.cores import num_cores
+from sign_model.ground.legible import counted
 from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import MAX_BEAM, regress, regress_domains
@@ -200,7 +201,7 @@ def plan_batch(
         began = time.perf_counter()
         results.update(zip(numbers, group.results(max_expansions)))
         spent = group.seconds["search"] + time.perf_counter() - began
-        _tell(log, group.tasks, "side by side, compiling included", spent)
+        _tell(log, group.tasks, "side by side, what was compiled for it included", spent)
     return [results[i] for i in range(len(tasks))]
 
 
@@ -210,8 +211,9 @@ def _tell(
     """Says what a group of tasks cost."""
     if log is not None:
         log(
-            f"{len(tasks)} tasks of {tasks[0].num_features} features and {tasks[0].num_actions}"
-            f" actions, {how}: {seconds:.2f} s, {1000 * seconds / len(tasks):.1f} ms each"
+            f"{counted(len(tasks), 'task')} of {counted(tasks[0].num_features, 'feature')} and"
+            f" {counted(tasks[0].num_actions, 'action')}, {how}:"
+            f" {seconds:.2f} s, {1000 * seconds / len(tasks):.1f} ms each"
         )
 
 

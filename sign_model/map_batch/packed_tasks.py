@@ -162,7 +162,10 @@ class PackedBatch:
         ):
             if length >= 0:
                 begin, end = end, end + length
-                out.append(PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share))
+                cost = task.cost_of(self.plans[len(out), :length])
+                out.append(
+                    PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share, cost)
+                )
             elif not is_possible:
                 out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
             else:

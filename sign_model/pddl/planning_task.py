@@ -64,6 +64,21 @@ class PlanningTask:
         """The actions as a plan file writes them: `(pick-up a)`."""
         return tuple(f"({' '.join(action)})" for action in self.actions)
 
+    @property
+    def has_costs(self) -> bool:
+        """Whether actions have costs: the problem says (:metric minimize (total-cost)), or costs
+        other than 1 were given.
+        """
+        if self.problem is not None:
+            return self.problem.counts_costs
+        return bool((self.costs != 1).any())
+
+    def cost_of(self, actions: Sequence[int] | np.ndarray) -> int | None:
+        """Returns the total cost of a plan, given by the numbers of its actions; None where actions
+        have no costs.
+        """
+        return sum(self.costs[np.asarray(actions, int)].tolist()) if self.has_costs else None
+
     def situation(self, atoms: Sequence[Atom]) -> np.ndarray:
         """Returns bool [F], True at the given atoms; ValueError for one that is no feature."""
         index = {atom: i for i, atom in enumerate(self.features)}

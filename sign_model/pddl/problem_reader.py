@@ -29,8 +29,14 @@ class ProblemReader(SectionReader):
     def read(self, domain: Domain) -> Problem:
         self.domain = domain
         for part in self.parts(":domain"):
-            if len(part) != 2 or part[1] != self.domain.name:
-                self.fail(f"the problem is of another domain than '{self.domain.name}'", part)
+            if len(part) != 2:
+                self.fail("(:domain NAME) takes one name", part)
+            if part[1] != self.domain.name:
+                self.fail(
+                    f"the problem is of domain '{part[1]}', the domain given is"
+                    f" '{self.domain.name}': give the domain that it is of",
+                    part,
+                )
         objects = self._objects()
         counts_costs = self._counts_costs()
         start, values = self._start(objects, counts_costs)

@@ -39,7 +39,10 @@ class SectionReader:
             or form[1].head != kind
             or len(form[1]) != 2
         ):
-            self.fail(f"after (define must come ({kind} NAME)", form)
+            other = form[1].head if len(form) > 1 and isinstance(form[1], Form) else None
+            is_swapped = other in ("domain", "problem") and other != kind
+            hint = f": this is a {other}; give the domain first, then the problem"
+            self.fail(f"after (define must come ({kind} NAME){hint if is_swapped else ''}", form)
         self.name = self.word(form[1][1])
         self.sections = [self.form(part) for part in form[2:]]
         for section in self.sections:

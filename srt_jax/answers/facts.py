@@ -11,6 +11,7 @@ import numpy as np
 
 from sign_model.ground.legible import finite_or_none
 from srt_jax.answers.what_if import if_flag
+from srt_jax.engine.entrance import require_answer
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.paths.distance import path_cost
 from srt_jax.symbols import places
@@ -88,7 +89,8 @@ def explanation(
       approach: of the same tasks, where it is known; else it is found for those not solved.
 
     Raises:
-      ValueError: task and solution have different batch dimensions.
+      TypeError: no task or no solution. ValueError: the solution is of another map, or has other
+        batch dimensions.
 
     Examples:
       >>> import numpy as np
@@ -100,12 +102,8 @@ def explanation(
       >>> srt_jax.explanation(task, solution)["destroyed"]
       [{'id': 0, 'from': [2, 2], 'index': 2, 'removal_cost': 1.0}]
     """
+    require_answer("explanation", task, solution)
     batch = np.shape(solution.status)
-    if np.shape(task.start)[:-1] != batch:
-        raise ValueError(
-            f"the task has batch dimensions {list(np.shape(task.start)[:-1])}, the solution"
-            f" {list(batch)}"
-        )
     options = {"what_if": what_if, "heading": heading, "cell_side": cell_side, "table": table}
     if not batch:
         return _of_one(task, solution, approach, **options)

@@ -19,7 +19,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax.answers.results_file import arrow_table, as_record
+from sign_model.ground.legible import counted
+from srt_jax.answers.results_file import arrow_table, as_record, read_results
 from srt_jax.answers.task_stream import count_tasks, tasks_between
 from srt_jax.check import check
 from srt_jax.formats.files import atomic_write, require_module
@@ -121,6 +122,14 @@ class SolveJob(Job):
         column = parquet.read_table(path, columns=["status"])["status"]
         return collections.Counter(column.to_pylist())
 
+    def records(self, unit: int) -> list[dict[str, Any]]:
+        """Returns the records that a shard holds."""
+        path = self.folder / self.name(unit)
+        if self.request.format == "parquet":
+            return read_results(path)
+        with open(path, encoding="utf-8") as file:
+            return [json.loads(line) for line in file]
+
     def _tasks(self, unit: int, notes: Notes) -> Iterator[tuple[NamedTask, Frame | None]]:
         """Yields the tasks of a shard, from one input or several."""
         request = self.request
@@ -198,6 +207,30 @@ def read_job(folder: pathlib.Path) -> SolveJob:
             f"{folder}: {MANIFEST} is of another version: name another folder"
         ) from error
     return SolveJob(folder, request)
+
+
+def read_answers(folder: pathlib.Path) -> list[dict[str, Any]]:
+    """Returns the records of all answers in a folder that `srt-jax solve --out` wrote: of its
+    shards, or else of its results.json.
+
+    Raises:
+      ValueError: it holds neither, or shards are missing.
+    """
+    if not (folder / MANIFEST).is_file():
+        if not (folder / "results.json").is_file():
+            raise ValueError(
+                f"{folder}: holds neither {MANIFEST} nor results.json: name a folder that srt-jax"
+                " solve --out wrote"
+            )
+        return read_results(folder / "results.json")
+    job = read_job(folder)
+    missing = [unit for unit in range(len(job)) if not (folder / job.name(unit)).is_file()]
+    if missing:
+        raise ValueError(
+            f"{folder}: {len(missing)} of {counted(len(job), 'shard')} missing, the first is"
+            f" {job.name(missing[0])}: run the command that writes them again"
+        )
+    return [record for unit in range(len(job)) for record in job.records(unit)]
 
 
 def _description(request: Request) -> dict[str, Any]:

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH
+from srt_jax.engine.entrance import require_one_answer
 from srt_jax.formats.files import require_module
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import (
@@ -55,8 +57,7 @@ def story(
       >>> print(srt_jax.story(task, solution).splitlines()[0])
       reach the goal area at (2, 6) (specified: 3 steps)
     """
-    if np.ndim(solution.status):
-        raise ValueError("story takes one task and its solution: take them from the batch first")
+    require_one_answer("story", task, solution)
     status, steps = Status(int(solution.status)), planned_steps(solution)
     goal = f"reach the goal area at {_cell(task.goal)}"
     if not status.is_solved:
@@ -72,7 +73,7 @@ def story(
         return (
             f"{goal} (realised: path planning alone)\n  {_stretch(whole, cells, view, cell_side)}"
         )
-    lines = [f"{goal} (specified: {len(steps)} steps)"]
+    lines = [f"{goal} (specified: {counted(len(steps), 'step')})"]
     for step in steps:
         lines += [f"  {line}" for line in _step(step, cells, view, cell_side)]
     return "\n".join(lines)
@@ -97,10 +98,7 @@ def scene_pddl(task: Task, solution: Solution) -> tuple[str, str, list[str]]:
       >>> plan[0]
       '(approach i obstacle-0 area-0)'
     """
-    if np.ndim(solution.status):
-        raise ValueError(
-            "a scene is made of one task and its solution: take them from the batch first"
-        )
+    require_one_answer("scene_pddl", task, solution)
     return *scene_texts(scene_of(task, solution)), plan_lines(solution)
 
 

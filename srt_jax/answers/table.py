@@ -1,5 +1,6 @@
 """Answers as a table, one row a task: for pandas, polars, DuckDB or a spreadsheet."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -7,13 +8,15 @@ import numpy as np
 
 from sign_model.ground.legible import finite_or_none
 from srt_jax.components import regions
+from srt_jax.engine.entrance import require_listed, require_listed_solution
 from srt_jax.formats.files import require_module
+from srt_jax.task import unstack
 from srt_jax.types import FREE, Solution, Status, Task
 
 
 def table(
-    tasks: Sequence[Task],
-    solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]],
+    tasks: Sequence[Task] | Task,
+    solutions: Sequence[Solution] | Solution | Mapping[str, Sequence[Solution] | Solution],
     *,
     names: Sequence[str] | None = None,
     maps: Sequence[str] | None = None,
@@ -32,9 +35,9 @@ def table(
     it.
 
     Args:
-      tasks: single ones, not batches (`unstack` takes a batch apart).
-      solutions: as many, or such a sequence for each mode, {mode: solutions}: the rows of a mode
-        follow each other, and `mode` tells them apart.
+      tasks: a list of single ones, or one batch.
+      solutions: as many, a list or a batch, or such for each mode, {mode: solutions}: the rows of a
+        mode follow each other, and `mode` tells them apart.
       names, maps: one for each task; names are "0", "1", ... by default.
       seconds: of each task, or of all of them alike.
       cell_side: metres a cell.
@@ -42,8 +45,9 @@ def table(
         status_paper, length_least and so on.
 
     Raises:
-      ImportError: pyarrow is missing. ValueError: the numbers of tasks, solutions, names, maps or
-        seconds differ, or a batch was given.
+      ImportError: pyarrow is missing. TypeError: something else than tasks and solutions.
+      ValueError: the numbers of tasks, solutions, names, maps or seconds differ, or a list holds
+        batches.
 
     Examples:
       >>> import numpy as np
@@ -60,16 +64,24 @@ def table(
       [{'name': '0', 'length_least': 6.0, 'length_paper': 6.0}]
     """
     arrow = require_module("pyarrow", extra="parquet", what="a table of answers")
-    by_mode = solutions if isinstance(solutions, Mapping) else {None: solutions}
-    count = len(tasks)
+    all_tasks, by_mode = _listed(tasks), _by_mode(solutions)
+    by_mode = {mode: _listed(found) for mode, found in by_mode.items()}
+    count = len(all_tasks)
     named = [str(number) for number in range(count)] if names is None else list(names)
     spent = [seconds] * count if seconds is None or np.ndim(seconds) == 0 else list(seconds)  # type: ignore
     given = {"names": named, "seconds": spent, "maps": [None] * count if maps is None else maps}
-    given |= {f"solutions of mode {mode}": found for mode, found in by_mode.items()}
+    given |= {
+        "solutions" if mode is None else f"solutions of mode {mode}": found
+        for mode, found in by_mode.items()
+    }
     for what, values in given.items():
         if len(values) != count:
             raise ValueError(f"there are {count} tasks and {len(values)} {what}: give one for each")
-    facts = [_of_task(task) for task in tasks]
+    for number, task in enumerate(all_tasks):
+        require_listed("table", task, number)
+    for number, solution in itertools.chain(*map(enumerate, by_mode.values())):
+        require_listed_solution("table", solution, number)
+    facts = [_of_task(task) for task in all_tasks]
     rows = [
         {"name": named[i], "map": given["maps"][i], "mode": mode}
         | facts[i]
@@ -80,10 +92,25 @@ def table(
     ]
     schema = _schema(arrow)
     if side_by_side:
-        if not isinstance(solutions, Mapping):
+        if None in by_mode:
             raise ValueError("side_by_side needs modes: give solutions as {mode: solutions}")
         rows, schema = _widened(rows, schema, list(by_mode), arrow)
     return arrow.Table.from_pylist(rows, schema=schema)
+
+
+def _by_mode(solutions: Any) -> dict[Any, Any]:
+    """Returns solutions by mode, None where there is but one, without a name."""
+    # a record is a mapping, too: of its fields
+    has_modes = isinstance(solutions, Mapping) and not isinstance(solutions, Solution)
+    return dict(solutions) if has_modes else {None: solutions}
+
+
+def _listed(records: Any) -> list[Any]:
+    """Returns single tasks or solutions as a list, whether one, a batch or a list is given."""
+    if not isinstance(records, Task | Solution):
+        return list(records)
+    is_one = not np.ndim(records.status if isinstance(records, Solution) else records.size[..., 0])
+    return [records] if is_one else unstack(records)
 
 
 def _widened(
@@ -114,10 +141,6 @@ _OF_TASK = ("name", "map", "height", "width", "num_obstacles", "explored")
 
 def _of_task(task: Task) -> dict[str, Any]:
     labels = np.asarray(task.labels)
-    if labels.ndim != 3:
-        raise ValueError(
-            f"a row is one task, got labels of shape {list(labels.shape)}: call unstack first"
-        )
     height, width = np.asarray(task.size).tolist()
     free = (labels[:, :height, :width] == FREE).all(axis=0)
     row, col = np.asarray(task.start).tolist()

@@ -11,6 +11,7 @@ from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
 from srt_jax.answers.measures import heading_text, length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
+from srt_jax.engine.entrance import require_answer, require_one_answer
 from srt_jax.symbols import places
 from srt_jax.types import Approach, Array, Solution, Status, Task
 
@@ -33,7 +34,8 @@ def explain(
     route.
 
     Raises:
-      ValueError: task and solution have different batch dimensions.
+      TypeError: no task or no solution. ValueError: the solution is of another map, or has other
+        batch dimensions.
 
     Examples:
       >>> import numpy as np
@@ -45,6 +47,7 @@ def explain(
       >>> "Destroyed obstacle 0 from (2, 2)" in srt_jax.explain(task, solution)
       True
     """
+    require_answer("explain", task, solution)
     data = explanation(
         task, solution, what_if=what_if, heading=heading, cell_side=cell_side, approach=approach
     )
@@ -160,11 +163,8 @@ def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
 
 
 def _obstacle_title(task: Task, solution: Solution, obstacle: int, cell_side: float | None) -> str:
+    require_one_answer("why or why_not", task, solution)
     known = np.shape(task.destroyable)[-1]
-    if np.ndim(task.destroyable) != 1:
-        raise ValueError(
-            "why and why_not take one task and its solution: take them from the batch first"
-        )
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     side, unit = (1.0, "cells") if cell_side is None else (cell_side, "m")

@@ -100,6 +100,15 @@ def check(
       >>> srt_jax.check(task, solution)
       []
     """
+    for record, name, fields in (
+        (task, "Task", _TASK_FORM),
+        (solution, "Solution", _SOLUTION_FORM),
+    ):
+        if not hasattr(record, next(iter(fields))):
+            return [
+                f"a {name} must be given, or a batch of them (srt_jax.stack), got"
+                f" {type(record).__name__}"
+            ]
     sides: dict[str, int] = {}
     tasks, problems = _arrays("task", task, _TASK_FORM, sides)
     solutions, more = _arrays("solution", solution, _SOLUTION_FORM, sides)

@@ -1,5 +1,6 @@
 """`srt-jax compare`: two files of results, or two modes on the same tasks, side by side."""
 
+import pathlib
 from typing import Annotated
 
 import typer
@@ -14,6 +15,7 @@ from srt_jax.answers.compare import (
     sums,
 )
 from srt_jax.answers.results_file import read_results
+from srt_jax.answers.shards import read_answers
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import (
     fit_table,
@@ -32,21 +34,26 @@ from srt_jax.task import NamedTask
 
 _MOST_ROWS = 40
 
+_Sides = list[tuple[str, list[Answer]]]
+"""The answers of each side with its name: the first is compared with every other."""
+
 
 def compare(
     inputs: Annotated[
         list[str],
         typer.Argument(
             metavar="A B",
-            help="Two files of results (.json, .parquet); with --modes files of tasks.",
+            help="Two files of results (.json, .parquet), or folders of srt-jax solve --out; with"
+            " --modes files of tasks.",
             show_default=False,
         ),
     ],
     modes: Annotated[
         str | None,
         typer.Option(
-            metavar="A,B",
-            help=f"Solve the tasks in two modes: {', '.join(MODES)}.",
+            metavar="A,B,...",
+            help=f"Solve the tasks in two modes or more, each held against the first:"
+            f" {', '.join(MODES)}.",
             show_default=False,
         ),
     ] = None,
@@ -63,20 +70,25 @@ def compare(
     equal, [bold]1[/bold] some differ.
     """
     if modes is None:
-        left, right, names = _of_files(inputs)
+        sides = _of_files(inputs)
     else:
-        left, right, names = _of_modes(inputs, modes, toll, limit, as_json)
-    found = pairs(left, right)
-    total = sums(found)
+        sides = _of_modes(inputs, modes, toll, limit, as_json)
+    (first, left), *others = sides
+    documents, differing = [], 0
+    for name, right in others:
+        found, names = pairs(left, right), (first, name)
+        total = sums(found)
+        differing += total.differing
+        documents.append(_document(found, total, names))
+        if not as_json:
+            _print_rows(found, names, show_all)
+            _print_sums(total, names)
     if as_json:
-        say_json(_document(found, total, names))
-    else:
-        _print_rows(found, names, show_all)
-        _print_sums(total, names)
-    return int(total.differing > 0)
+        say_json(documents[0] if len(documents) == 1 else {"comparisons": documents})
+    return int(differing > 0)
 
 
-def _of_files(inputs: list[str]) -> tuple[list[Answer], list[Answer], tuple[str, str]]:
+def _of_files(inputs: list[str]) -> _Sides:
     if len(inputs) != 2:
         raise ValueError(
             f"compare takes two files of results, got {len(inputs)}: write srt-jax compare A.json"
@@ -85,21 +97,23 @@ def _of_files(inputs: list[str]) -> tuple[list[Answer], list[Answer], tuple[str,
     sides = []
     for path in inputs:
         try:
-            sides.append([answer_of_record(record) for record in read_results(path)])
+            folder = pathlib.Path(path)
+            records = read_answers(folder) if folder.is_dir() else read_results(path)
+            sides.append((path, [answer_of_record(record) for record in records]))
         except (ValueError, TypeError, AttributeError) as error:
             if isinstance(error, ValueError) and str(path) in str(error):
                 raise
             raise ValueError(f"{path}: {error}") from error
-    return sides[0], sides[1], (inputs[0], inputs[1])
+    return sides
 
 
 def _of_modes(
     inputs: list[str], text: str, toll: float, limit: int | None, as_json: bool
-) -> tuple[list[Answer], list[Answer], tuple[str, str]]:
+) -> _Sides:
     chosen = [mode.strip() for mode in text.split(",")]
-    if len(chosen) != 2 or any(mode not in MODES for mode in chosen):
+    if len(chosen) < 2 or any(mode not in MODES for mode in chosen):
         raise ValueError(
-            f"--modes must be two of {', '.join(MODES)}, such as least,paper: {text!r}"
+            f"--modes must be two or more of {', '.join(MODES)}, such as least,paper: {text!r}"
         )
 
     def read(path: str, notes: Notes) -> list[NamedTask]:
@@ -109,7 +123,8 @@ def _of_modes(
     if failed:
         raise ValueError(f"{failed[0]} cannot be read: compare takes all tasks or none")
     sides = []
-    with show_progress("solving", 2 * len(tasks), quiet=as_json, compiles=True) as progress:
+    total = len(chosen) * len(tasks)
+    with show_progress("solving", total, quiet=as_json, compiles=True) as progress:
         for mode in chosen:
             solutions = solve_many(
                 [task.task for task in tasks],
@@ -117,8 +132,9 @@ def _of_modes(
                 toll=toll if mode == "shortest" else 1.0,
                 progress=progress,
             )
-            sides.append([answer_of(task.name, one) for task, one in zip(tasks, solutions)])
-    return sides[0], sides[1], (chosen[0], chosen[1])
+            answers = [answer_of(task.name, one) for task, one in zip(tasks, solutions)]
+            sides.append((mode, answers))
+    return sides
 
 
 def _print_rows(found: list[Pair], names: tuple[str, str], show_all: bool) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sign_model.ground.legible import counted
 from srt_jax.commands.shared.console import say, say_json, show_progress
 from srt_jax.commands.shared.options import (
     AddressOption,
@@ -97,7 +98,8 @@ def dataset(
         say_json({"folder": str(out), "tasks": plan.count, "shards": plan.num_shards()})
     else:
         say(
-            f"{out} holds {plan.count} tasks in {plan.num_shards()} shards. Next:"
+            f"{out} holds {counted(plan.count, 'task')} in"
+            f" {counted(plan.num_shards(), 'shard')}. Next:"
             f" srt_jax.dataset.load({str(out)!r})"
         )
     return 0

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from sign_model.ground.legible import counted
 from srt_jax.commands.shared.console import say, say_json, waiting
 from srt_jax.commands.shared.options import JsonOption, sides
 from srt_jax.formats.batch import write_batch
@@ -69,7 +70,7 @@ def _told(out: pathlib.Path, number: int, known: int, as_json: bool) -> int:
         say_json({"file": str(out), "tasks": number, "known_optimum": known})
     else:
         say(
-            f"Wrote {number} tasks to {out}; the least removal is known for {known}. Next:"
-            f" srt-jax solve {out}"
+            f"Wrote {counted(number, 'task')} to {out}; the least removal is known for {known}."
+            f" Next: srt-jax solve {out}"
         )
     return 0

@@ -13,13 +13,14 @@ def plan(
         str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
     ],
     problem: Annotated[
-        str, typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)
+        list[str], typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)
     ],
     planner: Annotated[
         str,
         typer.Option(
             metavar="map|astar|wastar|gbfs",
-            help="map: the paper's planner. The others: forward search.",
+            help="map: the paper's planner, few steps. Forward search: astar: the cheapest plan;"
+            " wastar: sooner, weighs costs; gbfs: the first plan.",
         ),
     ] = "map",
     max_expansions: Annotated[
@@ -36,4 +37,9 @@ def plan(
     """Plans: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable, [bold]2[/bold] bad input,
     [bold]3[/bold] budget spent.
     """
-    return plan_files(domain, problem, planner, max_expansions, max_seconds, as_json)
+    if len(problem) > 1:
+        raise ValueError(
+            f"plan takes a domain and one problem, got {len(problem)} problems: call it for"
+            " each, or use sign_model.plan_batch in Python"
+        )
+    return plan_files(domain, problem[0], planner, max_expansions, max_seconds, as_json)

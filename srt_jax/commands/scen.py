@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from sign_model.ground.legible import counted
 from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import aside, say, say_json, show_progress
@@ -54,8 +55,8 @@ def scen(
     else:
         seconds = time.perf_counter() - begin
         say(
-            f"{len(wanted)} rows, {num_matches} match (relative error <= {MATCH:g}), max error"
-            f" {worst:.2e}, {seconds:.1f} s"
+            f"{counted(len(wanted), 'row')}, {num_matches} match (relative error <= {MATCH:g}), max"
+            f" error {worst:.2e}, {seconds:.1f} s"
         )
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
             aside(

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sign_model.ground.collector import paused_collector
+from sign_model.ground.legible import counted
 from srt_jax.commands.shared.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:
@@ -38,17 +39,31 @@ def plan_files(
         document = {
             "status": result.status.name,
             "actions": list(result.actions),
+            "cost": result.cost,
             "expansions": result.expansions,
         }
         say_json(document | {"seconds": result.seconds})
     else:
         say(*result.actions)
         took = ", ".join(f"{stage} {seconds:.3f} s" for stage, seconds in result.seconds.items())
-        steps = f"{len(result.actions)} steps, " if result.is_solved else ""
-        aside(f"; {result.status.name}: {steps}{result.expansions} expansions; {took}")
+        steps = f"{counted(len(result.actions), 'step')}, " if result.is_solved else ""
+        steps += "" if result.cost is None else f"cost {result.cost}, "
+        effort = counted(result.expansions, "expansion")
+        aside(f"; {result.status.name}: {steps}{effort}; {took}")
         if hint := _hint(result, planner, max_seconds):
             aside(f"; {hint}")
+    if result.cost is not None and (aim := _NOT_CHEAPEST.get(planner)):
+        aside(
+            f"; the problem asks for the least total cost, but {planner} {aim}: --planner astar"
+            " finds the cheapest plan"
+        )
     return int(result.status)
+
+
+_NOT_CHEAPEST = {
+    "map": "minimises the number of steps",
+    "gbfs": "takes the first plan that it finds",
+}
 
 
 def _read_and_plan(

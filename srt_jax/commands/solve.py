@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sign_model.ground.legible import counted
 from srt_jax.answers import shards
 from srt_jax.answers.doubts import doubts_of
 from srt_jax.answers.results_file import require_name
@@ -267,7 +268,8 @@ def _solve_to_shards(
             note(f"tasks left out: --block {request.reading.block} does not fit: {left_out}")
         told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
         say(
-            f"{folder} holds {sum(counts.values())} answers in {len(units)} shards,"
+            f"{folder} holds {counted(sum(counts.values()), 'answer')} in"
+            f" {counted(len(units), 'shard')},"
             f" {len(made.outcomes)} of them made in {seconds:.2f} s: {told}; every answer replayed."
         )
     return exit_code([{"status": status} for status in counts])

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from sign_model.ground.legible import counted
 from srt_jax.answers import shards
 from srt_jax.commands.shared.console import say, say_json
 from srt_jax.commands.shared.options import JsonOption
@@ -40,16 +41,22 @@ def _job_in(folder: pathlib.Path) -> Job:
         return DatasetJob(folder, read_plan(folder))
     if (folder / shards.MANIFEST).is_file():
         return shards.read_job(folder)
+    if not folder.is_dir():
+        what = "this is no folder" if folder.exists() else "no such folder"
+        raise ValueError(
+            f"{folder}: {what}: name one that srt-jax dataset or srt-jax solve writes its shards to"
+        )
     raise ValueError(
         f"{folder}: holds neither {MANIFEST} nor {shards.MANIFEST}: name a folder that srt-jax"
-        " dataset or srt-jax solve writes its shards to"
+        " dataset or srt-jax solve writes its shards to (solve does so beyond 4096 tasks, or with"
+        " --shard-size)"
     )
 
 
 def _lines(folder: pathlib.Path, found: Standing) -> list[str]:
     lines = [
-        f"{folder}: {found.done} of {found.units} shards done, {len(found.claimed)} claimed,"
-        f" {found.missing} missing; {found.tasks_done} of {found.tasks} tasks."
+        f"{folder}: {found.done} of {counted(found.units, 'shard')} done, {len(found.claimed)}"
+        f" claimed, {found.missing} missing; {found.tasks_done} of {counted(found.tasks, 'task')}."
     ]
     if found.rate is not None and found.left is not None:
         left = datetime.timedelta(seconds=round(found.left))

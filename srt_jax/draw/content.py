@@ -8,6 +8,7 @@ import numpy as np
 from sign_model.ground.legible import counted
 from srt_jax.components import regions
 from srt_jax.draw.colours import Kind
+from srt_jax.engine import entrance
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.types import FREE, Approach, Array, Cell, Solution, Status, Task
@@ -99,19 +100,10 @@ def require_single(task: Task, solution: Solution | None) -> None:
     """Raises ValueError for a batch, or where the solution does not belong to a task of this
     size.
     """
-    if np.ndim(task.labels) != 3:
-        raise ValueError(
-            f"a picture shows one task, got labels of shape {list(np.shape(task.labels))}: call"
-            " unstack first"
-        )
     if solution is None:
-        return
-    size, contour = np.shape(task.labels)[-2:], np.shape(solution.contour)
-    if contour != size:
-        raise ValueError(
-            f"the task has {list(size)} cells, the solution's contour {list(contour)}: give the"
-            " task's own solution"
-        )
+        entrance.require_single("a picture", task)
+    else:
+        entrance.require_one_answer("a picture", task, solution)
 
 
 def cell_kinds(task: Task, gone: np.ndarray | None = None, start: Cell | None = None) -> np.ndarray:

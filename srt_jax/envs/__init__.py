@@ -84,8 +84,9 @@ def as_gymnasium(
     env: SmartRelocation | None = None, params: EnvParams | None = None, **options: Any
 ) -> Any:
     """Returns a `gymnasium.Env`; ImportError with the install command where Gymnasium is missing.
-    See `envs.gym`. It can be pickled, hence AsyncVectorEnv([...], context="spawn") works; a process
-    forked after JAX has started refuses to step.
+    Options: render_mode; without env and params observation, radius and levels (`envs.gym`). It can
+    be pickled, hence AsyncVectorEnv([...], context="spawn") works; a process forked after JAX has
+    started refuses to step.
 
     Examples:
       >>> import jax
@@ -118,7 +119,7 @@ def as_gymnasium_vector(
       env, params: from `make`.
       num_envs: how many; thousands cost little more than one.
       options: render_mode; autoreset_mode, "NextStep", "SameStep" or "Disabled" as Gymnasium
-        defines them; max_episode_steps.
+        defines them; max_episode_steps; without env and params observation, radius and levels.
 
     Examples:
       >>> import jax

@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from srt_jax.engine.entrance import require_solution, require_values
 from srt_jax.moves import MOVES
 from srt_jax.types import Solution
 
 
 def oracle_actions(solution: Solution) -> np.ndarray:
     """Returns the actions that carry out each solution of a batch: int32 [B, T], -1 after the last
-    (host).
+    (host). Of a single solution int32 [T].
 
     Without a route there are none.
 
@@ -25,6 +26,22 @@ def oracle_actions(solution: Solution) -> np.ndarray:
       >>> envs.oracle_actions(srt_jax.solve(batch)).tolist()  # 4 moves east, 12 destroys
       [[4, 4, 12, 4, 4, 4, 4]]
     """
+    require_solution("oracle_actions", solution)
+    require_values("oracle_actions", solution)
+    rank = np.ndim(solution.status)
+    if rank > 1:
+        raise ValueError(
+            f"oracle_actions takes one solution or a batch with one batch dimension, got {rank}"
+        )
+    if not rank:
+        fields = {name: getattr(solution, name) for name in ("cells", "num_cells", "destroyed_at")}
+        whole = solution.replace(**{name: np.asarray(a)[None] for name, a in fields.items()})
+        return _actions_of(whole)[0]
+    return _actions_of(solution)
+
+
+def _actions_of(solution: Solution) -> np.ndarray:
+    """`oracle_actions` of a batch."""
     number = {move: index for index, move in enumerate(MOVES)}
     rows = []
     for cells, count, at in zip(

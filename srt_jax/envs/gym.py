@@ -2,7 +2,8 @@
 
 gymnasium.make("srt_jax.envs.gym:SmartRelocation-v0") gives one environment, and
 gymnasium.make_vec("srt_jax.envs.gym:SmartRelocation-v0", num_envs=1024) as many in one call
-(`srt_jax.envs.gym_vector`).
+(`srt_jax.envs.gym_vector`). Both take observation="window" or "map", radius=4, levels=...,
+render_mode=None or "rgb_array", and instead of the first three env and params of `envs.make`.
 """
 
 import dataclasses
@@ -54,8 +55,11 @@ class GymnasiumEnv(Specified, gymnasium.Env):
     wants it. It can be pickled and copied, in the middle of an episode too.
 
     Args:
-      env, params: by default a SmartRelocation of the default options on the default levels.
+      env, params: from `envs.make`; by default a SmartRelocation of the default options on the
+        default levels.
       render_mode: None or "rgb_array".
+      options: instead of `env` those of `SmartRelocation` (observation, radius), and instead of
+        `params` levels.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 8}  # noqa: RUF012  Gymnasium's own form
@@ -66,10 +70,10 @@ class GymnasiumEnv(Specified, gymnasium.Env):
         params: EnvParams | None = None,
         *,
         render_mode: str | None = None,
+        **options: Any,
     ):
         check_render_mode(render_mode)
-        self.env = env or SmartRelocation()
-        self.params = params or self.env.default_params
+        self.env, self.params = made(env, params, options)
         self.render_mode = render_mode
         self.action_space = gymnasium.spaces.Discrete(NUM_ACTIONS)
         self.observation_space = observation_box(self.env, self.params)
@@ -153,6 +157,33 @@ def moved(env: SmartRelocation, state: EnvState, action: Array, params: EnvParam
 def word_of(rng: np.random.Generator, seed: int | None) -> np.uint32:
     """Returns the seed as the word a key is made of, or without one a random word."""
     return np.uint32((int(rng.integers(2**32)) if seed is None else seed) % 2**32)
+
+
+def made(
+    env: SmartRelocation | None, params: EnvParams | None, options: dict[str, Any]
+) -> tuple[SmartRelocation, EnvParams]:
+    """Returns environment and parameters, those given or made of the options.
+
+    Raises:
+      TypeError: an option that there is not, or one beside what it would make.
+    """
+    known = {"observation": env, "radius": env, "levels": params}
+    for name in options:
+        if name not in known:
+            raise TypeError(
+                f"SmartRelocation-v0 has no option {name!r}: it takes env, params, render_mode,"
+                f" {', '.join(known)}; or write envs.as_gymnasium(*envs.make(...))"
+            )
+        if known[name] is not None:
+            raise TypeError(
+                f"{name} was given beside env or params, which have their own: give one of them"
+            )
+    of_env = {name: value for name, value in options.items() if name != "levels"}
+    env = env or SmartRelocation(**of_env)
+    if params is None:
+        levels = options.get("levels")
+        params = env.default_params if levels is None else EnvParams(levels=levels)
+    return env, params
 
 
 def check_render_mode(render_mode: str | None) -> None:

@@ -22,7 +22,8 @@ class GymnasiumVectorEnv(gym.Specified, VectorEnv):
     SyncVectorEnv returns of as many `GymnasiumEnv`, in each of its autoreset modes.
 
     Args:
-      env, params: by default a SmartRelocation of the default options on the default levels.
+      env, params: from `envs.make`; by default a SmartRelocation of the default options on the
+        default levels.
       num_envs: how many.
       render_mode: None or "rgb_array".
       autoreset_mode: "NextStep": where an episode has ended, the next step ignores the action and
@@ -31,6 +32,8 @@ class GymnasiumVectorEnv(gym.Specified, VectorEnv):
         infos["final_info"] what ended; "Disabled": the caller resets, by reset(options={
         "reset_mask": bool [num_envs]}).
       max_episode_steps: after so many steps an episode is truncated; by default as `params` say.
+      options: instead of `env` those of `SmartRelocation` (observation, radius), and instead of
+        `params` levels.
     """
 
     def __init__(
@@ -42,12 +45,12 @@ class GymnasiumVectorEnv(gym.Specified, VectorEnv):
         render_mode: str | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         max_episode_steps: int | None = None,
+        **options: Any,
     ):
         gym.check_render_mode(render_mode)
         if num_envs < 1:
             raise ValueError(f"num_envs must be at least 1, got {num_envs}")
-        self.env = env or SmartRelocation()
-        self.params = params or self.env.default_params
+        self.env, self.params = gym.made(env, params, options)
         if max_episode_steps is not None:
             self.params = self.params.replace(max_steps_in_episode=max_episode_steps)
         self.num_envs, self.render_mode = num_envs, render_mode

@@ -186,8 +186,7 @@ def _members(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:
         if name not in given:
             others = f"; {', '.join(unknown)} is not known" if unknown else ""
             raise ValueError(
-                f"{path}: the map lacks {name!r}: it has"
-                f" {', '.join((*_REQUIRED, *_DEFAULTS))}{others}"
+                f"{path}: the map lacks {name!r}: it needs {', '.join(_REQUIRED)}{others}"
             )
     notes.add("members not known, passed over", len(unknown), example=", ".join(unknown))
     for name, value in _DEFAULTS.items():

@@ -88,7 +88,7 @@ def _makers(kind: str, least: int) -> list[tuple[str, Maker]]:
     ):
         raise ValueError(
             f"unknown kind {kind!r}: choose one of {', '.join(KINDS)} (K a number, such as"
-            " bagel-10)"
+            " bagel-10); srt-jax generate and srt_jax.coalition have helpers as well"
         )
     if kind.startswith("bagel-"):
         side = int(kind[6:])

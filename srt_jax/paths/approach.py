@@ -17,6 +17,7 @@ from sign_model.ground.marks import compiled_whole, runs_in_place
 from sign_model.ground.sizes import next_power_of_two
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.entrance import require_task
 from srt_jax.moves import max_path_cells, octile_distance
 from srt_jax.paths.reach import flood_group
 from srt_jax.paths.seed import nearest_in_words
@@ -60,6 +61,7 @@ def approach(task: Task, *, max_cells: int | None = None) -> Approach:
       >>> srt_jax.check(task, srt_jax.solve(task), approach=near)
       []
     """
+    require_task("approach", task)
     arguments.require_forms(task, _FORMS)
     for name in ("start", "goal"):
         arguments.as_cells(f"task.{name}", getattr(task, name))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from srt_jax.engine.entrance import require_single
 from srt_jax.geometry.layers import layered
 from srt_jax.geometry.rings import UNITS_PER_METRE
 from srt_jax.geometry.scanlines import Spans, cells_of
@@ -63,8 +64,8 @@ def inflate(task: Task, radius: float, *, cell_side: float = 1.0, rule: str = "c
       Task of NumPy arrays.
 
     Raises:
-      TypeError: not one task, or a radius that is no number. ValueError: a radius or a side out of
-        range, an unknown rule, or layers that exceed a GiB.
+      TypeError: no task, or a radius that is no number. ValueError: a batch, a radius or a side out
+        of range, an unknown rule, or layers that exceed a GiB.
 
     Examples:
       >>> import numpy as np
@@ -76,11 +77,7 @@ def inflate(task: Task, radius: float, *, cell_side: float = 1.0, rule: str = "c
       >>> wide.labels[0, 0].tolist()
       [-1, -1, 0, 0, 0, 0, 0, -1, -1]
     """
-    if np.ndim(task.labels) != 3:
-        raise TypeError(
-            f"inflate takes one task, got labels of shape {list(np.shape(task.labels))}: call"
-            " unstack on a batch first"
-        )
+    require_single("inflate", task)
     labels = np.asarray(task.labels)
     reach = reach_of_disc(radius, cell_side, rule, most=max(labels.shape[1:]))
     is_outside = (labels == OUTSIDE).any(axis=0)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sign_model.ground.files import PathLike, atomic_write, require_folder_of
+from srt_jax.engine.entrance import require_one_answer
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.robots.route import polyline
@@ -55,6 +56,7 @@ def write_path(
       {'x': -0.75, 'y': 0.25, 'z': 0.0}
     """
     require_path_name(path)
+    require_one_answer("write_path", task, solution)
     status = Status(int(solution.status))
     route: Solution | Approach = solution
     if not status.is_solved:

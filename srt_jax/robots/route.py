@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from srt_jax.engine.entrance import require_single
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Approach, Path, Solution, Task
 
@@ -40,8 +41,17 @@ def polyline(
       >>> srt_jax.polyline(task, srt_jax.solve(task), frame, turns_only=True).tolist()
       [[-0.75, 0.25], [0.75, 1.75], [1.25, 1.75]]
     """
-    if np.ndim(route.num_cells) or np.ndim(task.start) != 1:
-        raise ValueError("polyline takes one task and its route: take them from the batch first")
+    require_single("polyline", task)
+    if not hasattr(route, "num_cells"):
+        raise TypeError(
+            f"polyline takes a task and its route, got a {type(route).__name__} as the route: give"
+            " a solution, a path or an approach"
+        )
+    if np.ndim(route.num_cells):
+        raise ValueError(
+            f"polyline takes one task and its route, got a batch of {len(route.num_cells)} routes:"
+            " srt_jax.unstack takes a batch of solutions apart"
+        )
     height, width = np.asarray(task.size).tolist()
     frame = Frame.of_cells(height, width) if frame is None else frame
     if (frame.grid.height, frame.grid.width) != (height, width):

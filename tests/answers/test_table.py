@@ -70,12 +70,23 @@ def test_modes_stand_one_below_the_other(tasks, solutions):
     assert [row["name"] for row in rows] == ["0", "1", "2"] * 2
 
 
+def test_batches_make_the_table_of_their_lists(tasks, solutions):
+    batch, listed = srt_jax.stack(tasks), srt_jax.table(tasks, {"least": solutions})
+    found = srt_jax.solve(batch)
+    for given in (batch, tasks):
+        assert srt_jax.table(given, {"least": found}).equals(listed)
+        assert srt_jax.table(given, found).equals(srt_jax.table(tasks, solutions))
+    assert srt_jax.table(tasks[0], solutions[0]).num_rows == 1
+    with pytest.raises(ValueError, match="solution 0 is a batch of 3"):
+        srt_jax.table(tasks[:1], [found])
+
+
 def test_what_does_not_fit_is_refused(tasks, solutions):
     with pytest.raises(ValueError, match="3 tasks and 2 names"):
         srt_jax.table(tasks, solutions, names=["a", "b"])
     with pytest.raises(ValueError, match="3 tasks and 1 solutions of mode paper"):
         srt_jax.table(tasks, {"least": solutions, "paper": solutions[:1]})
-    with pytest.raises(ValueError, match="call unstack first"):
+    with pytest.raises(ValueError, match="call unstack on a batch"):
         srt_jax.table([srt_jax.stack(tasks)], solutions[:1])
     assert srt_jax.table([], []).num_rows == 0
 

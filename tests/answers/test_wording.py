@@ -95,7 +95,7 @@ def test_a_batch_is_explained_line_by_line():
     with pytest.raises(ValueError, match="batch dimensions"):
         explain(tasks, solve(make_task(np.ones((1, 2), bool), (0, 0), (0, 1))))
     for one in (story, scene_pddl):
-        with pytest.raises(ValueError, match="from the batch first"):
+        with pytest.raises(ValueError, match="takes one task"):
             one(tasks, solutions)
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from srt_jax import make_task, stack
+from srt_jax.answers import shards
 from srt_jax.cli import run
 from srt_jax.formats.batch import write_batch
+from srt_jax.formats.reading import Reading
 
 
 @pytest.fixture
@@ -42,6 +44,40 @@ def test_two_files_of_results(tasks, tmp_path, capsys):
     assert "0 of 2 tasks differ" in out and "near" in out
 
 
+def test_more_modes_are_each_held_against_the_first(tasks, capsys):
+    assert run(["compare", tasks, "--modes", "least,shortest,least", "--json"]) == 1
+    documents = json.loads(capsys.readouterr().out)["comparisons"]
+    assert [(one["left"], one["right"]) for one in documents] == [
+        ("least", "shortest"),
+        ("least", "least"),
+    ]
+    assert [one["sums"]["differing"] for one in documents] == [1, 0]
+
+
+@pytest.mark.parametrize("format", ["parquet", "jsonl"])
+def test_folders_of_shards_are_read_and_those_of_pictures_too(tasks, tmp_path, capsys, format):
+    if format == "parquet":
+        pytest.importorskip("pyarrow")
+    whole, parts = tmp_path / "a.json", tmp_path / "parts"
+    assert run(["solve", tasks, "--results", str(whole)]) == 0
+    request = shards.Request(
+        inputs=(tasks,), counts=(2,), reading=Reading(), shard_size=1, format=format
+    )
+    parts.mkdir()
+    job = shards.settled_job(parts, request)
+    job.make(1)
+    assert run(["compare", str(whole), str(parts)]) == 2
+    err = capsys.readouterr().err
+    assert "1 of 2 shards missing, the first is answers-000000" in err
+    job.make(0)
+    assert run(["compare", str(whole), str(parts)]) == 0
+    whole.rename(tmp_path / "results.json")
+    assert run(["compare", str(tmp_path), str(parts)]) == 0
+    (tmp_path / "results.json").rename(whole)
+    assert run(["compare", str(tmp_path), str(parts)]) == 2
+    assert "holds neither solve.json nor results.json" in capsys.readouterr().err
+
+
 def test_what_cannot_be_compared_is_named(tasks, tmp_path, capsys):
     odd = tmp_path / "odd.json"
     odd.write_text('{"tasks": [{"name": "a"}]}')
@@ -49,7 +85,7 @@ def test_what_cannot_be_compared_is_named(tasks, tmp_path, capsys):
         ([tasks], "two files of results, got 1"),
         ([tasks, tasks], "results are written as .json or .parquet"),
         ([str(odd), str(odd)], "odd.json: an answer has no 'status'"),
-        ([tasks, "--modes", "least"], "--modes must be two of"),
+        ([tasks, "--modes", "least"], "--modes must be two or more of"),
         ([str(tmp_path / "no.json")] * 2, "no.json: no such file"),
     ):
         assert run(["compare", *arguments]) == 2

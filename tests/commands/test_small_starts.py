@@ -2,6 +2,7 @@
 however they are loaded.
 """
 
+import json
 import pathlib
 import subprocess
 import sys
@@ -53,6 +54,37 @@ def test_help_and_version_load_no_jax(arguments, tmp_path):
     ran, modules = loaded_by(arguments, tmp_path)
     assert ran.returncode == (0 if arguments and arguments != ["nosuch"] else 2)
     assert not modules & {"jax", "jaxlib", "chex", "numpy"}
+
+
+def test_costs_are_told_by_every_planner_and_noted_where_they_are_not_minimised(tmp_path, capfd):
+    (tmp_path / "d").write_text("""(define (domain toll) (:requirements :action-costs)
+      (:predicates (a) (m) (b)) (:functions (total-cost) - number)
+      (:action direct :precondition (a) :effect (and (b) (increase (total-cost) 10)))
+      (:action s1 :precondition (a) :effect (and (m) (increase (total-cost) 2)))
+      (:action s2 :precondition (m) :effect (and (b) (increase (total-cost) 3))))""")
+    problem = "(define (problem way) (:domain toll) (:init (a)) (:goal (b)){})"
+    files = [str(tmp_path / name) for name in "dp"]
+    (tmp_path / "p").write_text(problem.format("(:metric minimize (total-cost))"))
+    for planner, cost, is_noted in (("map", 10, True), ("astar", 5, False), ("gbfs", 10, True)):
+        assert cli.run(["plan", *files, "--planner", planner]) == 0
+        err = capfd.readouterr().err
+        assert f"cost {cost}, " in err and ("--planner astar finds the cheapest" in err) == is_noted
+    assert cli.run(["plan", *files, "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["cost"] == 10
+    (tmp_path / "p").write_text(problem.format(""))
+    assert cli.run(["plan", *files, "--json"]) == 0
+    out, err = capfd.readouterr()
+    assert json.loads(out)["cost"] is None and "cost" not in err
+
+
+def test_several_problems_and_swapped_files_are_told_what_to_do(tmp_path, capfd):
+    (tmp_path / "d").write_text(DOMAIN)
+    (tmp_path / "p").write_text(PROBLEM)
+    domain, problem = (str(tmp_path / name) for name in "dp")
+    assert cli.run(["plan", domain, problem, problem]) == 2
+    assert "got 2 problems: call it for each, or use sign_model" in capfd.readouterr().err
+    assert cli.run(["plan", problem, domain]) == 2
+    assert "this is a problem; give the domain first" in capfd.readouterr().err
 
 
 def test_errors_of_the_short_way_read_like_all_others(tmp_path):

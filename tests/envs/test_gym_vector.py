@@ -182,3 +182,15 @@ def test_other_processes_step_when_spawned_and_say_so_when_forked(context, says,
         timeout=300,
     )
     assert says in done.stdout, done.stderr
+
+
+def test_options_go_through_gymnasium_or_are_named():
+    name, params = "srt_jax.envs.gym:SmartRelocation-v0", rooms()[1]
+    one = gymnasium.make(name, observation="map", levels=params.levels)
+    assert one.observation_space.shape == (12, 12, 5)
+    many = gymnasium.make_vec(name, num_envs=2, radius=1, levels=params.levels)
+    assert many.observation_space.shape == (2, 3, 3, 6)
+    with pytest.raises(TypeError, match=r"no option 'size': it takes .*envs\.make"):
+        envs.as_gymnasium(size=3)
+    with pytest.raises(TypeError, match="radius was given beside env"):
+        envs.as_gymnasium(*rooms(), radius=3)

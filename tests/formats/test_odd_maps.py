@@ -170,7 +170,7 @@ REFUSED_ROS = {
     "too large": (yaml_text(resolution="1e999"), "finite number"),
     "an origin of two": (yaml_text(origin="[0, 0]"), r"origin must be \[x, y, yaw\]"),
     "an origin in words": (yaml_text(origin="0 0 0"), "origin must be"),
-    "no image": (yaml_text(image=None), "lacks 'image'"),
+    "no image": (yaml_text(image=None), "lacks 'image': it needs image"),
     "an empty image": (yaml_text(image="''"), "image must be the name"),
     "a member twice": (yaml_text() + "resolution: 0.1\n", "'resolution' is given twice"),
     "negate 2": (yaml_text(negate="2"), "negate must be 0 or 1"),

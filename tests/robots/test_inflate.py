@@ -142,7 +142,7 @@ def test_what_is_no_radius_is_refused_in_one_sentence(radius, options, message):
 
 def test_what_is_no_task_or_no_number_is_a_type_error(monkeypatch):
     task = make_task(np.ones((3, 3), bool), (0, 0), (1, 1))
-    with pytest.raises(TypeError, match="call unstack"):
+    with pytest.raises(ValueError, match="unstack takes a batch"):
         inflate(stack([task]), 1.0)
     for wrong in ("1", True, None):
         with pytest.raises(TypeError, match="radius must be a number"):

@@ -55,7 +55,7 @@ def test_paths_and_approaches_are_lines_too_and_none_is_none(walled):
     assert polyline(task, none, FRAME).shape == (0, 2)
     with pytest.raises(ValueError, match="20 x 30: give the frame of that map"):
         polyline(task, near, Frame.of_cells(3, 3))
-    with pytest.raises(ValueError, match="from the batch first"):
+    with pytest.raises(ValueError, match="takes one task"):
         polyline(stack([task]), solve(stack([task])))
 
 

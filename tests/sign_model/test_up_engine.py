@@ -153,7 +153,13 @@ def test_a_refusal_names_the_features():
     assert "conditional effects" in result.log_messages[0].message
 
 
+@pytest.mark.parametrize(("name", "words"), [("sign-model", "MAP"), ("sign-model-opt", "A*")])
+def test_each_engine_is_credited_for_what_it_does(name, words):
+    credits = ENGINES[name].get_credits()
+    assert credits.name == name and words in credits.short_description
+
+
 def test_the_output_says_what_was_found():
     output = io.StringIO()
     solved("sign-model", EXAMPLES["basic"].problem, output_stream=output)
-    assert output.getvalue().startswith("sign-model: PlanResult(SOLVED, 1 steps")
+    assert output.getvalue().startswith("sign-model: PlanResult(SOLVED, 1 step,")

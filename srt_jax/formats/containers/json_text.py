@@ -68,7 +68,7 @@ def fields_of(where: str, value: object, *required: str, **defaults: object) -> 
     names = (*required, *defaults)
     for name in required:
         if name not in value:
-            raise ValueError(f"{where} lacks {name!r}: it has {', '.join(names)}")
+            raise ValueError(f"{where} lacks {name!r}: it needs {', '.join(required)}")
     for name in value:
         if name not in names:
             raise ValueError(

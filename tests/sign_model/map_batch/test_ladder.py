@@ -51,12 +51,19 @@ def test_a_plan_does_not_depend_on_the_tasks_beside_it():
     # more tasks than batch slots: slots are refilled
     tasks = random_blocks_tasks(5, 40, seed=7)
     on_table = dataclasses.replace(
-        tasks[0], goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]), problem=None
+        tasks[0],
+        goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]),
+        costs=np.arange(tasks[0].num_actions),
+        problem=None,
     )
     together = plan_batch(tasks, heuristic=LANDMARKS, ladder=LADDER[:1])
     backwards = plan_batch(
         [on_table, *tasks[::-1]], heuristic=LANDMARKS, ladder=LADDER[:1], num_threads=1
-    )[:0:-1]
+    )
+    names = on_table.action_names
+    assert backwards[0].cost == sum(map(names.index, backwards[0].actions))
+    backwards = backwards[:0:-1]
+    assert {r.cost for r in backwards} == {None}
     assert [r.actions for r in together] == [r.actions for r in backwards]
     for number in (0, 1, 17, 39):
         assert (

@@ -86,7 +86,7 @@ MALFORMED = {
         DOMAIN,
         PROBLEM.replace("lamps", "doors"),
         "<problem>:2",
-        "another domain than 'lamps'",
+        "given is 'lamps': give the domain",
     ),
     "an unknown section": (
         DOMAIN.replace(":constants", ":things"),
