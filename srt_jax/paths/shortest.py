@@ -135,15 +135,26 @@ def path_of_map(
       start, goal: int32 [2].
       width: W.
     """
+    cells, num_cells, units, scale = exact_path_of_map(free, start, goal, width, max_cells)
+    is_there = units != UNREACHED
+    return cells, num_cells, fixed_point.length_where(is_there, units, scale)
+
+
+def exact_path_of_map(
+    free: Array, start: Array, goal: Array, width: int, max_cells: int
+) -> tuple[Array, Array, Array, Array]:
+    """Returns the path of one map, its length in units, int32 [], UNREACHED where there is none,
+    and the scale of these, int32 []; args as of `path_of_map`.
+    """
     if not _is_by_jump_points(free.shape[0], width):
         cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
-        return *first_path(cost, scale, goal, max_cells), _length_at(cost, scale, goal)
+        return *first_path(cost, scale, goal, max_cells), _cost_at(cost, goal), scale
     straight, diagonal, scale = _fixed_point(free, width)
     best, corners = jump_points.search(free, start, goal, straight, diagonal, width)
     is_there = best.cost != jump_points.NO_COST
     cells, num = walk_back(best, corners, goal, straight, diagonal, width, max_cells)
-    cost = fixed_point.length_where(is_there, best.cost.astype(jnp.int32), scale)
-    return at_front(cells, num, is_there), jnp.where(is_there, num, 0), cost
+    units = jnp.where(is_there, best.cost.astype(jnp.int32), jnp.int32(UNREACHED))
+    return at_front(cells, num, is_there), jnp.where(is_there, num, 0), units, scale
 
 
 def length_of_map(free: Array, start: Array, goal: Array, width: int) -> Array:
@@ -170,6 +181,12 @@ def _fixed_point(free: Array, width: int) -> tuple[Array, Array, Array]:
 
 def _length_at(cost: Array, scale: Array, goal: Array) -> Array:
     """The length at `goal` of one map's exact costs; inf where it is not reached or outside."""
+    at_goal = _cost_at(cost, goal)
+    return fixed_point.length_where(at_goal != UNREACHED, at_goal, scale)
+
+
+def _cost_at(cost: Array, goal: Array) -> Array:
+    """The cost at `goal`; UNREACHED outside the map."""
     is_inside = is_on_map(goal[0], goal[1], *cost.shape)
     at_goal = lax.dynamic_slice(cost, (goal[0], goal[1]), (1, 1))[0, 0]
-    return fixed_point.length_where(is_inside & (at_goal != UNREACHED), at_goal, scale)
+    return jnp.where(is_inside, at_goal, jnp.int32(UNREACHED))

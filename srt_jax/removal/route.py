@@ -45,8 +45,13 @@ def route_through(
       none.
     """
     route = Route(*path_of_map(free, start, goal, labels.all.shape[3], capacity))
-    num = jnp.where(route.num_cells <= capacity, route.num_cells, 0)
-    return route, _first_needed(labels, route.cells, num, num_obstacles)
+    return route, needed_on(labels, route, num_obstacles)
+
+
+def needed_on(labels: Labels, route: Route, num_obstacles: int) -> Array:
+    """Returns when a route needs each obstacle gone, as `route_through` does."""
+    num = jnp.where(route.num_cells <= len(route.cells), route.num_cells, 0)
+    return _first_needed(labels, route.cells, num, num_obstacles)
 
 
 def _first_needed(labels: Labels, cells: Array, num_cells: Array, num_obstacles: int) -> Array:

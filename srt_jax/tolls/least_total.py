@@ -6,14 +6,17 @@ import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from srt_jax import obstacles
 from srt_jax.fields import fixed_point
+from srt_jax.fields.lengths import UNREACHED as NO_PATH
 from srt_jax.obstacles import Labels
-from srt_jax.removal.route import NEVER, Route, route_through
+from srt_jax.paths.shortest import exact_path_of_map
+from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
-from srt_jax.tolls.search import search
+from srt_jax.tolls.search import Found, search
 from srt_jax.tolls.spread import UNREACHED, Size, ground_of
 from srt_jax.types import Array, Task
 
@@ -32,6 +35,14 @@ class LeastTotal(NamedTuple):
     needed: Array
     total: Array
     bound: Array
+
+
+class _Ways(NamedTuple):
+    """The best set so far, and the route through it, as in `LeastTotal`."""
+
+    found: Found
+    route: Route
+    needed: Array
 
 
 def least_total(
@@ -71,17 +82,54 @@ def _of_map(
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     tolls = entry.in_units(price, straight)
 
-    # The set.
-    own = lax.dynamic_index_in_dim(labels.all, labels.which, keepdims=False)
-    ground = ground_of(own, straight, diagonal, start, goal, size)
-    ground = ground._replace(start=jnp.where(is_requested, ground.start, jnp.uint32(0)))
-    found = search(ground, tolls, size, max_nodes)
-    is_there = found.total < UNREACHED
+    # The way round, then the best set and the route through it, by one body: that of a path
+    # search takes long to compile.
+    apart = jnp.abs(start - goal).astype(jnp.uint32)
+    far = apart.max() * straight + apart.min() * (diagonal - straight)
+    least_gain = far + jnp.min(tolls)
 
-    # The route through it, of which the total is counted again: it may need less than the set.
-    free = obstacles.open_cells(labels, found.gone & is_there)
-    free = jnp.where(is_there, free, jnp.uint32(0))
-    route, needed = route_through(labels, free, start, goal, num_obstacles, capacity)
+    def step(phase: Array, state: _Ways) -> _Ways:
+        is_first = phase == 0
+
+        def look() -> Found:
+            own = lax.dynamic_index_in_dim(labels.all, labels.which, keepdims=False)
+            ground = ground_of(own, straight, diagonal, start, goal, size)
+            return search(ground, tolls, size, max_nodes, way_round)
+
+        # Whoever breaks goes as far as the octile distance and pays the least toll.
+        way_round = state.found.total
+        may_gain = is_requested & (way_round > least_gain)
+        settled = state.found._replace(bound=way_round)
+        found = lax.cond(~is_first & may_gain, look, lambda: settled)
+        # Where going round is the best, that route is known.
+        is_new = is_requested & (is_first | (found.total < state.found.total))
+
+        def walk() -> tuple[Route, Array, Array]:
+            free = obstacles.open_cells(labels, found.gone)
+            cells, num_cells, units, own_scale = exact_path_of_map(
+                free, start, goal, size.width, capacity
+            )
+            is_there = units != NO_PATH
+            cost = fixed_point.length_where(is_there, units, own_scale)
+            # In other units than tolls are it is no bound.
+            is_bound = is_there & (own_scale == scale) & (units < UNREACHED)
+            total = jnp.where(is_bound, units.astype(jnp.uint32), jnp.uint32(UNREACHED))
+            route = Route(cells, num_cells, cost)
+            return route, needed_on(labels, route, num_obstacles), total
+
+        known = state.route, state.needed, found.total
+        route, needed, units = lax.cond(is_new, walk, lambda: known)
+        return _Ways(found._replace(total=jnp.where(is_first, units, found.total)), route, needed)
+
+    begin = _Ways(
+        Found(jnp.uint32(UNREACHED), jnp.uint32(UNREACHED), jnp.zeros(num_obstacles, bool)),
+        Route(jnp.full((capacity, 2), -1, jnp.int32), jnp.int32(0), jnp.float32(np.inf)),
+        jnp.full(num_obstacles, NEVER, jnp.int32),
+    )
+    found, route, needed = lax.fori_loop(jnp.int32(0), jnp.int32(2), step, begin)
+
+    # The total counted again along the route: it may need less than the set.
+    is_there = found.total < UNREACHED
     fits = is_there & (route.num_cells > 0) & (route.num_cells <= room)
     num_diagonal = _num_diagonal(route)
     num_straight = jnp.maximum(route.num_cells - 1, 0) - num_diagonal

@@ -13,8 +13,10 @@ and bound:
 - the way of that sum costs so much with every toll paid once: an answer, perhaps the best so far;
 - what it takes free of charge may be paid more in truth: the dearest of these obstacles is gone in
   one child, at its toll, and stays in the other;
-- an obstacle free of charge stays, too, where the bound and its toll together are no better than
-  the best answer.
+- an obstacle stays, too, where its toll and the bound, or the octile distance over it and what is
+  paid, together are no better than the best answer.
+
+The way round is the first answer. Where every obstacle stays, it is the best at once.
 
 The node of the least bound is next, the latest of several. If the nodes allowed do not suffice, the
 least bound of those left is proven all the same. Sums are whole numbers, so nothing is rounded but
@@ -65,13 +67,16 @@ class _State(NamedTuple):
     at: Array
 
 
-def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
-    """Returns the best set of obstacles of one map; for use inside a marked call.
+def search(ground: Ground, tolls: Array, size: Size, max_nodes: int, way_round: Array) -> Found:
+    """Returns the best set of obstacles of one map; the empty set where nothing is better than the
+    way round. For use inside a marked call.
 
     Args:
       ground: with a start that is free, or none, and the goal.
       tolls: uint32 [M], CLOSED of what must stay.
       max_nodes: searches for bounds, at most; one more comes first.
+      way_round: uint32 [], the length of the way that needs nothing gone, UNREACHED where there is
+        none or it is not known.
     """
     M = tolls.shape[0]
     goal = ground.goal
@@ -79,6 +84,11 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
     # What may be entered free of charge, since it may be paid for already.
     is_free = ~is_single & (tolls > 0) & (tolls < entry.CLOSED)
     num_places = 2 * max_nodes + 3
+    nearest = shapes.nearest_sums(ground, size, M)
+
+    def is_hopeless(low: Array, paid: Array, best: Array) -> Array:
+        """Which obstacles no better answer destroys besides what is paid for."""
+        return _add(jnp.maximum(low, _add(nearest, paid)), tolls) >= best
 
     def step(state: _State) -> _State:
         # The first search looks for an answer at full tolls, the others for bounds.
@@ -86,9 +96,9 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
         node = state.at
         gone, stays = decisions_of(state.nodes.decisions, node, M)
         paid = entry.total(tolls, gone)
-        is_hopeless = is_free & ~gone & (_add(state.low, tolls) >= state.best)
+        stays = stays | (~gone & is_hopeless(state.low, paid, state.best))
         asked = jnp.where(is_free & ~is_probe, jnp.uint32(0), tolls)
-        asked = jnp.where(stays | (is_hopeless & ~is_probe), jnp.uint32(entry.CLOSED), asked)
+        asked = jnp.where(stays, jnp.uint32(entry.CLOSED), asked)
         asked = entry.with_ends(jnp.where(gone, jnp.uint32(0), asked))
 
         # Only a way that is better than the best so far.
@@ -114,7 +124,7 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
         is_open = jnp.any(doubtful)
         nodes = state.nodes
         # Where nothing free of charge could be part of a better answer, the first one is the best.
-        is_left = is_probe & jnp.any(is_free & (_add(state.low, tolls) < best))
+        is_left = is_probe & jnp.any(is_free & ~is_hopeless(state.low, jnp.uint32(0), best))
         closed = jnp.where(is_left, state.low, jnp.uint32(UNREACHED))
         bounds = write(nodes.bound, closed, node.astype(jnp.uint32))
         decisions = nodes.decisions
@@ -138,6 +148,10 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
     # No way is shorter than the octile distance.
     far = jnp.where(goal != 0, read_apart(ground.left, ground.start), jnp.uint32(UNREACHED))
     first = jnp.where(ground.start != 0, far, jnp.uint32(UNREACHED))
+    # Where nothing could be part of a better answer, the way round is the best.
+    may_break = (tolls < entry.CLOSED) & ~is_hopeless(first, jnp.uint32(0), way_round)
+    is_settled = (way_round < UNREACHED) & ~jnp.any(may_break)
+    first = jnp.where(is_settled, way_round, first)
     nodes = _Nodes(
         Decisions(none, none, jnp.zeros(num_places, bool)),
         write(bounds, first, jnp.uint32(0)),
@@ -145,7 +159,7 @@ def search(ground: Ground, tolls: Array, size: Size, max_nodes: int) -> Found:
     begin = _State(
         num=jnp.int32(0),
         nodes=nodes,
-        best=jnp.uint32(UNREACHED),
+        best=way_round,
         gone=jnp.zeros(M, bool),
         low=first,
         at=jnp.int32(0),

@@ -79,7 +79,7 @@ def ground_of(
     return Ground(
         labels=jnp.stack([layer.reshape(-1) for layer in bordered], axis=1),
         seen=seen_around(jnp.stack(bordered)).reshape(-1),
-        left=jnp.where(to != 0, _octile(goal, straight, diagonal, size), jnp.uint32(0)),
+        left=jnp.where(to != 0, octile(goal, straight, diagonal, size), jnp.uint32(0)),
         straight=straight,
         diagonal=diagonal,
         start=place(start, size),
@@ -98,8 +98,8 @@ def bordered_layers(labels: Array) -> list[Array]:
     return [jnp.pad(layer, 1, constant_values=OUTSIDE) for layer in layers]
 
 
-def _octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
-    """The octile distance of each cell to the goal, in units: uint32 [N]."""
+def octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
+    """Returns the octile distance of each cell to the goal, in units: uint32 [N]."""
     rows = jnp.abs(jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]).astype(jnp.uint32)
     cols = jnp.abs(jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]).astype(jnp.uint32)
     low, high = jnp.minimum(rows[:, None], cols[None]), jnp.maximum(rows[:, None], cols[None])
