@@ -43,7 +43,8 @@ def test_many_tasks_fill_a_folder_or_a_sheet(here, capsys):
     ]
     assert len(answer["files"]) == 4 and answer["tasks"] == ["half-0000", "half-0001", "half-0002"]
     assert run(["draw", "b.npz", "--out", "sheet.png"]) == 0
-    assert Image.open(here / "sheet.png").width == 1500
+    with Image.open(here / "sheet.png") as sheet:
+        assert sheet.width == 1500
     assert run(["draw", "b.npz", "--out", "s", "--show", "sheet", "--format", "svg"]) == 0
     assert drawn(here / "s") == ["contact-sheet.svg"]
     assert run(["draw", "b.npz", "--out", "w", "--show", "wave", "--limit", "2"]) == 0
@@ -52,7 +53,8 @@ def test_many_tasks_fill_a_folder_or_a_sheet(here, capsys):
 
 def test_one_of_many_is_chosen_by_name(here):
     assert run(["draw", "b.npz", "--only", "half-0001", "--out", "one.gif"]) == 0
-    assert Image.open(here / "one.gif").n_frames > 20
+    with Image.open(here / "one.gif") as film:
+        assert film.n_frames > 20
 
 
 @pytest.mark.parametrize(

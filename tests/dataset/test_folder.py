@@ -62,6 +62,7 @@ def test_labels_are_what_dijkstra_says_on_the_map_without_the_least_removal():
         assert labels.first_blocker[index].any() == (labels.status[index] == Status.SOLVED)
 
 
+@pytest.mark.slow  # two more programs of `solve`
 def test_in_mode_shortest_they_say_whether_to_break(tmp_path):
     tasks = [task for _, task, _ in generate("mixed", count=14, size=(16, 20), seed=5)]
     labels, least = label_tasks(tasks, mode="shortest", toll=6.0), label_tasks(tasks)

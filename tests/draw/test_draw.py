@@ -175,7 +175,8 @@ def test_each_format_is_written_whole_and_the_same_again(ending, solved, tmp_pat
 def test_a_sheet_holds_many_tasks_and_refuses_too_many(solved, tmp_path):
     named = [(name, *solved[name]) for name in CASES]
     contact_sheet(named, tmp_path / "sheet.png", title="all")
-    assert Image.open(tmp_path / "sheet.png").width == 1500
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        assert sheet.width == 1500
     with pytest.raises(ValueError, match="several sheets"):
         contact_sheet(named * 25, tmp_path / "more.png")
     assert not (tmp_path / "more.png").exists()
