@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from srt_jax.commands.shared.console import say, say_json, show_progress
+from srt_jax.commands.shared.memory import keep_together
 from srt_jax.commands.shared.options import (
     AddressOption,
     EngineOption,
@@ -51,6 +52,7 @@ def dataset(
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
+    keep_together()
     # a part holds its share of the shards, so of the tasks, to within a shard
     total = -(-count // as_part(part).count)
     with show_progress("labelling", total, quiet=as_json, compiles=True) as advance:
