@@ -1,4 +1,4 @@
-"""Memory of long runs: few arenas of glibc, in this process and in workers, unless the user says."""
+"""Memory of long runs: few arenas of glibc, here and in workers, unless the user says."""
 
 from types import SimpleNamespace
 
