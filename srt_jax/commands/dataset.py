@@ -9,6 +9,7 @@ import typer
 
 from sign_model.ground.legible import counted
 from srt_jax.commands.shared.console import say, say_json, show_progress
+from srt_jax.commands.shared.memory import keep_together
 from srt_jax.commands.shared.options import (
     AddressOption,
     EngineOption,
@@ -75,6 +76,7 @@ def dataset(
             f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
             " out --toll"
         )
+    keep_together()
     # a part holds its share of the shards, so of the tasks, to within a shard
     total = -(-count // as_part(part).count)
     with show_progress("labelling", total, quiet=as_json, compiles=True) as advance:

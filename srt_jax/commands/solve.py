@@ -15,6 +15,7 @@ from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import BAD_INPUT, note, say, say_json, show_progress
+from srt_jax.commands.shared.memory import keep_together
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.files import make_folder
@@ -248,6 +249,7 @@ def _solve_to_shards(
     total = sum(request.counts)
     if not total:
         raise ValueError(f"{', '.join(request.inputs)}: the batch is empty: no task to solve")
+    keep_together()
     begin = time.perf_counter()
     make_folder(folder)
     job = shards.settled_job(folder, request)

@@ -57,6 +57,20 @@ def test_a_killed_worker_costs_its_unit_only(engine, tmp_path):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_worker_killed_while_it_starts_is_replaced(engine, tmp_path):
+    importorskip(engine)
+    job = Lines(tmp_path, 6)
+    running = threading.Thread(target=run, args=(job,), kwargs={"engine": engine, "workers": 2})
+    running.start()
+    while not (workers := workers_of(os.getpid(), engine)):
+        time.sleep(0.01)
+    os.kill(workers[0], signal.SIGKILL)
+    running.join(180)
+    assert not running.is_alive()
+    assert len(contents(tmp_path)) == 6
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_what_is_wrong_with_a_unit_is_told_as_by_plain_workers(engine, tmp_path):
     importorskip(engine)
     with pytest.raises(ValueError, match=r"^unit 3 is bad$"):

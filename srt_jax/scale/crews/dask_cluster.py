@@ -28,6 +28,19 @@ anew.
 """
 
 
+_SETTINGS = {
+    # a worker's profile is looked at on the page that there is not
+    "distributed.worker.profile.enabled": False,
+    # looks at the clock fifty times a second in each process, and other watches over small tasks
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.scheduler.work-stealing": False,
+}
+"""Of a cluster of this machine: units last for seconds and need no closer watch, which would cost
+a twentieth of the processor.
+"""
+
+
 class DaskCluster(Cluster):
     """`workers` processes of this machine, one for each core by default; or those at `address`."""
 
@@ -118,7 +131,7 @@ def _local(distributed: Any, workers: int) -> Any:
         "memory_limit": 0,  # a unit's memory is bounded by its size, and a limit would kill it
         "silence_logs": logging.CRITICAL,
     }
-    with dask.config.set({key: dask.config.get(key) | variables()}):
+    with dask.config.set({key: dask.config.get(key) | variables(), **_SETTINGS}):
         for number in range(_STARTS):
             try:
                 return distributed.LocalCluster(**options)

@@ -8,6 +8,9 @@ def variables() -> dict[str, str]:
     """Returns what is added to the environment of a worker on this machine."""
     path = os.pathsep.join(place or os.getcwd() for place in sys.path)
     given = {"SRT_JAX_CORES": "1", "PYTHONPATH": path}
+    # glibc would keep what is freed apart for each thread, half of a worker's memory in the end
+    if "MALLOC_ARENA_MAX" not in os.environ:
+        given["MALLOC_ARENA_MAX"] = "2"
     # several processes on one accelerator: none may take all of its memory
     if "XLA_PYTHON_CLIENT_PREALLOCATE" not in os.environ:
         given["XLA_PYTHON_CLIENT_PREALLOCATE"] = "false"
