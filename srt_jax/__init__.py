@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from srt_jax.geometry.raster import rasterize
     from srt_jax.geometry.world import Obstacle, World
     from srt_jax.gradients.perturbed import perturbed
+    from srt_jax.joining.connect import connect
     from srt_jax.many_tasks import solve_many
     from srt_jax.moves import octile_distance
     from srt_jax.paths.approach import approach
     from srt_jax.paths.contour import contour
     from srt_jax.paths.corridor import path_within
+    from srt_jax.paths.critical import critical_cells
     from srt_jax.paths.distance import cost_to_come, path_cost
     from srt_jax.paths.path import trace_path
     from srt_jax.paths.reach import reach
@@ -57,8 +59,10 @@ __all__ = [
     "World",
     "approach",
     "check",
+    "connect",
     "contour",
     "cost_to_come",
+    "critical_cells",
     "explain",
     "explanation",
     "inflate",
@@ -101,11 +105,13 @@ _MODULES = {
     "geometry.raster": ("rasterize",),
     "geometry.world": ("Obstacle", "World"),
     "gradients.perturbed": ("perturbed",),
+    "joining.connect": ("connect",),
     "many_tasks": ("solve_many",),
     "moves": ("octile_distance",),
     "paths.approach": ("approach",),
     "paths.contour": ("contour",),
     "paths.corridor": ("path_within",),
+    "paths.critical": ("critical_cells",),
     "paths.distance": ("cost_to_come", "path_cost"),
     "paths.path": ("trace_path",),
     "paths.reach": ("reach",),

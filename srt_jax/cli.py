@@ -90,6 +90,7 @@ _EXAMPLES = {
     "dataset": (
         "srt-jax dataset rooms --count 100000 --size 64 --out rooms",
         "srt-jax dataset mixed --count 5000 --size 32-64 --seed 7 --out mixed",
+        "srt-jax dataset rooms --count 5000 --mode shortest --toll 20 --out break-or-not",
         "srt-jax dataset mixed --count 1000000 --size 64 --out mixed --workers 8",
     ),
     "status": ("srt-jax status mixed", "srt-jax status answers --json"),

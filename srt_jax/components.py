@@ -1,7 +1,7 @@
 """Connected components of a mask, numbered, on the host.
 
 `label` joins cells by sides and corners: obstacles are those components where only `free` is given.
-`regions` joins cells by sides only, as an agent walks.
+`regions` joins cells by sides only, as an agent walks; `pieces` does so among cells of one kind.
 """
 
 import numpy as np
@@ -36,15 +36,39 @@ def regions(mask: np.ndarray) -> np.ndarray:
     """Returns int64 [H, W], for each cell of `mask` the number of its component, connected by
     sides; -1 elsewhere.
 
-    Runs of cells in a row are linked to those below; a run takes the least number among its links
-    until none changes.
+    Runs of cells in a row are linked to those below.
     """
     flat = np.pad(mask, ((0, 0), (0, 1))).ravel()
     stride = mask.shape[1] + 1
     run = np.cumsum(flat & ~np.concatenate([[False], flat[:-1]])) - 1
     touching = np.flatnonzero(flat[:-stride] & flat[stride:])
-    upper, lower = run[touching], run[touching + stride]
-    least = np.arange(run[-1] + 1)
+    least = _joined(run[-1] + 1, run[touching], run[touching + stride])
+    return np.where(flat, np.append(least, -1)[run], -1).reshape(-1, stride)[:, :-1]
+
+
+def pieces(kind: np.ndarray) -> np.ndarray:
+    """Returns int64 [H, W], for each cell the number of its component among cells of the same kind,
+    connected by sides.
+
+    Args:
+      kind: int64 [H, W], from 0 on.
+
+    Numbers go from 0 on in row-major order of the first cells.
+    """
+    flat = np.pad(kind, ((0, 0), (0, 1)), constant_values=-1).ravel()
+    stride = kind.shape[1] + 1
+    run = np.cumsum(flat != np.concatenate([[-1], flat[:-1]])) - (flat[0] >= 0)
+    touching = np.flatnonzero((flat[:-stride] == flat[stride:]) & (flat[stride:] >= 0))
+    least = _joined(run[-1] + 1, run[touching], run[touching + stride])
+    own = least[run].reshape(-1, stride)[:, :-1]
+    return np.unique(own, return_inverse=True)[1].reshape(kind.shape)
+
+
+def _joined(num: int, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    """The least member of every run's component, given pairs of runs that touch: a run takes the
+    least number among its links until none changes.
+    """
+    least = np.arange(num)
     while len(upper):
         np.minimum.at(least, np.maximum(upper, lower), np.minimum(upper, lower))
         while (least != least[least]).any():
@@ -52,7 +76,7 @@ def regions(mask: np.ndarray) -> np.ndarray:
         upper, lower = least[upper], least[lower]
         is_apart = upper != lower
         upper, lower = upper[is_apart], lower[is_apart]
-    return np.where(flat, np.append(least, -1)[run], -1).reshape(-1, stride)[:, :-1]
+    return least
 
 
 def largest_region(free: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ more.
 """
 _WORTH_COMPILING = 2**26  # cells of labels: some seconds of solving
 _WINDOW = 1024
-_CELLS_IN_WINDOW = 2**26  # 256 MiB of labels, each array counted once
+_CELLS_IN_WINDOW = 2**25  # 128 MiB of labels, each array counted once
 
 _Shape = tuple[int, int, int]
 
@@ -63,7 +63,7 @@ def solve_many(  # pyright: ignore[reportInconsistentOverload]  # what they have
     jax.default_device(device):` chooses another.
 
     As a stream, tasks are read and solved as their solutions are asked for, and no more than
-    `window` of them are in memory; by default 1024, or fewer where their maps have more than 2**26
+    `window` of them are in memory; by default 1024, or fewer where their maps have more than 2**25
     cells together. A sequence is solved as a stream, too, where `window` is given. Tasks that share
     an array of labels (`task.replace(start=..., goal=...)`) share its memory. The solutions are
     those of the list.

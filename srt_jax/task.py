@@ -1,5 +1,6 @@
 """Tasks on the host: one from arrays, many as one padded batch, and back (PY16 §2)."""
 
+import warnings
 from collections.abc import Collection, Sequence
 from typing import NamedTuple, overload
 
@@ -52,6 +53,9 @@ def make_task(
     Raises:
       TypeError: a wrong dtype. ValueError: a wrong rank, length or range.
 
+    Warns:
+      UserWarning: integers that look like a mask of 0 and 1, or like an occupancy grid of ROS.
+
     Examples:
       >>> import numpy as np
       >>> import srt_jax
@@ -67,6 +71,8 @@ def make_task(
         inside="make the task outside, and use task.replace(start=..., goal=...) inside jit",
     )
     labels, is_mask = _as_labels(np.asarray(free_or_labels))
+    if not is_mask and (doubt := _doubt_of(np.asarray(free_or_labels))):
+        warnings.warn(doubt, stacklevel=2)
     flags, costs = _as_flags_or_ids(destroyable), np.asarray(removal_cost)
     lists = {"removal_cost": costs} | ({"destroyable": flags} if flags.dtype == bool else {})
     num_obstacles = _num_obstacles(int(labels.max()) + 1, lists, is_exact=is_mask)
@@ -80,6 +86,21 @@ def make_task(
         goal=_as_cell("goal", goal, size),
         size=np.array(size, np.int32),
     )
+
+
+def _doubt_of(labels: np.ndarray) -> str:
+    """Returns why integers are hardly meant as ids of obstacles, or nothing."""
+    if labels.ndim == 2 and labels.min() == 0 and labels.max() == 1:
+        return (
+            "the map holds the integers 0 and 1 alone: they are ids of two obstacles, and no cell"
+            " is free (-1); for a mask, True where the agent fits, write map.astype(bool)"
+        )
+    if labels.dtype == np.int8 and labels.min() == -1 and labels.max() == 100:
+        return (
+            "the map looks like an occupancy grid of ROS, but as labels -1 is free and 0 is an"
+            " obstacle; for a mask, True where the agent fits, write map == 0"
+        )
+    return ""
 
 
 def stack(tasks: Sequence[Task]) -> Task:

@@ -20,7 +20,8 @@ def least_total(
     derivative is that of the route found: by the cost of an obstacle `toll` where it is destroyed
     and 0 elsewhere, by the toll the removal cost of what is destroyed. The lengths of moves do not
     depend on either, so nothing else changes until another route is the best; where several are,
-    it is the one that `solve` takes.
+    it is the one that `solve` takes. Cells all cost the same here: by costs of cells
+    `toll_to_come` is differentiable, in which an obstacle is paid at each entry.
 
     Args:
       task: one task or a batch.

@@ -19,7 +19,7 @@ FLOORS = {
         ("moves", "engine"),
         ("task", "obstacles", "padding", "fields", "symbols"),
         ("gradients", "instances"),
-        ("paths", "geometry", "data", "robots"),
+        ("paths", "geometry", "data", "robots", "joining"),
         ("removal", "formats", "scale"),
         ("tolls",),
         ("solver_kernel",),

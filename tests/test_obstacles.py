@@ -11,6 +11,7 @@ from scipy import ndimage
 from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.engine.batching import batch_kernel
+from tests.helpers.slowly import slow
 
 SHAPES = [
     (1, 1, 1, 1, 1),
@@ -59,7 +60,7 @@ def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("share", [0, 0.2, 1])
+@pytest.mark.parametrize("share", [0.2, *slow(0, 1)])
 def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
     labels, rng = random_labels(shape, seed=3)
     B, _, H, W, M = shape

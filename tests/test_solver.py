@@ -6,6 +6,7 @@ from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.reference.dijkstra import dijkstra
 from tests.helpers.labelled import random_tasks
 from tests.helpers.pictures import task_from
+from tests.helpers.slowly import slow
 
 
 def brute_force(task):
@@ -140,7 +141,7 @@ def test_the_papers_loop_may_destroy_more_than_is_needed():
     assert not check(task, paper)
 
 
-@pytest.mark.parametrize("overlap", [False, True])
+@pytest.mark.parametrize("overlap", [True, *slow(False)])
 def test_the_papers_loop_solves_what_can_be_solved(overlap):
     tasks = random_tasks(3, 200, overlap=overlap)
     for task, solution in zip(tasks, solve_many(tasks, mode="paper", max_destroyed=16)):

@@ -187,6 +187,14 @@ def test_stack_refuses_nothing_and_batches_and_unstack_refuses_single_tasks():
         unstack(task)
 
 
+def test_integers_that_look_like_a_mask_are_warned_of():
+    mask = np.array([[1, 0, 1], [1, 1, 1]])
+    with pytest.warns(UserWarning, match=r"write map\.astype\(bool\)"):
+        assert make_task(mask, (0, 0), (0, 2)).destroyable.shape == (2,)
+    with pytest.warns(UserWarning, match="write map == 0"):
+        make_task(np.array([[-1, 0, 100]], np.int8), (0, 0), (0, 2))
+
+
 def test_solutions_of_a_batch_come_apart_as_the_answers_to_its_tasks():
     free = np.ones((5, 7), bool)
     free[:, 3] = False

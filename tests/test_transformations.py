@@ -16,6 +16,7 @@ import pytest
 import srt_jax
 from tests.helpers.labelled import random_tasks
 from tests.helpers.maps import any_start, noise
+from tests.helpers.slowly import slow
 
 B, H, W = 4, 11, 13
 
@@ -63,11 +64,11 @@ def cases() -> dict[str, Case]:
 
 
 CASES = cases()
-# `solve` takes longest to compile, and test_solver_batches transforms it, too.
-NAMES = pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name == "solve")) for name in CASES],
-)
+# These take longest to compile: test_solver_batches transforms `solve`, too, the tests of gradients
+# `least_removal`, and what searches without costs is like `shortest_path`.
+LONG = ("solve", "least_removal", "path_cost without costs")
+SHORT = [name for name in CASES if name not in LONG]
+NAMES = pytest.mark.parametrize("name", [*SHORT, *slow(*LONG)])
 
 
 def assert_same_bits(got, expected):

@@ -180,10 +180,7 @@ def round_of_kills(
                 continue
             tally.wrong_codes += running.returncode != 0
             break
-        # ray.init() itself waits for ever where a worker dies before it returns, and Ray is slow to
-        # replace one that dies before it is at work
-        is_started = given.engine != "ray" or any(folder.glob(".claims/*.claim"))
-        there = workers_of(running.pid, given.engine) if now > due and is_started else []
+        there = workers_of(running.pid, given.engine) if now > due else []
         if there and tally.kills < most:
             tally.at_work += any(folder.glob(".claims/*.claim"))
             try:
@@ -312,6 +309,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the campaign, prints a table, and returns its exit code."""
     given = parse(arguments)
+    # started as a shell's background job this process ignores Ctrl-C, and all that it starts would
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as place:
         reference = pathlib.Path(place, "reference")
         done = subprocess.run(command(reference, given, None), stdout=subprocess.DEVNULL)

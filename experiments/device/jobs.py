@@ -37,6 +37,7 @@ def jobs(side: int) -> list[Job]:
         Job("environment, 64 steps", _environment),
         Job("toll_to_come", made(_toll_to_come)),
         Job("seed_cell, contour", made(_blockage)),
+        Job("critical_cells", made(_critical)),
         Job("approach", made(_approach)),
         Job("trace_path", made(_trace_path)),
         Job("path_within", made(_path_within)),
@@ -109,6 +110,12 @@ def _shortest_path(side: int, count: int):
     from srt_jax import shortest_path
 
     return shortest_path, _maps(side, count)
+
+
+def _critical(side: int, count: int):
+    from srt_jax import critical_cells
+
+    return critical_cells, _maps(side, count)
 
 
 def _path_within(side: int, count: int):

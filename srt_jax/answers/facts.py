@@ -4,7 +4,7 @@ would follow otherwise.
 
 import importlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -64,19 +64,19 @@ def explanation(
     """Returns why the way was blocked and what was done about it, as a dict of JSON types, an
     `Explanation`; a list of them for a batch.
 
-    Keys: status, meaning; unit of lengths, "cells" or "m"; start; goal {cell, distance, direction,
-    seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells, obstacles [...]} or
-    None, those first that can be destroyed; destroyed [{id, from, index, removal_cost}];
-    removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven, toll, way_round}
-    of mode "shortest", else None: `toll` what was paid in all, `way_round` the length of the
-    shortest path with nothing destroyed or None; num_needed, the obstacles that have to go where
-    max_destroyed is less, else None; route {num_cells, length, relocation} or None; approach
-    {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the task is
-    solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}]; separating
-    [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would end if it
-    were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other sets of
-    obstacles found so, cheapest first. What is seen is named from where the agent starts: `away`
-    and `turn` (radians leftwards of the heading) are of its nearest point, which the words
+    Keys: status, meaning; unit of lengths, "cells" or "m"; heading, as given; start; goal {cell,
+    distance, direction, seen_as, away, turn, sector, square}; blockage {seed, gap, contour_cells,
+    obstacles [...]} or None, those first that can be destroyed; destroyed [{id, from, index,
+    removal_cost}]; removal_cost, removal_bound, is_proven_least; total {total, bound, is_proven,
+    toll, way_round} of mode "shortest", else None: `toll` what was paid in all, `way_round` the
+    length of the shortest path with nothing destroyed or None; num_needed, the obstacles that have
+    to go where max_destroyed is less, else None; route {num_cells, length, relocation} or None;
+    approach {begin, end, gap, length, num_cells}, the way as near as one gets, or None where the
+    task is solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}];
+    separating [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would
+    end if it were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other
+    sets of obstacles found so, cheapest first. What is seen is named from where the agent starts:
+    `away` and `turn` (radians leftwards of the heading) are of its nearest point, which the words
     `seen_as` name; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
 
     Args:
@@ -132,6 +132,7 @@ def _of_one(
         "status": status.name,
         "meaning": status.meaning,
         "unit": unit,
+        "heading": heading,
         "start": _cell(task.start),
         "goal": {
             "cell": _cell(task.goal),
@@ -180,8 +181,36 @@ def _total(task: Task, solution: Solution, cell_side: float) -> dict[str, Any] |
     }
 
 
+class Contour(NamedTuple):
+    """The contour of a solution.
+
+    cells: int [N, 2]. met: int [N, K], the labels of each one and its neighbours, in all layers.
+    """
+
+    cells: np.ndarray
+    met: np.ndarray
+
+    def of(self, obstacle: int) -> np.ndarray:
+        """Returns the cells that touch one obstacle, int [N, 2]."""
+        return self.cells[(self.met == obstacle).any(axis=1)]
+
+
+def contour_of(task: Task, solution: Solution) -> Contour:
+    """Returns the contour with what its cells touch."""
+    height, width = np.asarray(task.size).tolist()
+    cells = np.argwhere(np.asarray(solution.contour)[:height, :width])
+    labels = np.asarray(task.labels)[:, :height, :width]
+    last = np.array([height - 1, width - 1])
+    met = [
+        labels[:, *np.clip(cells + np.array([down, right]), 0, last).T]
+        for down in (-1, 0, 1)
+        for right in (-1, 0, 1)
+    ]
+    return Contour(cells, np.concatenate(met).T)
+
+
 def obstacle_data(
-    task: Task, solution: Solution, obstacle: int, view: places.View, cell_side: float
+    task: Task, contour: Contour, obstacle: int, view: places.View, cell_side: float
 ) -> dict[str, Any]:
     """Returns what is known of one obstacle: flags, cost, and where its part of the contour is
     seen, if it has one.
@@ -191,22 +220,13 @@ def obstacle_data(
         "is_destroyable": bool(np.asarray(task.destroyable)[obstacle]),
         "removal_cost": float(np.asarray(task.removal_cost)[obstacle]),
     }
-    cells = contour_of(task, solution, obstacle)
+    cells = contour.of(obstacle)
     if not len(cells):
         return data | {"contour_cells": 0}
     return data | {
         "contour_cells": len(cells),
         **_view_data(places.of_cells(view, cells, cell_side)),
     }
-
-
-def contour_of(task: Task, solution: Solution, obstacle: int) -> np.ndarray:
-    """Returns the cells of the contour that touch one obstacle, int [N, 2]."""
-    height, width = np.asarray(task.size).tolist()
-    covered = np.pad((np.asarray(task.labels)[:, :height, :width] == obstacle).any(axis=0), 1)
-    rows = covered[:-2] | covered[1:-1] | covered[2:]
-    beside = rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:]
-    return np.argwhere(np.asarray(solution.contour)[:height, :width] & beside)
 
 
 def _blockage(
@@ -217,7 +237,8 @@ def _blockage(
         return None
     ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
     ids.sort(key=lambda i: not np.asarray(task.destroyable)[i])  # what can be destroyed first
-    obstacles = [obstacle_data(task, solution, i, view, cell_side) for i in ids]
+    contour = contour_of(task, solution)
+    obstacles = [obstacle_data(task, contour, i, view, cell_side) for i in ids]
     gap = octile_length(seed, _cell(task.goal)) * cell_side
     return {
         "seed": seed,

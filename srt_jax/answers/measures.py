@@ -31,6 +31,17 @@ def turn_text(turn: float) -> str:
     return f"{counted(abs(degrees), 'degree')} to the {'left' if degrees > 0 else 'right'}"
 
 
+_HEADINGS = {0.0: "east", 90.0: "north", 180.0: "west", 270.0: "south"}
+
+
+def heading_text(heading: float) -> str:
+    """Returns where the agent looks in words: `north`, up the map, for 90 degrees leftwards from
+    the right of the map.
+    """
+    turned = heading % 360
+    return _HEADINGS.get(turned, f"{turned:g} degrees leftwards from east")
+
+
 def seen_text(seen: dict, unit: str) -> str:
     """Returns how something is seen, the paper's words and their numbers: `close, rightward: 12 m,
     40 degrees to the right`.

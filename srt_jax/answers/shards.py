@@ -1,7 +1,7 @@
 """Answers by the million: shards of some thousand tasks in a folder, each written whole or not at
 all, by any number of processes (`srt_jax.scale`).
 
-A folder holds `solve.json`, which says what was asked for, and `answers-000000.parquet` and on, or
+A folder holds `_solve.json`, which says what was asked for, and `answers-000000.parquet` and on, or
 `.jsonl`, a line of JSON a task, where pyarrow is not installed. Shard s holds the tasks s *
 shard_size and on, of all inputs in their order; those that no blocker fits are left out.
 """
@@ -35,7 +35,8 @@ from srt_jax.scale.manifest import read_manifest, settle
 from srt_jax.task import NamedTask
 from srt_jax.types import Status
 
-MANIFEST = "solve.json"
+MANIFEST = "_solve.json"
+"""Readers of tables, such as pandas and pyarrow, pass over names that begin with _."""
 SHARD_SIZE = 4096
 _VERSION = 1
 _WHAT = "run of srt-jax solve"

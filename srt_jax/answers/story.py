@@ -29,7 +29,7 @@ def story(
     solution: Solution,
     *,
     heading: float = NORTH,
-    cell_side: float = 1.0,
+    cell_side: float | None = None,
     rule: Any = None,
 ) -> str:
     """Returns what was planned and done for one task, as an indented tree; one line that says why
@@ -40,7 +40,7 @@ def story(
     stands below it, each step with its relocation sign and the cells of the route.
 
     Args:
-      heading, cell_side: as in `explanation`.
+      heading, cell_side: as in `explanation`; lengths are in metres where cell_side is given.
       rule: signs that decide; by default
         `sign_model.map_algorithm.plan_specification.metacognition()`.
 
@@ -65,9 +65,8 @@ def story(
     if not steps:
         return f"{goal}: nothing to do"
     (reach,) = reached(scene_of(task, solution), plan_lines(solution), rule=rule)
-    view = places.view_from(
-        task.start, heading=heading, cell_side=cell_side, table=places.DEFAULT_TABLE
-    )
+    side = 1.0 if cell_side is None else cell_side
+    view = places.view_from(task.start, heading=heading, cell_side=side, table=places.DEFAULT_TABLE)
     cells = np.asarray(solution.cells)
     if reach.decision != SPECIFY or reach.steps is None:
         whole = PlannedStep(Act.RELOCATE, -1, 0, int(solution.num_cells) - 1)
@@ -130,7 +129,7 @@ def scene_problem(task: Task, solution: Solution) -> Any:
 
 
 def _step(
-    step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float
+    step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float | None
 ) -> Iterator[str]:
     about = f" obstacle {step.obstacle}" if step.obstacle >= 0 else ""
     if step.act is Act.DESTROY:
@@ -140,17 +139,20 @@ def _step(
     yield f"  {_stretch(step, cells, view, cell_side)}"
 
 
-def _stretch(step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float) -> str:
+def _stretch(
+    step: PlannedStep, cells: np.ndarray, view: places.View, cell_side: float | None
+) -> str:
     """Returns a stretch of route in words: its ends, its length, and the relocation it is an
     instance of.
     """
     part = cells[step.begin : step.end + 1]
     if len(part) == 1:
         return f"stay at {_cell(part[0])}"
-    moved = places.relocation(view, part, cell_side)
-    name = moved["name"] or f"moving {moved['link']:.0f} away"
+    moved = places.relocation(view, part, 1.0 if cell_side is None else cell_side)
+    metres = "" if cell_side is None else " m"
+    name = moved["name"] or f"moving {moved['link']:.0f}{metres} away"
     where = f"{_cell(part[0])} to {_cell(part[-1])}, cells {step.begin} to {step.end}"
-    return f"{name}: {where}, {moved['deviation']:.1f} off the straight link"
+    return f"{name}: {where}, {moved['deviation']:.1f}{metres} off the straight link"
 
 
 def _cell(cell: Any) -> str:

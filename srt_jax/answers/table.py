@@ -28,7 +28,8 @@ def table(
 
     Columns: name; map; mode; status; is_solved; height, width, num_obstacles of the task; length of
     the route in cell sides and length_m in metres; num_cells of the route; num_destroyed;
-    removal_cost and removal_bound; is_proven_least; num_blocking, obstacles on the contour;
+    removal_cost and removal_bound; is_proven_least; total and total_bound of mode "shortest", in
+    cell sides; num_blocking, obstacles on the contour;
     explored, the cells reached before anything is destroyed; seconds. What does not apply or is not
     given is null. `table(...).to_pandas()` and `polars.from_arrow(table(...))` make data frames of
     it.
@@ -160,6 +161,7 @@ def _of_solution(solution: Solution, cell_side: float | None) -> dict[str, Any]:
     status = Status(int(solution.status))
     length, removal = finite_or_none(solution.cost), finite_or_none(solution.removal_cost)
     bound = finite_or_none(solution.removal_bound)
+    is_weighed = float(solution.total) > 0  # 0 in every other mode, and where start is goal
     return {
         "status": status.name,
         "is_solved": status.is_solved,
@@ -170,6 +172,8 @@ def _of_solution(solution: Solution, cell_side: float | None) -> dict[str, Any]:
         "removal_cost": removal,
         "removal_bound": bound,
         "is_proven_least": removal == bound if status.is_solved else None,
+        "total": finite_or_none(solution.total) if is_weighed else None,
+        "total_bound": finite_or_none(solution.total_bound) if is_weighed else None,
         "num_blocking": int((np.asarray(solution.blocking) >= 0).sum()),
     }
 
@@ -192,6 +196,8 @@ def _schema(arrow: Any) -> Any:
         "removal_cost": number,
         "removal_bound": number,
         "is_proven_least": truth,
+        "total": number,
+        "total_bound": number,
         "num_blocking": whole,
         "explored": whole,
         "seconds": number,

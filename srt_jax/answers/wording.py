@@ -8,8 +8,8 @@ import jax
 import numpy as np
 
 from sign_model.ground.legible import counted
-from srt_jax.answers.facts import NORTH, explanation, obstacle_data
-from srt_jax.answers.measures import length_text, seen_text
+from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
+from srt_jax.answers.measures import heading_text, length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.engine.entrance import require_answer, require_one_answer
 from srt_jax.symbols import places
@@ -61,11 +61,11 @@ def explain(
     return "\n".join(lines)
 
 
-def why(task: Task, solution: Solution, obstacle: int) -> str:
+def why(task: Task, solution: Solution, obstacle: int, *, cell_side: float | None = None) -> str:
     """Returns what part an obstacle has in the answer to one task: why it was destroyed, or why it
     is in the report.
 
-    What would follow if it were otherwise is found by solving again.
+    What would follow if it were otherwise is found by solving again. Lengths as in `explain`.
 
     Raises:
       ValueError: no obstacle has that id.
@@ -80,7 +80,7 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
       >>> "was destroyed from (2, 2)" in srt_jax.why(task, solution, 0)
       True
     """
-    named = _obstacle_title(task, solution, obstacle)
+    named = _obstacle_title(task, solution, obstacle, cell_side)
     destroyed = np.asarray(solution.destroyed).tolist()
     if obstacle in destroyed:
         place = destroyed.index(obstacle)
@@ -115,9 +115,11 @@ def why(task: Task, solution: Solution, obstacle: int) -> str:
     return f"{named} has no part in it."
 
 
-def why_not(task: Task, solution: Solution, obstacle: int) -> str:
+def why_not(
+    task: Task, solution: Solution, obstacle: int, *, cell_side: float | None = None
+) -> str:
     """Returns why an obstacle was not destroyed in the answer to one task, and what would follow if
-    it were.
+    it were. Lengths as in `explain`.
 
     Raises:
       ValueError: no obstacle has that id.
@@ -132,7 +134,8 @@ def why_not(task: Task, solution: Solution, obstacle: int) -> str:
       >>> srt_jax.why_not(task, solution, 0).endswith("was destroyed.")
       True
     """
-    named, status = _obstacle_title(task, solution, obstacle), Status(int(solution.status))
+    named = _obstacle_title(task, solution, obstacle, cell_side)
+    status = Status(int(solution.status))
     if obstacle in np.asarray(solution.destroyed).tolist():
         return f"{named} was destroyed."
     if status is Status.START_BLOCKED:
@@ -159,13 +162,15 @@ def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
     return f"with it gone {gone.in_words()}, {compared} the {cost:g} of what was chosen"
 
 
-def _obstacle_title(task: Task, solution: Solution, obstacle: int) -> str:
+def _obstacle_title(task: Task, solution: Solution, obstacle: int, cell_side: float | None) -> str:
     require_one_answer("why or why_not", task, solution)
     known = np.shape(task.destroyable)[-1]
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
-    view = places.view_from(task.start, heading=NORTH, cell_side=1.0, table=places.DEFAULT_TABLE)
-    return f"Obstacle {_obstacle(obstacle_data(task, solution, obstacle, view, 1.0), 'cells')}"
+    side, unit = (1.0, "cells") if cell_side is None else (cell_side, "m")
+    view = places.view_from(task.start, heading=NORTH, cell_side=side, table=places.DEFAULT_TABLE)
+    data = obstacle_data(task, contour_of(task, solution), obstacle, view, side)
+    return f"Obstacle {_obstacle(data, unit)}"
 
 
 def _in_words(task: Task, data: dict[str, Any]) -> str:
@@ -208,7 +213,7 @@ def _where_goal_is(data: dict[str, Any]) -> str:
         return f"The goal {_cell(goal['cell'])} is the start."
     return (
         f"The goal {_cell(goal['cell'])} lies to the {goal['direction']} of {_cell(data['start'])},"
-        f" {seen_text(goal, data['unit'])}."
+        f" {seen_text(goal, data['unit'])}, looking {heading_text(data['heading'])}."
     )
 
 

@@ -102,6 +102,8 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
     beside, towards = _beside(maps, walls)
     ahead = np.asarray(obstacle_ahead(free, jax.device_put(beside), jax.device_put(towards)))
     far = _reached_cells(np.asarray(reached))
+    owners, toll = _tolled(maps)
+    labels, tolls = jax.device_put((owners[:, None], toll))
     # Every kernel beside its peers, on the same maps.
     packed = jax.jit(lambda words, start: reach_words(words, start, width=size))
     ours = {
@@ -123,6 +125,14 @@ def _measure_maps(kind: str, size: int, repeats: int) -> list[dict[str, Any]]:
         "seed_cell": (
             lambda: srt_jax.seed_cell(reached, goal),
             peers.nearest(np.asarray(reached), goals),
+        ),
+        "critical_cells": (
+            lambda: srt_jax.critical_cells(free, start, far),
+            peers.cuts(maps, starts, far),
+        ),
+        "toll_to_come": (
+            lambda: srt_jax.toll_to_come(labels, tolls, start),
+            peers.tolled(owners, toll, starts),
         ),
     }
     assert seeds.shape == (batch, 2)
@@ -177,6 +187,18 @@ def _reached_cells(reached: Any) -> Any:
     rng = np.random.default_rng(0)
     cells = [np.argwhere(one) for one in reached]
     return np.array([some[rng.integers(len(some))] for some in cells], np.int32)
+
+
+def _tolled(maps: Any) -> tuple[Any, Any]:
+    """What is blocked in each map as obstacles, one a piece, and a toll of 10 for each: int32 [B,
+    H, W] and float32 [B, M].
+    """
+    import numpy as np
+
+    from srt_jax.components import label
+
+    owners = np.stack([label(~free) for free in maps])
+    return owners, np.full((len(maps), owners.max() + 1), 10, np.float32)
 
 
 def _fast_form() -> float:

@@ -140,6 +140,39 @@ def routes(maps: np.ndarray, starts: np.ndarray, goals: np.ndarray) -> Peers:
     return peers
 
 
+def cuts(maps: np.ndarray, starts: np.ndarray, goals: np.ndarray) -> Peers:
+    """Peers of critical_cells: one depth-first search in C++."""
+    library = compiled("critical_cells")
+    if library is None:
+        return {}
+
+    def run() -> np.ndarray:
+        byte, cells = maps.view(np.uint8), np.empty(maps.shape, np.uint8)
+        for free, start, goal, out in zip(byte, starts.tolist(), goals.tolist(), cells):
+            place = ctypes.c_void_p(free.ctypes.data), ctypes.c_void_p(out.ctypes.data)
+            library.critical_cells(place[0], *free.shape, *start, *goal, place[1])
+        return cells
+
+    return {"C++ depth-first search": run}
+
+
+def tolled(labels: np.ndarray, toll: np.ndarray, starts: np.ndarray) -> Peers:
+    """Peers of toll_to_come, one layer a map: labels int32 [B, H, W], toll float32 [B, M]."""
+    library = compiled("toll_dijkstra")
+    if library is None:
+        return {}
+    units = np.round(toll.astype(np.float64) * FIXED_POINTS[0][0]).astype(np.uint32)
+
+    def run() -> np.ndarray:
+        sums = np.empty(labels.shape, np.uint32)
+        for owner, own, start, out in zip(labels, units, starts.tolist(), sums):
+            places = [ctypes.c_void_p(array.ctypes.data) for array in (owner, own, out)]
+            library.toll_dijkstra(*places[:2], *owner.shape, *start, places[2])
+        return sums
+
+    return {"C++ heap Dijkstra": run}
+
+
 def move_graph(free: np.ndarray) -> Any:
     """Returns the legal moves of one map as a SciPy graph with exact integer costs."""
     from scipy import sparse

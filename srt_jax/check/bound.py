@@ -5,6 +5,7 @@ A float32 is a whole number of the least positive one, 2^-149, and Python's whol
 end: sums of them are exact.
 """
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +22,7 @@ Cell = tuple[int, ...]
 
 def exact(cost: float | np.floating) -> int:
     """Returns a float32 in units of 2^-149; what is not finite is more than any sum."""
-    return int(float(cost) * 2.0**149) if np.isfinite(cost) else _BEYOND
+    return int(float(cost) * 2.0**149) if math.isfinite(cost) else _BEYOND
 
 
 def rounded_down(total: int) -> np.float32:

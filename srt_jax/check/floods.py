@@ -51,31 +51,43 @@ def piece_of(mask: np.ndarray, cell: tuple[int, ...], *, by_corners: bool = Fals
     """Returns the part of `mask` that is connected with `cell` by sides (or corners too); empty
     where `cell` is not on it.
 
-    As no move cuts a corner, what the agent reaches by eight moves is connected by sides. The flood
-    goes over the runs of cells in each row, linked where they touch a run of the next row.
+    As no move cuts a corner, what the agent reaches by eight moves is connected by sides. The runs
+    of cells in each row are joined where they touch a run of the next row.
     """
     if not holds_at(mask, cell):
         return np.zeros_like(mask)
-    # a blocked cell at both ends of a row: no run continues in the next
-    flat = np.pad(mask, ((0, 0), (1, 1))).ravel()
-    width = mask.shape[1] + 2
-    run = np.cumsum(flat & ~np.concatenate([[False], flat[:-1]])) - 1
-    links: list[list[int]] = [[] for _ in range(run[-1] + 1)]
-    for ahead in (width - 1, width, width + 1) if by_corners else (width,):
-        touching = np.flatnonzero(flat[:-ahead] & flat[ahead:])
-        upper, lower = run[touching], run[touching + ahead]
-        # two runs meet in one stretch of cells: its first is enough
-        is_new = np.ones(len(touching), bool)
-        is_new[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
-        for above, below in zip(upper[is_new].tolist(), lower[is_new].tolist(), strict=True):
-            links[above].append(below)
-            links[below].append(above)
-    waiting = [int(run[cell[0] * width + cell[1] + 1])]
-    met = set(waiting)
-    while waiting:
-        new = [other for other in links[waiting.pop()] if other not in met]
-        met.update(new)
-        waiting += new
-    is_in = np.zeros(len(links), bool)
-    is_in[list(met)] = True
-    return (flat & is_in[run]).reshape(-1, width)[:, 1:-1]
+    # one line of cells, with a blocked one at both ends of each row: no run goes on in the next
+    wide = np.pad(mask, ((0, 0), (1, 1))).view(np.int8)
+    width, line = wide.shape[1], wide.ravel()
+    ends = np.flatnonzero(np.diff(line, prepend=np.int8(0)))
+    first, behind = ends[::2], ends[1::2]
+    # of the next row a run touches those that end behind its first cell and begin before its end
+    more = int(by_corners)
+    lowest = np.searchsorted(behind, first + width - more, side="right")
+    number = np.searchsorted(first, behind + width + more, side="left") - lowest
+    upper = np.repeat(np.arange(len(first)), number)
+    lower = np.arange(len(upper)) + np.repeat(lowest - np.cumsum(number) + number, number)
+    group = _joined(len(first), upper, lower)
+    own = np.searchsorted(first, cell[0] * width + cell[1] + 1, side="right") - 1
+    chosen = group == group[own]
+    change = np.zeros(len(line), np.int8)
+    change[first[chosen]], change[behind[chosen]] = 1, -1
+    return np.cumsum(change, dtype=np.int8).view(bool).reshape(wide.shape)[:, 1:-1]
+
+
+def _joined(number: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Returns a number for each of `number` things, the same for those that a chain of pairs
+    (`one`, `other`) joins: the least of them.
+    """
+    group = np.arange(number)
+    while len(one):
+        # Each group that has a pair with a lesser one becomes a part of that, all at once. Ends:
+        # as long as a pair is apart, there is such a group, and so there is one group less.
+        greater, lesser = np.maximum(one, other), np.minimum(one, other)
+        group[greater] = lesser
+        while not np.array_equal(group, joined := group[group]):  # halves all chains of these
+            group = joined
+        one, other = group[greater], group[lesser]
+        apart = one != other
+        one, other = one[apart], other[apart]
+    return group

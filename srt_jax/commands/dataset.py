@@ -43,6 +43,24 @@ def dataset(
     format: Annotated[
         str, typer.Option(metavar="npz|arrayrecord", help="The shards' format.")
     ] = "npz",
+    mode: Annotated[
+        str,
+        typer.Option(
+            metavar="least|shortest",
+            help="What the labels say: the least removal, or whether to break or to go round.",
+        ),
+    ] = "least",
+    toll: Annotated[
+        float | None,
+        typer.Option(
+            metavar="CELLS",
+            help=(
+                "With --mode shortest: the detour that one unit of removal cost is worth."
+                " Default: 1."
+            ),
+            show_default=False,
+        ),
+    ] = None,
     workers: WorkersOption = None,
     part: PartOption = None,
     engine: EngineOption = None,
@@ -52,6 +70,11 @@ def dataset(
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
+    if toll is not None and mode != "shortest":
+        raise ValueError(
+            f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
+            " out --toll"
+        )
     # a part holds its share of the shards, so of the tasks, to within a shard
     total = -(-count // as_part(part).count)
     with show_progress("labelling", total, quiet=as_json, compiles=True) as advance:
@@ -63,6 +86,8 @@ def dataset(
             seed=seed,
             shard_size=shard_size,
             format=format,
+            mode=mode,
+            toll=1.0 if toll is None else toll,
             progress=advance,
             workers=workers,
             part=part,

@@ -63,7 +63,12 @@ def draw(
         bool,
         typer.Option("--polar", help="Over pictures: the agent's frame with the fuzzy sectors."),
     ] = False,
-    metres_per_cell: Annotated[float, typer.Option(help="With --polar: the side of a cell.")] = 1.0,
+    metres_per_cell: Annotated[
+        float | None,
+        typer.Option(
+            help="With --polar: the side of a cell. Default: that of the map, else 1.",
+        ),
+    ] = None,
     heading: Annotated[
         float | None,
         typer.Option(
@@ -104,7 +109,7 @@ def draw(
     how = dataclasses.replace(reading, limit=None) if only else reading
 
     with waiting("reading", quiet=as_json):
-        tasks, frames, _, failed = read_framed(inputs, how, destroyable, quiet=True)
+        tasks, frames, notes, failed = read_framed(inputs, how, destroyable, quiet=as_json)
     frames = [frame for task, frame in zip(tasks, frames) if not only or task.name in only]
     tasks = _chosen(tasks, only)[: reading.limit]
     if not tasks:
@@ -123,7 +128,8 @@ def draw(
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, frames[: len(tasks)], out, show, ending, frame, quiet=as_json)
     if as_json:
-        say_json({"files": [str(file) for file in files], "tasks": [task.name for task in tasks]})
+        document = {"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}
+        say_json(document | ({"notes": notes} if notes else {}))
     else:
         where = str(files[0]) if len(files) == 1 else f"{len(files)} files in {out}"
         say(f"Drew {len(tasks)} task{'s' if len(tasks) > 1 else ''}: {where}")
@@ -179,14 +185,15 @@ def _draw(
                     " for all"
                 )
             with waiting("drawing", quiet=quiet):
-                contact_sheet(named[:MOST_ON_SHEET], out)
+                contact_sheet(named[:MOST_ON_SHEET], out, frames=frames[:MOST_ON_SHEET])
         return [out]
     if out.suffix.lower() == ".gif":
         from srt_jax.draw.animation import animate
 
         name, task, solution = named[0]
         with waiting("drawing", quiet=quiet):
-            animate(task, solution, out, what="wave" if show == "wave" else "loop", title=name)
+            what = "wave" if show == "wave" else "loop"
+            animate(task, solution, out, what=what, title=name, frame=frames[0])
         return [out]
     make_folder(out)
     with show_progress("drawing", len(named), quiet=quiet) as progress:

@@ -9,6 +9,7 @@ import typer
 
 from sign_model.ground.legible import counted
 from srt_jax.answers import shards
+from srt_jax.answers.doubts import doubts_of
 from srt_jax.answers.results_file import require_name
 from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands.report import exit_code, report, require_page_name
@@ -19,7 +20,7 @@ from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_re
 from srt_jax.formats.files import make_folder
 from srt_jax.formats.reading import Reading
 from srt_jax.many_tasks import solve_many
-from srt_jax.robots.path_file import require_path_name
+from srt_jax.robots.path_file import require_metres, require_path_name
 from srt_jax.scale import run
 from srt_jax.scale.parts import as_part
 
@@ -165,6 +166,8 @@ def solve(
             f"--path {path} holds the route of one task, and there are {len(tasks)}: choose one,"
             " such as by --rows 3:4"
         )
+    if path:
+        require_metres(path, frames[0])
     begin = time.perf_counter()
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
@@ -177,6 +180,11 @@ def solve(
             progress=progress,
         )
     seconds = time.perf_counter() - begin
+    if destroyable is None and reading.labels is None and reading.block is None:
+        doubts = doubts_of(tasks, solutions, frames)
+        for doubt in doubts if not as_json else ():
+            note(str(doubt))
+        notes = [*notes, *doubts.records("answers")]
     records = report(
         tasks,
         solutions,

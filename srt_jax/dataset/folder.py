@@ -18,9 +18,12 @@ from srt_jax.formats.files import PathLike, make_folder
 from srt_jax.instances.generate import generate
 from srt_jax.scale.manifest import read_manifest, settle
 from srt_jax.scale.parts import as_part
+from srt_jax.tolls.options import toll_of_each
 
 MANIFEST = "dataset.json"
 VERSION = 1
+_MODE = ("mode", "toll")
+_MODES = ("least", "shortest")
 
 
 def write_dataset(
@@ -32,6 +35,8 @@ def write_dataset(
     seed: int = 0,
     shard_size: int = 1024,
     format: str = "npz",
+    mode: str = "least",
+    toll: float = 1.0,
     progress: Callable[[int], None] | None = None,
     workers: int | None = None,
     part: str | None = None,
@@ -49,6 +54,8 @@ def write_dataset(
       kind, count, size, seed: of `srt_jax.instances.generate.generate`.
       shard_size: tasks in a shard, 1 or more.
       format: "npz" or "arrayrecord" (needs the extra `arrayrecord`).
+      mode, toll: of `solve`. "least", or "shortest": whether to break or to go round, with the
+        fields `breaks`, `total` and `total_bound` besides.
       workers: processes, one core each; None writes in this process.
       part: of the shards: "I/N", I from 0, or "slurm"; None for all.
       engine: None, "dask" or "ray" (extras of these names). address: of its scheduler; None starts
@@ -69,10 +76,13 @@ def write_dataset(
     """
     low, high = (size, size) if isinstance(size, int | np.integer) else size
     plan = Plan(kind, int(count), (int(low), int(high)), int(seed), int(shard_size), format)
+    plan = plan._replace(mode=mode, toll=float(toll))
     folder, mine = pathlib.Path(folder), as_part(part)
     _check(plan)
     make_folder(folder)
     description = {**plan._asdict(), "size": list(plan.size), "version": VERSION}
+    if mode == "least":  # what was written before there were modes stays as it is
+        description = {name: value for name, value in description.items() if name not in _MODE}
     settle(folder, MANIFEST, description, "data set")
     scale.run(
         DatasetJob(folder.absolute(), plan),
@@ -90,6 +100,11 @@ def _check(plan: Plan) -> None:
         raise ValueError(f"shard_size must be at least 1, got {plan.shard_size}")
     if plan.format not in shards.WRITERS:
         raise ValueError(f"format must be one of {', '.join(shards.WRITERS)}, got {plan.format!r}")
+    if plan.mode not in _MODES:
+        raise ValueError(f"mode must be one of {', '.join(_MODES)}, got {plan.mode!r}")
+    if plan.mode == "least" and plan.toll != 1:
+        raise ValueError(f"toll is {plan.toll}: only mode shortest weighs tolls against length")
+    toll_of_each(plan.toll, (), plan.mode)
     shards.require(plan.format)
     # refuses what it cannot make before a folder is made
     generate(plan.kind, count=1, size=plan.size, seed=plan.seed)
@@ -109,6 +124,8 @@ def read_plan(folder: PathLike) -> Plan:
       True
     """
     description = read_manifest(pathlib.Path(folder) / MANIFEST, "data set")
-    if description.pop("version", None) != VERSION or set(description) != set(Plan._fields):
+    if description.pop("version", None) != VERSION or (
+        set(description) | set(_MODE) != set(Plan._fields)
+    ):
         raise ValueError(f"{folder}: {MANIFEST} is of another version: write the data set again")
     return Plan(**description)._replace(size=(description["size"][0], description["size"][1]))

@@ -15,7 +15,7 @@ from srt_jax.types import FREE, OUTSIDE
 
 class Plan(NamedTuple):
     """What a data set is to hold; kept in `dataset.json`. `size` is (least, greatest) side; format
-    one of `FORMATS`.
+    "npz" or "arrayrecord"; mode and toll those of `solve`, "least" or "shortest".
 
     Examples:
       >>> import tempfile
@@ -32,6 +32,13 @@ class Plan(NamedTuple):
     seed: int
     shard_size: int
     format: str
+    mode: str = "least"
+    toll: float = 1.0
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The names of the arrays of a shard."""
+        return shards.FIELDS + (shards.SHORTEST_FIELDS if self.mode == "shortest" else ())
 
     def num_shards(self) -> int:
         """Returns how many shards hold the tasks."""
@@ -66,12 +73,19 @@ def _shard(plan: Plan, first: int, number: int) -> dict[str, np.ndarray]:
     """Returns the arrays of a shard, maps padded to the data set's greatest side."""
     instances = generate(plan.kind, count=number, size=plan.size, seed=plan.seed, first=first)
     tasks = [task for _, task, _ in instances]
+    del instances
     batch = stack(tasks)
-    labels = label_stacked(tasks, batch)
+    # each map once in memory: the tasks look at their part of the batch
+    for index, task in enumerate(tasks):
+        layers, height, width = task.labels.shape
+        tasks[index] = task.replace(labels=batch.labels[index, :layers, :height, :width])
+    labels = label_stacked(tasks, batch, mode=plan.mode, toll=plan.toll)
     side = plan.size[1]
     arrays = {"index": np.arange(first, first + number, dtype=np.int64)}
     arrays |= {
-        name: np.asarray(value) for name, value in [*batch.items(), *labels._asdict().items()]
+        name: np.asarray(value)
+        for name, value in [*batch.items(), *labels._asdict().items()]
+        if value is not None
     }
     return {name: _padded(name, array, side) for name, array in arrays.items()}
 

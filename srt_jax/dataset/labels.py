@@ -8,9 +8,12 @@ Correction factors and focal maps follow TransPath (Kirilenko, Andreychuk, Panov
 2023): there a network learns, for A*, by what share the octile distance falls short of the exact
 cost to go, and, for focal search, how near each cell is to lying on a shortest path. Here both are
 exact.
+
+In mode "shortest" what goes is not the least removal but what breaking is worth (`solve`): of each
+task the labels say whether to break or to go round.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -44,6 +47,9 @@ class TaskLabels(NamedTuple):
     focal: float32 [B, H, W], the shortest path's length over that of the shortest path led through
       the cell: in (0, 1], 1 on shortest paths (to float32 rounding) and only there, 0 where no such
       path is.
+    breaks: bool [B], total, total_bound: float32 [B], of mode "shortest", else None: whether the
+      best route breaks anything, its length and tolls, and their lower bound. There `least_cost`
+      and `least_removal` are of what that route breaks.
     """
 
     status: np.ndarray
@@ -55,35 +61,47 @@ class TaskLabels(NamedTuple):
     cost_to_go: np.ndarray
     correction: np.ndarray
     focal: np.ndarray
+    breaks: np.ndarray | None = None
+    total: np.ndarray | None = None
+    total_bound: np.ndarray | None = None
 
 
 _AT_ONCE = 512
 """Tasks whose maps are in memory twice, on the way from the device."""
 
 
-def label_tasks(tasks: Task | list[Task], *, max_destroyed: int = 32) -> TaskLabels:
+def label_tasks(
+    tasks: Task | list[Task], *, max_destroyed: int = 32, mode: str = "least", toll: float = 1.0
+) -> TaskLabels:
     """Returns the labels of a batch, or of single tasks padded as `stack` pads them (host)."""
-    if isinstance(tasks, Task):
-        return label_stacked(unstack(tasks), tasks, max_destroyed=max_destroyed)
-    return label_stacked(tasks, stack(tasks), max_destroyed=max_destroyed)
+    both = (unstack(tasks), tasks) if isinstance(tasks, Task) else (tasks, stack(tasks))
+    return label_stacked(*both, max_destroyed=max_destroyed, mode=mode, toll=toll)
 
 
-def label_stacked(singles: list[Task], batch: Task, *, max_destroyed: int = 32) -> TaskLabels:
+def label_stacked(
+    singles: list[Task],
+    batch: Task,
+    *,
+    max_destroyed: int = 32,
+    mode: str = "least",
+    toll: float = 1.0,
+) -> TaskLabels:
     """Returns the labels of tasks that are there both ways, as singles and as their batch."""
+    options = {"max_destroyed": max_destroyed, "mode": mode, "toll": toll}
     whole: dict[str, np.ndarray] = {}
     for first in range(0, len(singles), _AT_ONCE):
         part = slice(first, first + _AT_ONCE)
         some = jax.tree.map(lambda array, part=part: array[part], batch)
-        for name, array in _labels_of(singles[part], some, max_destroyed).items():
+        for name, array in _labels_of(singles[part], some, options).items():
             if name not in whole:
                 whole[name] = np.empty((len(singles), *array.shape[1:]), array.dtype)
             whole[name][part] = array
     return TaskLabels(**whole)
 
 
-def _labels_of(singles: list[Task], batch: Task, max_destroyed: int) -> dict[str, np.ndarray]:
-    """Returns the labels by their names."""
-    solutions = solve_many(singles, max_destroyed=max_destroyed)
+def _labels_of(singles: list[Task], batch: Task, options: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Returns the labels by their names; options: of `solve_many`."""
+    solutions = solve_many(singles, **options)
     M = batch.destroyable.shape[-1]
     removed, blocking = (_as_sets(solutions, name, M) for name in ("destroyed", "blocking"))
     facts = {
@@ -94,6 +112,12 @@ def _labels_of(singles: list[Task], batch: Task, max_destroyed: int) -> dict[str
         "least_cost": np.array([one.removal_cost for one in solutions]),
         "length": np.array([one.cost for one in solutions]),
     }
+    if options["mode"] == "shortest":
+        facts["breaks"] = np.asarray(removed.any(axis=1))
+        facts |= {
+            name: np.array([getattr(one, name) for one in solutions])
+            for name in ("total", "total_bound")
+        }
     is_solved = np.isfinite(facts["length"])
     # shards differ by an obstacle or two: that need not compile again
     room = [(0, 0), (0, batch_bucket(M) - M)]

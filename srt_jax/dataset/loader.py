@@ -66,7 +66,7 @@ def load(
             "batch_size must be at least 1 and worker (i, n) have 0 <= i < n <="
             f" {plan.num_shards()} shards, got batch_size {batch_size}, worker {worker}"
         )
-    widths, names = _widths(folder, plan), _names(fields)
+    widths, names = _widths(folder, plan), _names(plan, fields)
     return Batches(
         _batches(folder, plan, widths, names, batch_size, seed, epochs, worker, drop_remainder),
         None if epochs is None else _count(plan, batch_size, seed, epochs, worker, drop_remainder),
@@ -124,7 +124,8 @@ class TaskSource(Sequence[dict[str, np.ndarray]]):
 
     def __init__(self, folder: PathLike, *, fields: tuple[str, ...] | None = None):
         self.folder = pathlib.Path(folder)
-        self.plan, self.fields = read_plan(self.folder), _names(fields)
+        self.plan = read_plan(self.folder)
+        self.fields = _names(self.plan, fields)
         self._widths = _widths(self.folder, self.plan)
 
     def __len__(self) -> int:
@@ -159,13 +160,13 @@ def _widths(folder: pathlib.Path, plan: Plan) -> dict[str, int]:
     return dict(zip("LM", np.max(shapes, axis=0).tolist()))
 
 
-def _names(fields: tuple[str, ...] | None) -> tuple[str, ...]:
+def _names(plan: Plan, fields: tuple[str, ...] | None) -> tuple[str, ...]:
     """Returns the names of the fields wanted."""
-    names = shards.FIELDS if fields is None else tuple(fields)
-    unknown = [name for name in names if name not in shards.FIELDS]
+    names = plan.fields if fields is None else tuple(fields)
+    unknown = [name for name in names if name not in plan.fields]
     if unknown:
         raise ValueError(
-            f"no field is called {unknown[0]!r}: choose among {', '.join(shards.FIELDS)}"
+            f"no field is called {unknown[0]!r}: choose among {', '.join(plan.fields)}"
         )
     return names
 

@@ -7,7 +7,7 @@ import io
 import pathlib
 import zipfile
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -33,6 +33,9 @@ FIELDS = (
 )
 """The arrays of a shard, [tasks, ...]; `least_cost` is what the least removal costs."""
 
+SHORTEST_FIELDS = ("breaks", "total", "total_bound")
+"""What a shard of mode "shortest" holds besides."""
+
 SUFFIXES = {"npz": "npz", "arrayrecord": "arrayrecord"}
 _MOST_BYTES = 1 << 36
 """Of a shard, unpacked: its size is what the data set's own description says, and much larger
@@ -44,21 +47,18 @@ _LEVEL = 1  # deflate: maps of floats shrink little more at higher ones, and ten
 def write_npz(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     """Writes a shard, whole or not at all."""
     with atomic_write(path, "wb") as file:
-        file.write(_pack(arrays))
+        _pack(file, arrays)
 
 
-def _pack(arrays: dict[str, np.ndarray]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
-        for name in FIELDS:
-            member = zipfile.ZipInfo(f"{name}.npy")  # dated 1980, whenever it is written
-            member.compress_type = zipfile.ZIP_DEFLATED
-            content = io.BytesIO()
-            np.lib.format.write_array(
-                content, np.ascontiguousarray(arrays[name]), allow_pickle=False
-            )
-            archive.writestr(member, content.getbuffer(), compresslevel=_LEVEL)
-    return buffer.getvalue()
+def _pack(file: IO[bytes], arrays: dict[str, np.ndarray]) -> None:
+    """Deflates the arrays into a file piece by piece, for a copy would take much memory."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
+        for name in (*FIELDS, *(name for name in SHORTEST_FIELDS if name in arrays)):
+            array = np.ascontiguousarray(arrays[name])
+            is_large = 1.05 * array.nbytes > zipfile.ZIP64_LIMIT  # in case it does not shrink
+            # dated 1980, whenever it is written
+            with archive.open(f"{name}.npy", "w", force_zip64=is_large) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
 
 
 def read_npz(path: pathlib.Path, names: Iterable[str]) -> dict[str, np.ndarray]:
@@ -100,7 +100,9 @@ def write_records(path: pathlib.Path, arrays: dict[str, np.ndarray]) -> None:
     with draft_of(path) as draft:
         writer = _array_record().ArrayRecordWriter(str(draft), "group_size:1")
         for index in range(len(arrays["index"])):
-            writer.write(_pack({name: array[index : index + 1] for name, array in arrays.items()}))
+            record = io.BytesIO()
+            _pack(record, {name: array[index : index + 1] for name, array in arrays.items()})
+            writer.write(record.getvalue())
         writer.close()
 
 

@@ -14,8 +14,10 @@ import numpy as np
 from sign_model.ground.legible import counted
 from srt_jax.draw.canvas import Canvas, save_gif
 from srt_jax.draw.colours import Kind
+from srt_jax.draw.content import length_in
 from srt_jax.draw.notebook import picture_html
 from srt_jax.draw.stages import Stage, stages_of
+from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Status, Task
 
 ANIMATIONS = ("loop", "wave")
@@ -49,6 +51,7 @@ def animate(
     *,
     what: str = "loop",
     title: str = "",
+    frame: Frame | None = None,
 ) -> Animation | None:
     """Writes an animated GIF of one task, or returns it for a notebook.
 
@@ -57,6 +60,7 @@ def animate(
       what: "wave": the reached region grows from the start until nothing is left, then seed and
         contour. "loop": the same, then the agent walks up to what is to be destroyed, destroys it,
         explores from there, and so on to the goal.
+      frame: where the map lies: lengths are in metres, where it has any.
 
     Raises:
       ImportError: Pillow is missing. ValueError: a batch was given, another ending than .gif, or an
@@ -92,7 +96,7 @@ def animate(
             _end(canvas, stages[0], _after_wave(stages[0], status)),
         ]
     else:
-        shown = list(_loop(canvas, stages, solution, status))
+        shown = list(_loop(canvas, stages, solution, status, frame))
     if path is None:
         buffer = io.BytesIO()
         save_gif(buffer, shown)
@@ -102,7 +106,11 @@ def animate(
 
 
 def _loop(
-    canvas: Canvas, stages: list[Stage], solution: Solution, status: Status
+    canvas: Canvas,
+    stages: list[Stage],
+    solution: Solution,
+    status: Status,
+    frame: Frame | None,
 ) -> Iterator[tuple[Any, int]]:
     for number, stage in enumerate(stages[:_MOST_STAGES]):
         yield from _explore(canvas, stage, _WAVE_FRAMES if number == 0 else _LATER_WAVE_FRAMES)
@@ -124,7 +132,7 @@ def _loop(
     caption = f"{status.name}: {status.meaning}"
     if status.is_solved and len(stages) <= _MOST_STAGES:
         caption = (
-            f"At the goal: {float(solution.cost):.1f} cell sides,"
+            f"At the goal: {length_in(solution.cost, frame)},"
             f" {counted(int(solution.num_destroyed), 'obstacle')} destroyed"
         )
     elif status.is_solved:

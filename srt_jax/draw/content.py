@@ -13,6 +13,9 @@ from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.types import FREE, Approach, Array, Cell, Solution, Status, Task
 
+_MOST_IDS = 6
+"""Of obstacles destroyed, in the line above a picture."""
+
 
 class Removal(NamedTuple):
     """One obstacle that is destroyed.
@@ -170,18 +173,28 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
     status = Status(int(solution.status))
 
     def length(cells: Array) -> str:
-        return f"{float(cells):.1f} cell sides" if frame is None else _metres(cells, frame)
+        return length_in(cells, frame)
 
     if not status.is_solved:
         has_gap = near is not None and 0 < float(near.gap) < np.inf
         gets = f"; one gets within {length(near.gap)} of the goal" if near and has_gap else ""
         return f"{status.name}: {status.meaning}{gets}"
-    destroyed = int(solution.num_destroyed)
-    what = "nothing destroyed" if not destroyed else f"{counted(destroyed, 'obstacle')} destroyed"
+    destroyed = np.asarray(solution.destroyed)[: int(solution.num_destroyed)].tolist()
+    what = f"{counted(len(destroyed), 'obstacle')} destroyed" if destroyed else "nothing destroyed"
+    if destroyed:
+        more = ", ..." if len(destroyed) > _MOST_IDS else ""
+        what += f" ({', '.join(map(str, destroyed[:_MOST_IDS]))}{more})"
     return f"{status.name}: route of {length(solution.cost)}, {what}"
 
 
-def _metres(cells: Array, frame: Frame) -> str:
+def length_in(cells: Array | float, frame: Frame | None) -> str:
+    """Returns a length, given in cell sides: in metres where the frame has them."""
+    if frame is None or not frame.has_metres:
+        return f"{float(cells):.1f} cell sides"
+    return _metres(cells, frame)
+
+
+def _metres(cells: Array | float, frame: Frame) -> str:
     return f"{float(cells) * frame.side:.2f} m"
 
 

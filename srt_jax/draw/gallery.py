@@ -82,23 +82,26 @@ def gallery(
     for stem, (name, task, solution), frame, near in known:
         if show in ANIMATIONS:
             files.append(folder / f"{stem}-{show}.gif")
-            animate(task, solution, files[-1], what=show, title=name)
+            animate(task, solution, files[-1], what=show, title=name, frame=frame)
         elif show == "pictures":
             files.append(folder / f"{stem}.{ending}")
             options: dict[str, Any] = {"polar": polar, "frame": frame, "approach": near}
             draw(task, solution, files[-1], title=name, **options)
         progress(1)
     return files + (
-        _sheets(named, folder, ending)
+        _sheets(named, frames or none, folder, ending)
         if show == "sheet" or (show == "pictures" and len(named) > 1)
         else []
     )
 
 
-def _sheets(named: Named, folder: pathlib.Path, ending: str) -> list[pathlib.Path]:
-    pages = [named[first : first + MOST_ON_SHEET] for first in range(0, len(named), MOST_ON_SHEET)]
+def _sheets(
+    named: Named, frames: Sequence[Frame | None], folder: pathlib.Path, ending: str
+) -> list[pathlib.Path]:
+    parts = [slice(first, first + MOST_ON_SHEET) for first in range(0, len(named), MOST_ON_SHEET)]
+    pages = [(named[part], frames[part]) for part in parts]
     numbers = [""] if len(pages) == 1 else [f"-{number}" for number in range(1, len(pages) + 1)]
     files = [folder / f"contact-sheet{number}.{ending}" for number in numbers]
-    for file, page in zip(files, pages):
-        contact_sheet(page, file)
+    for file, (page, known) in zip(files, pages):
+        contact_sheet(page, file, frames=known)
     return files

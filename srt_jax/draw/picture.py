@@ -107,6 +107,7 @@ def draw(
         draw(task, solution, buffer, title=title, polar=polar, **options)
         return Picture(buffer.getvalue())
     scene = scene_of(task, solution, **options)
+    polar = polar and polar.over(frame)
     height, width = scene.kinds.shape
     heading = [
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),

@@ -11,6 +11,7 @@ from sign_model.space.fuzzy import region_names, region_of
 from sign_model.space.fuzzy_table import DEFAULT_TABLE, FuzzyTable
 from sign_model.space.polar import to_polar
 from srt_jax.draw.content import Cell, Scene
+from srt_jax.geometry.frame import Frame
 
 _LINE = "#3b3b8f"
 _MARGIN = 13.0
@@ -22,7 +23,8 @@ class PolarFrame:
     """How the frame lies on the map.
 
     Attributes:
-      metres_per_cell: the side of a cell.
+      metres_per_cell: the side of a cell; None: that of the map where it is known (`draw(frame=)`),
+        else 1.
       table: the fuzzy directions and distances.
       heading: where the agent looks, degrees counter-clockwise from the east; None: at the goal.
 
@@ -33,15 +35,26 @@ class PolarFrame:
       90.0
     """
 
-    metres_per_cell: float = 1.0
+    metres_per_cell: float | None = None
     heading: float | None = None
     table: FuzzyTable = DEFAULT_TABLE
 
     def __post_init__(self) -> None:
-        if not 0 < self.metres_per_cell < math.inf:
+        if self.metres_per_cell is not None and not 0 < self.metres_per_cell < math.inf:
             raise ValueError(
                 f"metres_per_cell must be positive and finite, got {self.metres_per_cell}"
             )
+
+    @property
+    def side(self) -> float:
+        """Metres a cell, 1 where nothing else is known."""
+        return 1.0 if self.metres_per_cell is None else self.metres_per_cell
+
+    def over(self, frame: Frame | None) -> "PolarFrame":
+        """Returns it with the side of the map's cells, if its own is not said."""
+        if self.metres_per_cell is not None or frame is None or not frame.has_metres:
+            return self
+        return dataclasses.replace(self, metres_per_cell=frame.side)
 
     def looking(self, scene: Scene) -> float:
         """Returns the heading in radians; 0, east, where the goal is the start."""
@@ -52,10 +65,7 @@ class PolarFrame:
 
     def region_of(self, scene: Scene, cell: Cell) -> str:
         """Returns the fuzzy region, seen from the start, in which a cell lies."""
-        points = (
-            np.array([(col, -row) for row, col in (scene.start, cell)], float)
-            * self.metres_per_cell
-        )
+        points = np.array([(col, -row) for row, col in (scene.start, cell)], float) * self.side
         polar = to_polar(points[1], points[0], np.asarray(self.looking(scene)))
         return region_names(self.table)[int(region_of(polar, self.table))]
 
@@ -89,7 +99,7 @@ def draw_frame(axes, scene: Scene, frame: PolarFrame, scale: float) -> None:
             scalex=False,
             scaley=False,
         )
-    radii = [row.end / frame.metres_per_cell for row in frame.table.distances[:-1]]
+    radii = [row.end / frame.side for row in frame.table.distances[:-1]]
     for radius in radii:
         style = {
             "fill": False,

@@ -5,9 +5,10 @@ import os
 from collections.abc import Sequence
 
 from sign_model.ground.legible import legible
-from srt_jax.draw.content import scene_of
+from srt_jax.draw.content import length_in, scene_of
 from srt_jax.draw.legend import handles
 from srt_jax.draw.picture import draw_map, page
+from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Status, Task
 
 MOST_ON_SHEET = 120
@@ -18,10 +19,18 @@ _LONGEST_NAME = 24
 
 
 def contact_sheet(
-    named: Sequence[tuple[str, Task, Solution]], path: str | os.PathLike, *, title: str = ""
+    named: Sequence[tuple[str, Task, Solution]],
+    path: str | os.PathLike,
+    *,
+    title: str = "",
+    frames: Sequence[Frame | None] | None = None,
 ) -> None:
     """Writes a sheet with a small picture of each (name, task, solution); the ending decides the
     format, as in `draw`.
+
+    Args:
+      frames: where the map of each task lies, None where that is not known; then its route's length
+        is told in metres.
 
     Raises:
       ImportError: matplotlib is missing. ValueError: no task, more than MOST_ON_SHEET, or what
@@ -47,19 +56,24 @@ def contact_sheet(
             f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several"
             " sheets"
         )
-    scenes = [scene_of(task, solution) for _, task, solution in named]
+    known = [None] * len(named) if frames is None else frames
+    scenes = [
+        scene_of(task, solution, frame=frame) for (_, task, solution), frame in zip(named, known)
+    ]
     columns = min(len(named), 8, max(3, math.ceil(math.sqrt(1.2 * len(named)))))
     rows = math.ceil(len(named) / columns)
     width = _WIDTH if columns > 2 else 3.4 * columns
     cell = width / columns
     tallest = min(1.2, max(scene.kinds.shape[0] / scene.kinds.shape[1] for scene in scenes))
     with page(path, size=(width, rows * (cell * max(0.15, tallest) + 0.42) + 1.0)) as figure:
-        for place, ((name, _, _), scene) in enumerate(zip(named, scenes)):
+        for place, ((name, _, solution), scene) in enumerate(zip(named, scenes)):
             axes = figure.add_subplot(rows, columns, place + 1)
             draw_map(axes, scene, zoom=max(0.4, min(0.75, cell / 4)), most_cells=int(cell * 150))
             axes.set_xticks([])
             axes.set_yticks([])
             outcome = _outcome(scene.status, len(scene.removals))
+            if scene.frame is not None and scene.status is not None and scene.status.is_solved:
+                outcome += f", {length_in(solution.cost, scene.frame)}"
             heading = f"{_shortened(legible(name), int(cell * 15))}\n{outcome}"
             axes.set_title(heading, fontsize=6.5, parse_math=False)
         if title:

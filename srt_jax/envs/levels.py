@@ -25,8 +25,8 @@ class Levels(Record):
       labels: int32 [N, L, H, W], obstacle ids as in `Task`.
       price: float32 [N, M], the cost of destroying each obstacle, inf where it cannot be destroyed.
       start, goal, size: int32 [N, 2].
-      removal: float32 [N], the total cost the oracle destroys (`solve`, mode "least"); NaN where
-        not known.
+      removal: float32 [N], the total cost the oracle destroys (`solve`, by default mode "least");
+        NaN where not known.
       length: float32 [N], the length of the oracle's route in cell sides; NaN where not known.
 
     Examples:
@@ -50,17 +50,24 @@ class Levels(Record):
     length: Array
 
 
-def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
+def make_levels(
+    tasks: Task | Sequence[Task],
+    *,
+    oracle: bool = True,
+    mode: str = "least",
+    toll: float | Array = 1.0,
+) -> Levels:
     """Returns the levels of those tasks that have a solution and do not start in the goal, in order
     (host).
 
     Args:
       tasks: a batch, such as `srt_jax.stack` makes, or single tasks.
       oracle: whether to solve them; without it every task becomes a level and regret is NaN.
+      mode, toll: of the oracle's `solve`, "least" or "shortest", see `with_oracle`.
 
     Raises:
       TypeError: something else than tasks.
-      ValueError: no task, or none that has a solution.
+      ValueError: no task, or none that has a solution; an option that `solve` refuses.
 
     Examples:
       >>> import jax
@@ -89,13 +96,12 @@ def make_levels(tasks: Task | Sequence[Task], *, oracle: bool = True) -> Levels:
     )
     # With the oracle only what has a solution of at least one step is kept.
     if oracle:
-        solution = solve(batch, max_destroyed=_MOST_DESTROYED)
+        solution = solve(batch, mode=mode, toll=toll, max_destroyed=_MOST_DESTROYED)
         levels = levels.replace(
             removal=np.asarray(solution.removal_cost), length=np.asarray(solution.cost)
         )
-        is_kept = np.isin(solution.status, (Status.PATH_EXISTS, Status.SOLVED)) & (
-            levels.start != levels.goal
-        ).any(axis=1)
+        solved = [status for status in Status if status.is_solved]
+        is_kept = np.isin(solution.status, solved) & (levels.start != levels.goal).any(axis=1)
         if not is_kept.any():
             raise ValueError(
                 f"none of the {len(is_kept)} tasks has a solution that takes a step: give tasks"
@@ -148,9 +154,14 @@ def to_tasks(levels: Levels) -> Task:
     )
 
 
-def with_oracle(levels: Levels) -> Levels:
+def with_oracle(levels: Levels, *, mode: str = "least", toll: float | Array = 1.0) -> Levels:
     """Returns the levels with the oracle's removal and length, both inf where a level has no
     solution. May be traced.
+
+    Mode "least" destroys the least and then walks the shortest. Mode "shortest" asks of every wall
+    whether to break it or to go round: with the toll `removal_weight / step_cost` of the
+    environment's parameters, 100 as they are set, its score is the greatest there is, and regret
+    exact, as far as `solve` proves its answer and time suffices.
 
     Examples:
       >>> import jax
@@ -163,5 +174,5 @@ def with_oracle(levels: Levels) -> Levels:
       >>> envs.with_oracle(levels).removal.tolist()
       [1.0]
     """
-    solution = solve(to_tasks(levels), max_destroyed=_MOST_DESTROYED)
+    solution = solve(to_tasks(levels), mode=mode, toll=toll, max_destroyed=_MOST_DESTROYED)
     return levels.replace(removal=solution.removal_cost, length=solution.cost)

@@ -36,7 +36,7 @@ class EnvParams(Record):
 
     As set, walking round costs less than destroying on maps up to about 16 x 16, so that the
     oracle, which removes the least and then walks the shortest, has (nearly) the greatest return
-    there is.
+    there is; that of mode "shortest" has it on maps of any size (`with_oracle`).
 
     Examples:
       >>> import jax

@@ -3,6 +3,7 @@ it.
 """
 
 import dataclasses
+import math
 import os
 import pathlib
 from collections.abc import Callable, Sequence
@@ -37,7 +38,7 @@ from srt_jax.geometry.world import World
 from srt_jax.robots.ends import Radius, Spot, radius_in
 from srt_jax.robots.inflate import inflate
 from srt_jax.task import NamedTask, make_task, unstack
-from srt_jax.types import FREE, Cell, Task
+from srt_jax.types import FREE, Array, Cell, Task
 
 Item = TypeVar("Item")
 _FOREIGN = {
@@ -52,7 +53,6 @@ _FOREIGN = {
     ),
 }
 """JSON of other programs, by a text near its beginning, with the remedy."""
-_UNMEASURED = Frame.of_cells(1, 1)
 """Of maps of which nothing is known in metres."""
 SIZE = 500
 """Cells a side of a place where no number is given, as in the paper."""
@@ -149,6 +149,11 @@ def read_source(path: str, how: Reading, notes: Notes) -> Source:
         )
     if how.size is not None and how.cell_side is not None:
         raise ValueError("--size and --cell-side both say how large a cell is: give one of them")
+    if how.cell_side is not None and not 0 < how.cell_side < math.inf:
+        raise ValueError(
+            f"{path}: --cell-side {how.cell_side:g}: the side of a cell is a positive number of"
+            " metres"
+        )
     if ending == ".json" and _is_geojson(path):
         ending = ".geojson"
     reader, has_ends = _READERS[ending]
@@ -197,22 +202,46 @@ def _read_scen(path: str, how: Reading, notes: Notes) -> Source:
     tasks = []
     for (number, row), free in zip(rows, scenario_maps(path, rows, None, notes)):
         if id(free) not in on_map:  # the labels of a map are made once
-            frame = Frame.of_cells(*free.shape)
-            on_map[id(free)] = _of_robot(path, make_task(free, row.start, row.goal), how, frame)
+            frame = _frame_over(free.shape, how)
+            on_map[id(free)] = _of_robot(
+                path, make_task(free, row.start, row.goal), how, frame, notes
+            )
         start, goal = np.array(row.start, np.int32), np.array(row.goal, np.int32)
         tasks.append(
             NamedTask(f"{_stem(path)}-{number}", on_map[id(free)].replace(start=start, goal=goal))
         )
-    return Source(tasks)
+    return Source(tasks, frame=_common_frame(tasks, how))
 
 
 def _read_batch(path: str, how: Reading, notes: Notes) -> Source:
     batch = read_batch(path)
     named = [NamedTask(name, task) for name, task in zip(batch.names, unstack(batch.tasks))]
     chosen = [task for _, task in how.chosen(path, named)]
-    return Source(
-        [one._replace(task=_of_robot(path, one.task, how, _UNMEASURED)) for one in chosen]
-    )
+    tasks = [
+        one._replace(task=_of_robot(path, one.task, how, _frame_over(one.task.size, how), notes))
+        for one in chosen
+    ]
+    return Source(tasks, frame=_common_frame(tasks, how))
+
+
+def _frame_over(size: Sequence[int] | Array, how: Reading) -> Frame:
+    """Returns the frame of a map whose file says nothing of metres: (0, 0) is its lower left
+    corner, and the cells have the side that was given, if one was.
+    """
+    height, width = (int(side) for side in size)
+    if how.cell_side is None:
+        return Frame.of_cells(height, width)
+    return Frame.over((0.0, 0.0), how.cell_side, height=height, width=width)
+
+
+def _common_frame(tasks: Sequence[NamedTask], how: Reading) -> Frame | None:
+    """Returns the frame of all the maps, where the side of a cell was given and they are of one
+    size.
+    """
+    sizes = {tuple(np.asarray(one.task.size).tolist()) for one in tasks}
+    if how.cell_side is None or len(sizes) != 1:
+        return None
+    return _frame_over(sizes.pop(), how)
 
 
 def _read_world(path: str, how: Reading, notes: Notes) -> Source:
@@ -308,7 +337,7 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
         for what, cell, where in (("start", ends[0], free), ("goal", ends[1], may_end)):
             require_free(f"{path}: {what}", where, cell, grid_map.unknown)
     task = make_task(obstacles, *(ends or ((0, 0), (0, 0))), destroyable=flags)
-    task = _of_robot(path, task, how, frame)
+    task = _of_robot(path, task, how, frame, notes)
     if ends is None:
         task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
     note_covered(task, notes)
@@ -330,15 +359,23 @@ def _measured(grid_map: GridMap, how: Reading, notes: Notes) -> GridMap:
     return dataclasses.replace(grid_map, cell_side=how.cell_side, has_metres=True)
 
 
-def _of_robot(path: str, task: Task, how: Reading, frame: Frame) -> Task:
+def _of_robot(path: str, task: Task, how: Reading, frame: Frame, notes: Notes) -> Task:
     """Returns the task with the obstacles dilated by the radius, where one is given."""
     if how.radius is None:
         return task
     radius, side = radius_in(frame, how.radius, path)
     try:
-        return inflate(task, radius, cell_side=side)
+        grown = inflate(task, radius, cell_side=side)
     except ValueError as error:
         raise ValueError(f"{path}: --radius: {error}") from error
+    if radius and grown.labels.shape == task.labels.shape and (grown.labels == task.labels).all():
+        is_metres = how.radius.is_metres
+        hint = f": for metres write {radius:g}m" if frame.has_metres and not is_metres else ""
+        notes.tell(
+            f"--radius {radius:g} {'m' if is_metres else 'cells'} reaches no further cell, so no"
+            f" obstacle grows{hint}"
+        )
+    return grown
 
 
 def _between(path: str, task: Task, ends: tuple[Cell, Cell]) -> Task:
@@ -361,7 +398,7 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
         destroyable=np.array([obstacle.destroyable for obstacle in place.obstacles], bool),
         removal_cost=np.array([obstacle.removal_cost for obstacle in place.obstacles], np.float64),
     )
-    task = _of_robot(path, task if ends is None else with_free_start(path, task), how, frame)
+    task = _of_robot(path, task if ends is None else with_free_start(path, task), how, frame, notes)
     if ends is None:
         task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
     if how.radius is not None:

@@ -60,8 +60,9 @@ def require_free(
         )
     if not free[cell]:
         raise ValueError(
-            f"{what} {cell} is on a wall: choose a free cell, or give the objects in a .json or"
-            " .npz file, where a goal may lie inside one that can be destroyed"
+            f"{what} {cell} is on a wall: choose a free cell; name obstacles by --labels, since a"
+            " goal may lie inside one that can be destroyed; or, where a picture shows what is"
+            " blocked in white, give --free-pixels dark"
         )
 
 

@@ -62,7 +62,18 @@ def with_flags_of_task(source: Source) -> Source:
     )
 
 
+def _tell_of_metres(source: Source, notes: Notes) -> None:
+    """Notes that the format has no room for where the map lies and how large its cells are."""
+    frame = source.frame
+    if frame is not None and frame.has_metres:
+        notes.tell(
+            f"the side of a cell, {frame.side:g} m, and the place of the map are not written: give"
+            " --cell-side when the file is read"
+        )
+
+
 def _write_batch(path: str, source: Source, notes: Notes) -> None:
+    _tell_of_metres(source, notes)
     write_batch(
         path,
         stack([named.task for named in source.tasks]),
@@ -93,6 +104,7 @@ def _write_world(path: str, source: Source, notes: Notes) -> None:
 def _write_map(path: str, source: Source, notes: Notes) -> None:
     write_map(path, _cells(path, source, notes).free)
     notes.tell("start and goal are not written: a .map holds cells alone")
+    _tell_of_metres(source, notes)
 
 
 def _write_ros(path: str, source: Source, notes: Notes) -> None:
@@ -107,6 +119,7 @@ def _write_xml(path: str, source: Source, notes: Notes) -> None:
 def _write_image(path: str, source: Source, notes: Notes) -> None:
     pictures.write_image(path, _cells(path, source, notes).free)
     notes.tell("start and goal are not written: a picture holds cells alone")
+    _tell_of_metres(source, notes)
 
 
 _WRITERS: dict[str, Callable[[str, Source, Notes], None]] = {

@@ -98,7 +98,7 @@ def cost_maps(free: Array, start: Array, cell_cost: Array) -> Array:
             return length_map(free, start) * uniform
 
         def by_cost(free: Array, cell_cost: Array) -> Array:
-            return _solve_map(free, cell_cost, start, step)
+            return solve_map(free, cell_cost, start, step)
 
         return lax.cond(uniform > 0, by_length, by_cost, free, cell_cost)
 
@@ -118,8 +118,16 @@ def cost_maps(free: Array, start: Array, cell_cost: Array) -> Array:
     return run(free, start, cell_cost)
 
 
-def _solve_map(free: Array, cell_cost: Array, start: Array, step: Array) -> Array:
-    """The costs to come on one map, float32 [H, W]."""
+def solve_map(
+    free: Array, cell_cost: Array, start: Array, step: Array, paid: Array | None = None
+) -> Array:
+    """Returns the costs to come on one map, float32 [H, W]; for use inside a marked call.
+
+    Args:
+      step: float32 [], about the cost of a move; only the time depends on it.
+      paid: float32 [8, H + 2, W + 2], what each of MOVES costs besides, from each cell of the
+        bordered map.
+    """
     height, width = free.shape
     row, col = start
     is_inside = is_on_map(row, col, height, width)
@@ -132,9 +140,9 @@ def _solve_map(free: Array, cell_cost: Array, start: Array, step: Array) -> Arra
     cost = write(cost, jnp.where(may_start, jnp.float32(0), jnp.inf), cell)
     costs = move_costs(free, cell_cost)
     if runs_in_place():
-        cost = _spread(cost, costs, cell, step).reshape(height + 2, width + 2)
+        cost = _spread(cost, costs, cell, step, paid).reshape(height + 2, width + 2)
     else:
-        cost = _relax_all(cost.reshape(height + 2, width + 2), costs)
+        cost = _relax_all(cost.reshape(height + 2, width + 2), costs, paid)
     return cost[1:-1, 1:-1]
 
 
@@ -145,14 +153,20 @@ class _Round(NamedTuple):
     is_changing: Array
 
 
-def _relax_all(cost: Array, costs: MoveCosts) -> Array:
+def _relax_all(cost: Array, costs: MoveCosts, paid: Array | None) -> Array:
     """Tries all moves of all cells at once until no cost falls: as many rounds as the longest
     shortest path has moves.
     """
     per_move = [cost_of_move(costs, move) for move in range(8)]
+    # Of the move back from each neighbour. In MOVES the opposite of a move stands as far from the
+    # end as the move does from the beginning.
+    to_pay = None if paid is None else [shifted(paid[7 - i], *MOVES[i]) for i in range(8)]
+
+    def of_move(move: int) -> Array:
+        return per_move[move] if to_pay is None else per_move[move] + to_pay[move]
 
     def once_more(state: _Round) -> _Round:
-        offers = [shifted(state.cost, *MOVES[move]) + per_move[move] for move in range(8)]
+        offers = [shifted(state.cost, *MOVES[move]) + of_move(move) for move in range(8)]
         least = functools.reduce(jnp.minimum, offers, state.cost)
         return _Round(least, jnp.any(least < state.cost))
 
@@ -192,7 +206,7 @@ class _Trial(NamedTuple):
     queue: Array
 
 
-def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
+def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array, paid: Array | None) -> Array:
     """Returns the costs to come: float32 [N], flat and bordered, inf where no path leads.
 
     Cells wait in a ring, each at most once. Those that cost more than a limit go to its end
@@ -204,17 +218,21 @@ def _spread(cost: Array, costs: MoveCosts, start: Array, step: Array) -> Array:
       cost: float32 [N], flat and bordered: 0 at the start, else inf.
       start: uint32 [], a flat index; 0, which is on the border, where there is no start.
       step: float32 []; about the cost of a move is best.
+      paid: as in `solve_map`.
     """
     size, stride = cost.shape[0], costs.east.shape[1]
     edges = jnp.concatenate([edge.reshape(-1) for edge in costs])
+    besides = None if paid is None else paid.reshape(-1)
     room = 1 << size.bit_length()
     mask, one = jnp.uint32(room - 1), jnp.uint32(1)
 
     def try_moves(trial: _Trial) -> _Trial:
         _, cell, here, tail, least, cost, waits, queue = trial
-        for (which, is_back), (down, right) in zip(_EDGE, MOVES):
+        for move, ((which, is_back), (down, right)) in enumerate(zip(_EDGE, MOVES)):
             to = cell + jnp.uint32((down * stride + right) % 2**32)
             edge = read_apart(edges, (to if is_back else cell) + jnp.uint32(which * size))
+            if besides is not None:
+                edge = edge + read_apart(besides, cell + jnp.uint32(move * size))
             total, old, waited = here + edge, read_apart(cost, to), read_apart(waits, to)
             is_better = total < old
             # a cell whose cost falls is queued, unless it waits already

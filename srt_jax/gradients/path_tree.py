@@ -12,7 +12,7 @@ ROOT, which is 0, at the start and at cells not reached.
 
 import functools
 import operator
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -47,12 +47,32 @@ def parents(free: Array, cell_cost: Array, cost: Array) -> Array:
     Returns:
       uint8 [B, H, W].
     """
+    return parents_by(_into_each_cell, cost, free, cell_cost)
+
+
+def parents_by(moves_of: Callable[..., list[Array]], cost: Array, *args: Array) -> Array:
+    """Returns the tree of a batch, as `parents`, for moves of any costs.
+
+    Args:
+      moves_of: args -> for each of MOVES what it costs to come from the neighbour in that direction
+        to each cell, float32 [..., H, W]; for one map and for a batch.
+      cost: float32 [B, H, W]. args: [B, ...] each.
+    """
+
+    def one_map(cost: Array, *args: Array) -> tuple[Array, Array]:
+        return _parents_of_map(moves_of(*args), cost)
+
     # In a marked call, since outside one XLA computes the tree again wherever it is read, and the
     # adjoint reads it ten times.
-    tree, second = compiled_whole(functools.partial(each, _parents_of_map))(free, cell_cost, cost)
+    tree, second = compiled_whole(functools.partial(each, one_map))(cost, *args)
     # cells without a parent that is right up to rounding: an equal neighbour, else the best one
-    tree = _adopt_orphans(tree, free, cell_cost, cost)
+    tree = _adopt_orphans(tree, lambda: moves_of(*args), cost)
     return jnp.where(tree == ROOT, second, tree)
+
+
+def _into_each_cell(free: Array, cell_cost: Array) -> list[Array]:
+    costs = move_costs(free, cell_cost)
+    return [cost_of_move(costs, move)[..., 1:-1, 1:-1] for move in range(8)]
 
 
 class _Round(NamedTuple):
@@ -62,7 +82,7 @@ class _Round(NamedTuple):
     is_changing: Array
 
 
-def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> Array:
+def _adopt_orphans(tree: Array, moves: Callable[[], list[Array]], cost: Array) -> Array:
     """Gives a parent to cells whose last move costs too little to count beside the cost so far.
 
     Round by round, from neighbours of the same cost that have one. As a rule no cell needs it, and
@@ -74,9 +94,9 @@ def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> A
 
     def adopt(state: _Round) -> _Round:
         tree = state.tree
-        costs, orphan, new = move_costs(free, cell_cost), is_orphan(tree), tree
-        for move, (down, right) in enumerate(MOVES):
-            total = shifted(cost, down, right) + cost_of_move(costs, move)[..., 1:-1, 1:-1]
+        orphan, new = is_orphan(tree), tree
+        for move, ((down, right), own) in enumerate(zip(MOVES, moves())):
+            total = shifted(cost, down, right) + own
             fits = (
                 orphan
                 & (new == ROOT)
@@ -91,15 +111,14 @@ def _adopt_orphans(tree: Array, free: Array, cell_cost: Array, cost: Array) -> A
     return lax.while_loop(lambda state: state.is_changing, adopt, first).tree
 
 
-def _parents_of_map(free: Array, cell_cost: Array, cost: Array) -> tuple[Array, Array]:
+def _parents_of_map(moves: list[Array], cost: Array) -> tuple[Array, Array]:
     """The tree where cost plus move is the cell's cost up to rounding, and the tree without that
     condition.
     """
-    costs = move_costs(free, cell_cost)
     best, least = jnp.full(cost.shape, ROOT, jnp.uint8), jnp.full(cost.shape, jnp.inf, jnp.float32)
-    for move, (down, right) in enumerate(MOVES):
+    for move, ((down, right), own) in enumerate(zip(MOVES, moves)):
         there = shifted(cost, down, right)
-        total = jnp.where(there < cost, there + cost_of_move(costs, move)[1:-1, 1:-1], jnp.inf)
+        total = jnp.where(there < cost, there + own, jnp.inf)
         best, least = jnp.where(total < least, jnp.uint8(1 + move), best), jnp.minimum(least, total)
     return jnp.where(least <= cost * jnp.float32(1 + 2**-20), best, jnp.uint8(ROOT)), best
 

@@ -213,7 +213,7 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
 
     def rest(free: Array, reached: Array) -> Array:
         return flood_rest(
-            free, reached, group=group, through_corners=through_corners, fill_runs=_fill_runs
+            free, reached, group=group, through_corners=through_corners, fill_runs=fill_runs
         )
 
     # sweeps to the end where a queue does not pay, else some rounds and then the queue
@@ -262,7 +262,7 @@ def _sweep(
             corner = (bare << one) | (bare >> one) | (before_left >> top) | (before_right << top)
             new = new | chosen(corner, through_corners)
         # and from there along the row, inside each word
-        new = _fill_runs(here, new & here)
+        new = fill_runs(here, new & here)
         line = jnp.pad(new, (group, group))
         reached = lax.dynamic_update_slice(reached, line[None], at)
         return _Row(line, new, changed | (new ^ old), reached)
@@ -273,7 +273,7 @@ def _sweep(
     return _Swept(end.reached, end.changed)
 
 
-def _fill_runs(free: Array, reached: Array) -> Array:
+def fill_runs(free: Array, reached: Array) -> Array:
     """Spreads every bit of `reached` over its run of 1s in `free`, inside each word."""
     # towards high bits: the carry of the sum runs along the 1s
     reached = reached | (free & ~(free + reached))

@@ -21,6 +21,7 @@ def least_sums(
     *,
     straight: int = 5741,
     diagonal: int = 8119,
+    cell_cost: np.ndarray | None = None,
 ) -> np.ndarray:
     """Returns the least sum of length and tolls from `start` to each cell, inf where none leads;
     all inf from a start that lies outside or that an obstacle covers.
@@ -32,6 +33,8 @@ def least_sums(
       labels: int [L, H, W] or [H, W], ids, -1 free, -2 never to be entered.
       toll: float [M], in cell sides, rounded to whole 1 / straight; inf of what must stay.
       straight, diagonal: the lengths of moves, whole numbers.
+      cell_cost: float [H, W], by whose mean over its two cells the length of a move is multiplied;
+        then nothing is rounded, and a diagonal is sqrt 2 long.
 
     Returns:
       float64 [H, W], in cell sides.
@@ -41,12 +44,18 @@ def least_sums(
     owners = [
         [frozenset(layers[:, r, c].tolist()) - {-1} for c in range(width)] for r in range(height)
     ]
-    price = {i: _units(t, straight) for i, t in enumerate(np.asarray(toll).tolist())} | {-2: None}
+    if cell_cost is None:
+        cell, straight_move, diagonal_move = np.ones((height, width)).tolist(), straight, diagonal
+        price = {i: _units(t, straight) for i, t in enumerate(np.asarray(toll).tolist())}
+    else:
+        cell, straight, straight_move, diagonal_move = np.asarray(cell_cost).tolist(), 1, 1, 2**0.5
+        price = {i: t if np.isfinite(t) else None for i, t in enumerate(np.asarray(toll).tolist())}
+    price[-2] = None
     sums = np.full((height, width), np.inf)
     if not (0 <= start[0] < height and 0 <= start[1] < width) or owners[start[0]][start[1]]:
         return sums
-    best = {tuple(start): 0}
-    heap = [(0, *start)]
+    best: dict[tuple[int, ...], float] = {tuple(start): 0}
+    heap: list[tuple[float, int, int]] = [(0, *start)]
     settled = set()
     while heap:
         here, row, col = heappop(heap)
@@ -65,7 +74,8 @@ def least_sums(
             paid = sum(toll for toll in tolls if toll is not None)
             if None in tolls:
                 continue
-            cost = here + (diagonal if down and right else straight) + paid
+            mean = (cell[row][col] + cell[to[0]][to[1]]) / 2
+            cost = here + (diagonal_move if down and right else straight_move) * mean + paid
             if cost < best.get(to, cost + 1):
                 best[to] = cost
                 heappush(heap, (cost, *to))

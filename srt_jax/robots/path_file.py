@@ -41,8 +41,8 @@ def write_path(
       approach: of an unsolved task, where it is known; else it is found.
 
     Raises:
-      ValueError: another ending, no such folder, a batch, a frame of another map, or no route at
-        all.
+      ValueError: another ending, no such folder, a batch, a frame of another map, a message of a
+        map without metres, or no route at all.
 
     Examples:
       >>> import json, os, tempfile
@@ -63,6 +63,7 @@ def write_path(
         route = approach_of(task) if approach is None else approach
     height, width = np.asarray(task.size).tolist()
     frame = Frame.of_cells(height, width) if frame is None else frame
+    require_metres(path, frame)
     points = polyline(task, route, frame)
     if not len(points):
         raise ValueError(f"{path}: there is no route to write: {status.meaning}")
@@ -84,6 +85,18 @@ def require_path_name(path: PathLike) -> None:
             f"{path}: a route is written as .geojson, or as .json (nav_msgs/Path): end the name so"
         )
     require_folder_of(path)
+
+
+def require_metres(path: PathLike, frame: Frame | None) -> None:
+    """Raises ValueError where a message would hold metres, and the map does not say how large a
+    cell is.
+    """
+    has_metres = frame is not None and frame.has_metres
+    if pathlib.Path(path).suffix.lower() == ".json" and not has_metres:
+        raise ValueError(
+            f"{path}: a nav_msgs/Path is in metres, and the map does not say how large a cell is:"
+            " give it (--cell-side, or frame=), or write .geojson, in cells"
+        )
 
 
 def _message(points: np.ndarray) -> dict[str, Any]:

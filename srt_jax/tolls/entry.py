@@ -73,6 +73,26 @@ def of_move(labels: Array, tolls: Array, here: int, move: int, *, is_back: bool 
     return joined(low, high)
 
 
+def sum_of_move(labels: Array, values: Array, move: int) -> Array:
+    """Returns the sum of `values` over what `MOVES[move]` pays for from the middle one of nine
+    cells, as in `of_move`: linear in them.
+
+    Args:
+      labels: int32 [9, L, ...]. values: float32 [9, L, ...], of these.
+
+    Returns:
+      float32 [...].
+    """
+    target = around(*MOVES[move])
+    known, total = [labels[4]], jnp.float32(0)
+    for cell in [target, *(around(*step) for step in BESIDE[move])]:
+        is_new = ~_is_among(labels[cell], known)
+        for layer in range(labels.shape[1]):
+            total = total + jnp.where(is_new[layer], values[cell, layer], jnp.float32(0))
+        known.append(labels[cell])
+    return jnp.broadcast_to(total, labels.shape[2:])
+
+
 def joined(low: Array, high: Array) -> Array:
     """Returns a sum whose lower 16 bits and upper ones were added up apart, at most `CLOSED`."""
     high = high + (low >> jnp.uint32(16))

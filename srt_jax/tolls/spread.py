@@ -74,12 +74,7 @@ def ground_of(
     """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]; goal likewise,
     outside the map where there is none.
     """
-    # What a cell has twice is left out.
-    layers = [labels[0]]
-    for layer in labels[1:]:
-        is_known = functools.reduce(jnp.logical_or, [layer == other for other in layers])
-        layers.append(jnp.where(is_known, FREE, layer))
-    bordered = [jnp.pad(layer, 1, constant_values=OUTSIDE) for layer in layers]
+    bordered = bordered_layers(labels)
     to = place(goal, size)
     return Ground(
         labels=jnp.stack([layer.reshape(-1) for layer in bordered], axis=1),
@@ -90,6 +85,17 @@ def ground_of(
         start=place(start, size),
         goal=to,
     )
+
+
+def bordered_layers(labels: Array) -> list[Array]:
+    """Returns the layers of one map, int32 [L, H, W], without what a cell has twice and with a
+    border that is OUTSIDE.
+    """
+    layers = [labels[0]]
+    for layer in labels[1:]:
+        is_known = functools.reduce(jnp.logical_or, [layer == other for other in layers])
+        layers.append(jnp.where(is_known, FREE, layer))
+    return [jnp.pad(layer, 1, constant_values=OUTSIDE) for layer in layers]
 
 
 def _octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:

@@ -52,11 +52,13 @@ def records(folder):
 
 
 def test_the_answers_are_those_of_one_call_without_shards(inputs, whole, capsys):
-    pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
     assert sorted(contents(whole)) == [
+        "_solve.json",
         *(f"answers-{number:06d}.parquet" for number in range(3)),
-        "solve.json",
     ]
+    # readers of tables take the folder: a name that begins with _ is none of the data
+    assert parquet.read_table(whole).num_rows == 17
     code, out, _ = call(capsys, *inputs, "--json")
     assert json.loads(json.dumps(records(whole))) == json.loads(out)["tasks"]
     code, out, _ = call(capsys, *inputs, "--out", whole, "--shard-size", 6, "--json")
@@ -152,8 +154,8 @@ def test_the_status_of_a_folder(inputs, whole, tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["done"], told["missing"], told["tasks_done"]) == (2, 1, 11)
     assert run(["status", str(tmp_path)]) == 2
-    assert "holds neither dataset.json nor solve.json" in capsys.readouterr().err
-    for path, what in ((tmp_path / "none", "no such folder"), (out / "solve.json", "no folder")):
+    assert "holds neither dataset.json nor _solve.json" in capsys.readouterr().err
+    for path, what in ((tmp_path / "none", "no such folder"), (out / shards.MANIFEST, "no folder")):
         assert run(["status", str(path)]) == 2
         assert f"{path}: " in (err := capsys.readouterr().err) and what in err
 
@@ -161,6 +163,6 @@ def test_the_status_of_a_folder(inputs, whole, tmp_path, capsys):
 def test_many_tasks_go_to_shards_unasked(inputs, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(shards, "SHARD_SIZE", 6)
     call(capsys, *inputs, "--out", tmp_path / "a")
-    assert sorted(path.name for path in (tmp_path / "a").iterdir())[-1] == "solve.json"
+    assert sorted(path.name for path in (tmp_path / "a").iterdir())[0] == "_solve.json"
     call(capsys, inputs[0], "--limit", 3, "--pictures", 0, "--out", tmp_path / "b")
     assert [path.name for path in (tmp_path / "b").iterdir()] == ["results.json"]

@@ -45,6 +45,8 @@ def test_a_row_holds_the_numbers_of_its_task_and_solution(tasks, solutions):
         "removal_cost": 1.0,
         "removal_bound": 1.0,
         "is_proven_least": True,
+        "total": None,
+        "total_bound": None,
         "num_blocking": 1,
         "explored": 84,
         "seconds": 1.0,
@@ -52,6 +54,13 @@ def test_a_row_holds_the_numbers_of_its_task_and_solution(tasks, solutions):
     assert firm["status"] == "UNSOLVABLE" and firm["length"] is None
     assert firm["is_proven_least"] is None and firm["removal_bound"] is None
     assert (clear["num_destroyed"], clear["explored"], clear["num_blocking"]) == (0, 180, 0)
+
+
+def test_totals_are_those_of_mode_shortest(tasks, solutions):
+    walled = solutions[0].replace(total=np.float32(34), total_bound=np.float32(33))
+    shut = solutions[1].replace(total=np.float32(np.inf), total_bound=np.float32(np.inf))
+    rows = srt_jax.table(tasks[:2], [walled, shut]).to_pylist()
+    assert [(row["total"], row["total_bound"]) for row in rows] == [(34.0, 33.0), (None, None)]
 
 
 def test_modes_stand_one_below_the_other(tasks, solutions):

@@ -143,6 +143,7 @@ def test_what_follows_if_it_were_otherwise_is_explained():
         " cost 2." in why(task, solution, 1)
     )
     assert "the same as the 2 of what was chosen" in why_not(task, solution, 2)
+    assert "behind-right: 0.57 m, 135" in why(task, solution, 0, cell_side=0.4)
     assert "it cannot be. If it could:" in why_not(task, solution, 3)
     assert "is part of what blocks first and is indestructible" in why(task, solution, 3)
     assert why(task, solution, 2).endswith("has no part in it.") and why_not(
@@ -198,6 +199,7 @@ def test_the_story_is_a_tree_with_cells_under_each_step():
         ),
         "  destroy obstacle 0 from (1, 1)",
     ]
+    assert "0.4 m off the straight link" in story(task, solution, cell_side=0.5).splitlines()[2]
     assert lines[-2:] == [
         "  pass obstacle 1",
         (

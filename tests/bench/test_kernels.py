@@ -28,6 +28,13 @@ def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
     for name, run in peers.routes(free, starts, goals.astype(np.int32)).items():
         lengths = srt_jax.shortest_path(free, starts, goals.astype(np.int32)).cost
         np.testing.assert_allclose(run(), lengths, rtol=1e-5, err_msg=name)
+    for name, run in peers.cuts(free, starts, goals.astype(np.int32)).items():
+        cells = srt_jax.critical_cells(free, starts, goals.astype(np.int32))
+        assert np.array_equal(run(), cells) and cells.sum() > 2 * len(free), name
+    owners, toll = kernels._tolled(free)
+    for name, run in peers.tolled(owners, toll, starts).items():
+        sums = np.asarray(srt_jax.toll_to_come(owners[:, None], toll, starts), float) * 5741
+        assert np.array_equal(run(), np.round(sums)), name
     native = peers.bucket_dijkstra()
     if native is None:
         pytest.skip("there is no C++ compiler")

@@ -460,8 +460,17 @@ def is_watched(pid):
     return caught >> (signal.SIGTERM - 1) & 1
 
 
-@pytest.mark.parametrize("how", ["swallowed", "in a callback of the collector", "compiled code"])
-def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how):
+@pytest.mark.parametrize(
+    ("how", "number"),
+    [
+        ("swallowed", signal.SIGINT),
+        ("in a callback of the collector", signal.SIGINT),
+        ("compiled code", signal.SIGINT),
+        ("in a callback of the collector", signal.SIGTERM),
+    ],
+)
+def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how, number):
+    """By SIGTERM: also a shell's background job, for which Ctrl-C is not."""
     body = {
         "swallowed": [
             "while time.monotonic() < end:",
@@ -496,13 +505,23 @@ def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how)
         "    sys.exit(interrupts.report_stop())",
     ]
     script.write_text("\n".join(lines) + "\n")
-    process = subprocess.Popen(
-        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    own = signal.getsignal(signal.SIGINT)
+    if number == signal.SIGTERM:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # which the process inherits
+    try:
+        process = subprocess.Popen(
+            [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        signal.signal(signal.SIGINT, own)
     assert process.stdout.readline() == "ready\n"
-    process.send_signal(signal.SIGINT)
+    if number == signal.SIGTERM:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+    process.send_signal(number)
     _, err = process.communicate(timeout=20)
-    assert process.returncode == 130 and err.count("\n") == 1 and "interrupted" in err
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    assert process.returncode == 128 + number and err.count("\n") == 1 and word in err
 
 
 def test_as_a_library_no_handler_is_installed():

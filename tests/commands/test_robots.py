@@ -159,11 +159,39 @@ def test_cells_of_a_picture_get_a_side_and_a_radius_in_cells_needs_none(here, ca
         assert code == 0
         (named,) = read_source("plan.npz", Reading(), Notes()).tasks
         assert np.array_equal((named.task.labels == -1).all(axis=0), away > radius)
-    # a batch takes cells, too
+    # a batch takes cells, too, and metres where the side of a cell is given
+    metres = ("--radius", "0.1m", "--cell-side", "0.05")
+    code, _, _ = printed(capsys, "convert", "plan.npz", "metres.npz", *metres)
     code, _, _ = printed(capsys, "convert", "plan.npz", "more.npz", "--radius", "2")
+    assert (here / "metres.npz").read_bytes() == (here / "more.npz").read_bytes()
     (named,) = read_source("more.npz", Reading(), Notes()).tasks
     once = np.asarray(ndimage.distance_transform_edt(away > 2))
     assert code == 0 and np.array_equal((named.task.labels == -1).all(axis=0), once > 2)
+
+
+def test_what_is_easily_overlooked_is_noted(here, capsys):
+    """Metres written as cells, metres that a format loses, and walls that an answer destroys."""
+    write_office(here, **SMALL)
+    code, out, err = printed(
+        capsys, "solve", "office.yaml", *ENDS, "--radius", "0.22", "--json", "--path", "a.json"
+    )
+    (answer,) = json.loads(out)["tasks"]
+    told = [one["what"] for one in json.loads(out)["notes"]]
+    hint = "--radius 0.22 cells reaches no further cell, so no obstacle grows: for metres write"
+    assert code == 0 and any(f"{hint} 0.22m" in what for what in told)
+    walls = [what for what in told if "perhaps its walls" in what]
+    assert len(walls) == (0 in answer["destroyed"])  # obstacle 0 is what lies around the rooms
+    code, _, err = printed(capsys, "convert", "office.yaml", "office.npz", *ENDS)
+    assert code == 0 and "the side of a cell, 0.05 m, and the place of the map are not" in err
+    code, out, err = printed(capsys, "solve", "office.npz", "--path", "b.json")
+    assert code == 2 and out == "" and "a nav_msgs/Path is in metres" in err
+    code, out, err = printed(
+        capsys, "solve", "office.npz", "--path", "b.json", "--cell-side", "0.05"
+    )
+    place = [json.loads((here / f"{name}.json").read_text())["poses"][0] for name in "ab"]
+    x, y = (place[0]["pose"]["position"][axis] - CORNER[i] for i, axis in enumerate("xy"))
+    moved = place[1]["pose"]["position"]
+    assert code == 0 and moved["x"] == pytest.approx(x) and moved["y"] == pytest.approx(y)
 
 
 def test_degrees_on_a_city(here, tmp_path, capsys):

@@ -12,6 +12,7 @@ from srt_jax.cli import run
 from srt_jax.dataset.labels import label_tasks
 from srt_jax.instances.generate import generate
 from srt_jax.reference.dijkstra import dijkstra
+from srt_jax.reference.tolls import brute_force_total
 
 PLAN = {"kind": "mixed", "count": 22, "size": (16, 20), "seed": 5, "shard_size": 8}
 
@@ -59,6 +60,35 @@ def test_labels_are_what_dijkstra_says_on_the_map_without_the_least_removal():
         np.testing.assert_allclose(mine["correction"], wanted, rtol=1e-5)
         np.testing.assert_allclose(mine["focal"], focal, rtol=1e-5)
         assert labels.first_blocker[index].any() == (labels.status[index] == Status.SOLVED)
+
+
+def test_in_mode_shortest_they_say_whether_to_break(tmp_path):
+    tasks = [task for _, task, _ in generate("mixed", count=14, size=(16, 20), seed=5)]
+    labels, least = label_tasks(tasks, mode="shortest", toll=6.0), label_tasks(tasks)
+    assert labels.breaks.any() and not labels.breaks.all()
+    assert (labels.total == labels.total_bound).all()
+    for index, task in enumerate(tasks):
+        start, goal = (tuple(end.tolist()) for end in (task.start, task.goal))
+        if task.destroyable.sum() <= 6:
+            price = task.removal_cost * 6
+            best = brute_force_total(task.labels, task.destroyable, price, start, goal)
+            assert labels.total[index] == pytest.approx(best.total, abs=1e-2)
+        gone = labels.least_removal[index][: len(task.destroyable)]
+        assert labels.breaks[index] == gone.any()
+        paid = labels.length[index] + 6 * task.removal_cost[gone].sum()
+        assert labels.total[index] == pytest.approx(paid, rel=1e-5) or np.isinf(paid)
+        to_go = labels.cost_to_go[index][start]
+        assert to_go == pytest.approx(labels.length[index], rel=1e-5) or np.isinf(paid)
+    assert least.breaks is None and (labels.length <= least.length + 1e-4).all()
+    # on disk
+    dataset.write_dataset(
+        tmp_path, **PLAN | {"count": 14, "shard_size": 14}, mode="shortest", toll=6
+    )
+    plan = dataset.read_plan(tmp_path)
+    assert (plan.mode, plan.toll) == ("shortest", 6.0)
+    read = next(dataset.load(tmp_path, batch_size=14))
+    for name in ("breaks", "total", "total_bound", "status", "least_cost"):
+        np.testing.assert_array_equal(read[name], getattr(labels, name))
 
 
 def test_the_first_blocker_is_the_obstacle_the_agent_meets_first():

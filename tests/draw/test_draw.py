@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from srt_jax import make_task, solve, stack
+from srt_jax import Frame, make_task, solve, stack
 from srt_jax.draw import PolarFrame, animate, contact_sheet, draw, svg_tile
 from srt_jax.draw.badges import place_badges
 from srt_jax.draw.colours import LEGS, PALETTE, Kind, rgb, shrunk
@@ -284,6 +284,10 @@ def test_the_frame_names_the_region_of_the_goal(solved):
         PolarFrame(metres_per_cell=20.0, heading=0.0).region_of(scene, scene.goal)
         == "afar, ahead-right"
     )
+    # a map that says how large its cells are need not be told again
+    frame = Frame.over((0.0, 0.0), 20.0, height=scene.kinds.shape[0], width=scene.kinds.shape[1])
+    assert PolarFrame().over(frame) == PolarFrame(metres_per_cell=20.0)
+    assert PolarFrame(metres_per_cell=1.0).over(frame).side == 1 == PolarFrame().side
     with pytest.raises(ValueError, match="metres_per_cell"):
         PolarFrame(metres_per_cell=0.0)
 

@@ -7,10 +7,12 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from srt_jax import Frame, approach, make_task, solve
-from srt_jax.draw import draw, svg_tile
+from srt_jax.draw import animate, contact_sheet, draw, svg_tile
+from srt_jax.draw.canvas import Canvas
 from srt_jax.draw.colours import Kind
 from srt_jax.draw.content import scene_of
 from srt_jax.draw.legend import handles
@@ -77,6 +79,18 @@ def test_a_solved_task_has_no_such_line_and_its_length_in_metres(tmp_path):
     assert scene.approach is None and "route of 2.00 m" in scene.headline
     draw(task, solution, tmp_path / "a.svg", frame=frame)
     assert len(re.findall("<svg", (tmp_path / "a.svg").read_text())) == 1
+    captions = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Canvas, "frame", lambda *args, **_: captions.append(args[3]))
+        patch.setattr(Axes, "set_title", lambda *args, **_: captions.append(args[1]))
+        patch.setattr("srt_jax.draw.animation.save_gif", lambda path, shown: None)
+        animate(task, solution, tmp_path / "a.gif", frame=frame)
+        contact_sheet([("a", task, solution)] * 2, tmp_path / "b.svg", frames=[frame, None])
+    assert captions[-3:] == [
+        "At the goal: 2.00 m, 1 obstacle destroyed",
+        "a\nSOLVED, 1 destroyed, 2.00 m",
+        "a\nSOLVED, 1 destroyed",
+    ]
 
 
 def test_what_stays_under_another_obstacle_is_not_shown_as_gone():

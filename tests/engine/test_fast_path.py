@@ -130,6 +130,8 @@ def test_no_public_kernel_holds_an_operation_that_is_refused(sides):
     summed = lambda costs, free, start: srt_jax.cost_to_come(free, start, costs).sum()  # noqa: E731
     at_goal = lambda costs, free, start, goal: srt_jax.path_cost(free, start, goal, costs).sum()  # noqa: E731
     trace = lambda cost, goal: srt_jax.trace_path(cost, goal, max_cells=1 << 16)  # noqa: E731
+    tolled = lambda *args: srt_jax.toll_to_come(*args).sum()  # noqa: E731
+    labels, tolls = shape(sides[0], 1, *sides[1:]), shape(sides[0], 8, dtype=jnp.float32)
     for fun, *args in (
         (srt_jax.reach, free, cell),
         (srt_jax.cost_to_come, free, cell),
@@ -139,6 +141,9 @@ def test_no_public_kernel_holds_an_operation_that_is_refused(sides):
         (srt_jax.seed_cell, free, cell),
         (srt_jax.contour, free, cell, cell),
         (trace, costs, cell),
+        (srt_jax.critical_cells, free, cell, cell),
+        (srt_jax.toll_to_come, labels, tolls, cell),
+        (jax.grad(tolled, (1, 3)), labels, tolls, cell, costs),
     ):
         assert not refused_reductions(fun, *args)
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax import check, envs, make_task, solve, stack, unstack
+from srt_jax import check, envs, make_task, shortest_path, solve, stack, unstack
 from srt_jax.envs.rules import act
 from srt_jax.instances.generate import generate
 from srt_jax.moves import MOVES
@@ -204,6 +204,29 @@ def test_levels_without_a_solution_are_left_out():
     assert levels.start.shape == (1, 2) and levels.length.tolist() == [2]
     with pytest.raises(ValueError, match="none of the 1 tasks has a solution"):
         envs.make_levels(stack(tasks[1:]))
+
+
+def test_the_oracle_of_mode_shortest_has_the_greatest_score():
+    """Break or go round, on walls with a far gap: no plan of obstacles and route scores more."""
+    tasks = []
+    for gap in (2, 5, 8):
+        labels = np.full((12, 12), -1)
+        labels[: 12 - gap, 6] = 0
+        tasks.append(make_task(labels, (0, 4), (0, 8), removal_cost=3.0))
+    step_cost, weight = 0.25, 1.0
+    levels = envs.make_levels(tasks, mode="shortest", toll=weight / step_cost)
+    again = envs.with_oracle(levels, mode="shortest", toll=weight / step_cost)
+    np.testing.assert_array_equal(again.length, levels.length)
+    _, params = envs.make(levels=levels)
+    params = params.replace(step_cost=step_cost, removal_weight=weight)
+    scores = envs.relocation.oracle_score(params)
+    for task, score, removal in zip(tasks, scores, levels.removal):
+        broken = float(shortest_path(task.labels[0] <= 0, task.start, task.goal).cost)
+        round_it = float(shortest_path(task.labels[0] < 0, task.start, task.goal).cost)
+        best = max(10 - step_cost * broken - weight * 3, 10 - step_cost * round_it)
+        assert float(score) == pytest.approx(best, rel=1e-6)
+        assert float(removal) == (3 if best > 10 - step_cost * round_it else 0)
+    assert {0.0, 3.0} == set(levels.removal.tolist())
 
 
 def test_evaluate_plays_every_level_and_tells_the_regret():

@@ -19,6 +19,7 @@ def lenient():
         yield
 
 
+@pytest.mark.slow
 def test_it_learns_to_open_a_wall():
     pytest.importorskip("flax")
     pytest.importorskip("optax")

@@ -18,6 +18,7 @@ from sign_model.signs.activation import spread_activation
 from srt_jax import envs
 from srt_jax.envs.sample import KINDS, sample_levels
 from srt_jax.removal.sums import totals
+from srt_jax.solver import MODES
 
 _QUICK = (
     "reach",
@@ -27,6 +28,8 @@ _QUICK = (
     "octile",
     "gradient at the goal",
     "exact sums",
+    "tolls",
+    "critical cells",
     "episode",
     "levels of walls",
     "levels of rooms",
@@ -75,6 +78,10 @@ def numeric_cases(given):
         come = srt_jax.cost_to_come(free, start, cost)
         return jnp.where(jnp.isfinite(come), come, jnp.float32(0)).sum()
 
+    def tolled(removal_cost, cost):
+        come = srt_jax.toll_to_come(batch.labels, removal_cost, start, cost)
+        return jnp.where(jnp.isfinite(come), come, jnp.float32(0)).sum()
+
     def noisy(pathwise):
         def fun(cost):
             return srt_jax.path_cost(free[0], start[0], start[0] + 3, cost)
@@ -117,6 +124,10 @@ def numeric_cases(given):
         ),
         "seed": (srt_jax.seed_cell, free, goal),
         "contour": (srt_jax.contour, free, start, goal),
+        "tolls": (srt_jax.toll_to_come, batch.labels, 4 * batch.removal_cost, start),
+        "tolls and costs": (srt_jax.toll_to_come, batch.labels, batch.removal_cost, start, cost),
+        "gradient of the tolls": (jax.grad(tolled, (0, 1)), batch.removal_cost, cost),
+        "critical cells": (srt_jax.critical_cells, free, start, goal),
         "octile": (srt_jax.octile_distance, start, goal),
         "gradient at the goal": (jax.value_and_grad(at_goal), cost),
         "gradient everywhere": (jax.grad(everywhere), cost),
@@ -132,7 +143,7 @@ def numeric_cases(given):
             )
             for kind in KINDS
         },
-        **{f"mode {mode}": (solved(mode), batch) for mode in ("least", "paper", "literal")},
+        **{f"mode {mode}": (solved(mode), batch) for mode in MODES},
     }
 
 

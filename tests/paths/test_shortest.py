@@ -17,6 +17,7 @@ from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front
 from srt_jax.reference.first_path import first_path
 from tests.helpers.maps import any_start, city, maze, noise, random_maps, rooms, snake
+from tests.helpers.slowly import slow
 
 STRAIGHT, DIAGONAL = FIXED_POINTS[0]
 
@@ -47,7 +48,7 @@ def _costs_at(free, starts, goals):
     return np.where(is_inside, costs[np.arange(len(free)), row, col], np.inf)
 
 
-@pytest.mark.parametrize("shape", [(40, 50), (33, 97), (64, 64), (7, 9)])
+@pytest.mark.parametrize("shape", [(40, 50), (33, 97), *slow((64, 64), (7, 9))])
 def test_on_random_maps_of_all_sizes_from_one_cell(shape):
     free, starts, _ = random_maps(90, 192, *shape)
     _, goals = ends_on(1, free)
@@ -56,7 +57,7 @@ def test_on_random_maps_of_all_sizes_from_one_cell(shape):
     assert 60 < (np.asarray(path.num_cells) > 0).sum() < 192
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [*slow(0), 1])
 def test_on_rough_and_open_ground_in_rooms_and_mazes(seed):
     rng = np.random.default_rng(seed)
     tall, wide = (95, 127) if seed else (128, 100)
@@ -73,7 +74,7 @@ def test_on_rough_and_open_ground_in_rooms_and_mazes(seed):
     assert_is_first(srt_jax.shortest_path(free, starts, goals), free, starts, goals)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 70), (70, 1), (2, 64), (32, 31), (31, 33)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 70), (32, 31), *slow((70, 1), (2, 64), (31, 33))])
 def test_on_single_rows_and_columns_and_small_maps(shape):
     rng = np.random.default_rng(3)
     free = rng.random((64, *shape)) >= rng.choice([0, 0.02, 0.2], (64, 1, 1))

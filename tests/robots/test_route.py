@@ -115,7 +115,8 @@ def test_what_is_not_solved_is_written_as_near_as_one_gets(walled, tmp_path):
     write_path(tmp_path / "c.geojson", here, solve(here))
     (line,) = json.loads((tmp_path / "c.geojson").read_text())["features"]
     assert line["geometry"]["coordinates"] == [[0.5, 1.5], [0.5, 1.5]]
-    write_path(tmp_path / "c.json", here, solve(here))
+    frame = Frame.over((0.0, 0.0), 0.5, height=2, width=2)
+    write_path(tmp_path / "c.json", here, solve(here), frame)
     assert len(json.loads((tmp_path / "c.json").read_text())["poses"]) == 1
 
 
@@ -129,5 +130,7 @@ def test_what_cannot_be_written_is_refused_in_one_sentence(walled, tmp_path):
         write_path(tmp_path / ("x" * 400) / "a.json", task, solution)
     none = make_task(np.zeros((2, 2), bool), (0, 0), (1, 1))
     with pytest.raises(ValueError, match="there is no route to write: the start lies outside"):
-        write_path(tmp_path / "a.json", none, solve(none))
+        write_path(tmp_path / "a.geojson", none, solve(none))
+    with pytest.raises(ValueError, match="a nav_msgs/Path is in metres"):
+        write_path(tmp_path / "a.json", task, solution)
     assert list(tmp_path.iterdir()) == []

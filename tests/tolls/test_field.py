@@ -1,4 +1,4 @@
-"""The field of tolls: equal to a heap's, the same bits in every form."""
+"""The field of tolls: equal to a heap's, the same bits in every form, and its derivatives."""
 
 import jax
 import jax.numpy as jnp
@@ -64,6 +64,67 @@ def test_where_nothing_may_be_entered_the_sums_are_lengths(batch):
     forbidden = np.full_like(toll, np.inf)
     found = toll_to_come(task.labels, forbidden, task.start)
     np.testing.assert_array_equal(found, cost_to_come(free, task.start))
+
+
+@pytest.fixture(scope="module")
+def with_costs(batch):
+    """The batch, tolls that are nowhere equal, costs of cells, and sums by a heap as a function of
+    the change along a way: tolls, then costs.
+    """
+    task, _ = batch
+    rng = np.random.default_rng(4)
+    toll = rng.uniform(0.1, 6, task.removal_cost.shape).astype(np.float32)
+    cell = rng.uniform(0.5, 3, task.labels.shape[:1] + task.labels.shape[2:]).astype(np.float32)
+    ways = [rng.normal(size=array.shape) for array in (toll, cell)]
+
+    def sums(index, step):
+        changed = (array[index] + step * way[index] for array, way in zip((toll, cell), ways))
+        start = tuple(task.start[index].tolist())
+        return least_sums(task.labels[index], next(changed), start, cell_cost=next(changed))
+
+    return task, toll, cell, ways, sums
+
+
+def test_with_costs_of_cells_the_sums_are_those_of_a_heap(with_costs, monkeypatch):
+    task, toll, cell, _, sums = with_costs
+    found = np.asarray(toll_to_come(task.labels, toll, task.start, cell))
+    for index in range(len(found)):
+        np.testing.assert_allclose(found[index], sums(index, 0.0), rtol=1e-5)
+    monkeypatch.setenv("SRT_JAX_PLAIN", "1")
+    plain = jax.jit(lambda *args: toll_to_come(*args))(task.labels, toll, task.start, cell)
+    np.testing.assert_array_equal(plain, found)
+
+
+def test_the_derivative_by_tolls_and_costs_is_that_of_differences(with_costs):
+    task, toll, cell, ways, sums = with_costs
+    along = jax.jit(
+        lambda *args: jax.jvp(
+            lambda toll, cell: toll_to_come(task.labels, toll, task.start, cell), args, ways
+        )[1]
+    )
+    ways = tuple(jnp.asarray(way, jnp.float32) for way in ways)
+    found, eps, num_compared = np.asarray(along(toll, cell)), 1e-6, 0
+    for index in range(len(found)):
+        fields = [sums(index, step) for step in (eps, 0.0, -eps)]
+        reached = np.isfinite(fields[1])
+        ahead, here, back = (field[reached] for field in fields)
+        if np.abs(ahead + back - 2 * here).max(initial=0) > 1e-9:
+            continue  # another way has become the least in between
+        expected = (ahead - back) / (2 * eps)
+        np.testing.assert_allclose(found[index][reached], expected, rtol=1e-3, atol=1e-3)
+        assert not found[index][~reached].any()
+        num_compared += 1
+    assert num_compared > 10
+
+
+def test_backwards_a_toll_counts_the_entries(batch):
+    task, toll = batch
+    labels = np.full_like(task.labels, -1)
+    labels[:, 0, :, 2] = labels[:, 0, :, 6] = labels[:, 0, 0, 2:7] = 0  # a comb
+    start = np.full_like(task.start, [9, 0])
+    tolls = np.full_like(toll, 5)
+    back = jax.jit(jax.grad(lambda tolls: toll_to_come(labels, tolls, start)[:, 9, 8].sum()))
+    assert (np.asarray(back(tolls)) == np.eye(1, toll.shape[1]) * 2).all()  # both teeth
 
 
 def test_a_wall_is_paid_once_and_a_comb_at_every_tooth():

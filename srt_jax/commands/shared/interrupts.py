@@ -118,14 +118,13 @@ def _open_missing_streams() -> None:
 
 
 def _install() -> None:
-    # a shell's background job: Ctrl-C is not for it
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        return
+    # a shell's background job: Ctrl-C is not for it, but the system may end it
+    is_background = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(reading,), name="srt-jax-interrupts", daemon=True).start()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGTERM,) if is_background else (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _on_signal)
     sys.excepthook = _on_crash
     sys.unraisablehook = _on_unraisable
@@ -190,7 +189,8 @@ def _on_unraisable(event: Any) -> None:
 
 def _raise_again() -> None:
     _State.echoes += 1
-    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    number = _State.stopped_by or signal.SIGINT  # not one that this process ignores
+    signal.pthread_kill(threading.main_thread().ident or 0, number)
 
 
 def _on_crash(kind: type[BaseException], error: BaseException, trace: Any) -> None:

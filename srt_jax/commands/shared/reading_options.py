@@ -115,8 +115,8 @@ def _reading(
             metavar="M",
             rich_help_panel=_PLACES,
             help=(
-                "Cells of M metres on the whole place, or in an .svg scene; of a .map or picture,"
-                " which do not say it."
+                "Cells of M metres on the whole place, or in an .svg scene; of a .map, .scen, .npz"
+                " or picture, which do not say it."
             ),
         ),
     ] = None,

@@ -19,11 +19,19 @@ from srt_jax.scale.job import Job, Outcome, attempt
 
 _PER_WORKER = 2
 _MOST_DEATHS = 5
-_LOOK, _IDLE = 1, 40
+_LOOK, _IDLE = 1, 120
 """Seconds between two looks whether somebody is at work, and without before Ray is started anew;
 the start of a worker takes some ten.
 """
 _RESTARTS = 5
+_SYSTEM = {
+    # else ray.init waits for as many workers as there are cores, and for ever where one of them
+    # dies before it has registered (ray#40131)
+    "prestart_worker_first_driver": False,
+    # so long Ray waits for a worker that died before that; then it starts another
+    "worker_register_timeout_seconds": 30,
+}
+"""Settings of a Ray of this machine."""
 
 
 class RayCluster(Cluster):
@@ -104,7 +112,8 @@ def _start(ray: Any, workers: int, address: str | None) -> None:
     }
     try:
         if address is None:
-            ray.init(num_cpus=workers, runtime_env={"env_vars": variables()}, **options)
+            options |= {"runtime_env": {"env_vars": variables()}, "_system_config": _SYSTEM}
+            ray.init(num_cpus=workers, **options)
         else:
             ray.init(address=address, **options | {"include_dashboard": None})
     except (ConnectionError, ValueError) as error:
