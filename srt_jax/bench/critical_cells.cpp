@@ -1,6 +1,7 @@
 // Cut vertices between two cells by one depth-first search with low points (Hopcroft and Tarjan), the native peer of critical_cells:
 // straight moves only, which reach what all eight reach.
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <vector>

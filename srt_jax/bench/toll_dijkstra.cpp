@@ -1,6 +1,8 @@
 // Dijkstra's algorithm with a binary heap, the native peer of toll_to_come on maps of one layer: a move pays the toll of every
 // obstacle that it needs gone and that the cell left does not belong to.
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <queue>
 #include <utility>
 #include <vector>

@@ -63,7 +63,8 @@ def make_levels(
     Args:
       tasks: a batch, such as `srt_jax.stack` makes, or single tasks.
       oracle: whether to solve them; without it every task becomes a level and regret is NaN.
-      mode, toll: of the oracle's `solve`, "least" or "shortest", see `with_oracle`.
+      mode: of the oracle's `solve`, "least" or "shortest", see `with_oracle`.
+      toll: a number, or float32 [B], one for each task.
 
     Raises:
       TypeError: something else than tasks.
@@ -162,6 +163,10 @@ def with_oracle(levels: Levels, *, mode: str = "least", toll: float | Array = 1.
     whether to break it or to go round: with the toll `removal_weight / step_cost` of the
     environment's parameters, 100 as they are set, its score is the greatest there is, and regret
     exact, as far as `solve` proves its answer and time suffices.
+
+    Args:
+      mode: "least" or "shortest".
+      toll: a number, or float32 [B], one for each level.
 
     Examples:
       >>> import jax

@@ -38,6 +38,7 @@ def test_the_native_peers_answer_what_we_answer(monkeypatch, tmp_path):
     native = peers.bucket_dijkstra()
     if native is None:
         pytest.skip("there is no C++ compiler")
+    assert peers.cuts(free, starts, goals) and peers.tolled(owners, toll, starts)
     assert np.array_equal(native(free, starts), jax.jit(cost_field)(free, starts).cost)
     assert UNREACHED == 2**31 - 1
 
