@@ -110,12 +110,13 @@ def plan_batch(
     max_seconds: float | None = None,
     num_threads: int | None = None,
     log: Callable[[str], None] | None = None,
+    together: int = TOGETHER,
 ) -> list[PlanResult]:
     """Returns one result per task, in order; every plan was replayed forward. An empty batch gives
     an empty list.
 
     Tasks may be of any sizes and domains. Those with the same features and actions form a group.
-    A group of fewer than `TOGETHER` tasks is planned task by task, as `plan` does it and with the
+    A group of fewer than `together` tasks is planned task by task, as `plan` does it and with the
     same plans. A larger one is searched side by side, thousands of tasks a second; there the first
     call compiles for seconds, and narrow beams give plans that may be longer than those of `plan`.
 
@@ -124,7 +125,7 @@ def plan_batch(
       heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` if
         None.
       ladder: the rungs, for groups of any size; chosen by the size of the domain, for groups of at
-        least `TOGETHER` tasks, if None.
+        least `together` tasks, if None.
       memory: as of `plan`, for tasks planned one by one.
       max_expansions: of each task planned one by one, those that the ladder leaves unsolved among
         them.
@@ -133,6 +134,8 @@ def plan_batch(
         (environment).
       log: called with a line of text for each group: how many tasks, how they were planned, and
         what it cost.
+      together: from so many tasks on a group is searched side by side; 512 where everything is
+        planned but once, since compiling takes as long as planning some hundred tasks.
 
     Raises:
       ValueError: `heuristic` is an empty sequence, or a weight of it is too large.
@@ -163,8 +166,8 @@ def plan_batch(
     # Small groups are planned one by one, unless a ladder is given.
     results: dict[int, PlanResult] = {}
     members = groups_of(tasks)
-    few = [] if ladder is not None else [one for one in members if len(one) < TOGETHER]
-    members = [one for one in members if ladder is not None or len(one) >= TOGETHER]
+    few = [] if ladder is not None else [one for one in members if len(one) < together]
+    members = [one for one in members if ladder is not None or len(one) >= together]
     for numbers in few:
         began = time.perf_counter()
         for i in numbers:

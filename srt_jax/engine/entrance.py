@@ -16,6 +16,7 @@ from sign_model.ground.legible import counted
 from srt_jax.types import Solution, Task
 
 ONE_OR_MANY = "a task or a batch"
+A_BATCH = "a batch of tasks or of solutions"
 _UNSTACK = "srt_jax.unstack takes a batch of tasks or of solutions apart"
 
 
@@ -39,6 +40,8 @@ def _remedy(task: object, takes: str) -> str:
         return "srt_jax.make_task makes one"
     if takes == ONE_OR_MANY:
         return "srt_jax.solve_many solves a list, srt_jax.stack makes one batch of it"
+    if takes in (A_BATCH, "one batch"):
+        return "srt_jax.stack makes one batch of a list"
     return "call it for each, or make a batch with srt_jax.stack where it takes batches"
 
 

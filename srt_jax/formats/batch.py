@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from srt_jax.engine.entrance import require_task
 from srt_jax.formats.containers.arrays import read_arrays
 from srt_jax.formats.files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE, Task
@@ -49,6 +50,7 @@ def write_batch(
       names: one per task.
       optimum: float32 [B], NaN where unknown.
     """
+    require_task("write_batch", tasks, takes="one batch")
     arrays: dict[str, Any] = {name: np.asarray(getattr(tasks, name)) for name in _FIELDS}
     if names is not None:
         arrays["names"] = np.array([str(name) for name in names], np.str_)

@@ -8,6 +8,7 @@ import numpy as np
 
 from srt_jax.components import regions
 from srt_jax.engine import arguments
+from srt_jax.engine.entrance import require_single
 from srt_jax.joining.graph import Graph, graph_of, is_open
 from srt_jax.joining.search import search
 from srt_jax.types import OUTSIDE, Array, Task
@@ -70,8 +71,7 @@ def connect(
       >>> everything.destroyed, everything.removal_cost  # walls 0 and 1 join all four
       ((0, 1), 2.0)
     """
-    if np.ndim(task.labels) != 3:
-        raise ValueError("connect takes one task: take it from the batch first")
+    require_single("connect", task)
     for name, value in (("min_cells", min_cells), ("max_branches", max_branches)):
         if value < 1:
             raise ValueError(f"{name} must be at least 1, got {value}")

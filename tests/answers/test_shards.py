@@ -155,6 +155,9 @@ def test_the_status_of_a_folder(inputs, whole, tmp_path, capsys):
     assert (told["done"], told["missing"], told["tasks_done"]) == (2, 1, 11)
     assert run(["status", str(tmp_path)]) == 2
     assert "holds neither dataset.json nor _solve.json" in capsys.readouterr().err
+    for path, what in ((tmp_path / "none", "no such folder"), (out / shards.MANIFEST, "no folder")):
+        assert run(["status", str(path)]) == 2
+        assert f"{path}: " in (err := capsys.readouterr().err) and what in err
 
 
 def test_many_tasks_go_to_shards_unasked(inputs, tmp_path, capsys, monkeypatch):

@@ -75,7 +75,7 @@ def test_folders_of_shards_are_read_and_those_of_pictures_too(tasks, tmp_path, c
     assert run(["compare", str(tmp_path), str(parts)]) == 0
     (tmp_path / "results.json").rename(whole)
     assert run(["compare", str(tmp_path), str(parts)]) == 2
-    assert "holds neither solve.json nor results.json" in capsys.readouterr().err
+    assert "holds neither _solve.json nor results.json" in capsys.readouterr().err
 
 
 def test_what_cannot_be_compared_is_named(tasks, tmp_path, capsys):

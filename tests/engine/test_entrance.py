@@ -6,6 +6,7 @@ import pytest
 
 import srt_jax
 from srt_jax import draw, envs
+from srt_jax.formats.batch import write_batch
 
 FREE = np.ones((5, 7), bool)
 FREE[:, 3] = False
@@ -42,6 +43,12 @@ def test_a_batch_in_place_of_a_list_is_told_of_solve_and_unstack(call):
         call([TASK, srt_jax.stack([TASK])])
     with pytest.raises(TypeError, match=r"task 1 is an array: write srt_jax.make_task"):
         call([TASK, FREE])
+
+
+def test_a_list_in_place_of_a_batch_is_told_of_stack(tmp_path):
+    for call in (srt_jax.unstack, lambda tasks: write_batch(tmp_path / "a.npz", tasks)):
+        with pytest.raises(TypeError, match=r"got a list: srt_jax.stack makes one batch"):
+            call([TASK])
 
 
 def test_entries_of_a_stream_are_looked_at_too():

@@ -107,5 +107,5 @@ def test_what_does_not_fit_is_refused_by_name():
         connect(task, [0, 0])
     with pytest.raises(ValueError, match="min_cells must be at least 1"):
         connect(task, min_cells=0)
-    with pytest.raises(ValueError, match="take it from the batch first"):
+    with pytest.raises(ValueError, match="connect takes one task, got a batch of"):
         connect(srt_jax.stack([task, task]))

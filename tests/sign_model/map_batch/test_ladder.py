@@ -216,6 +216,9 @@ def test_many_tasks_of_one_size_are_searched_side_by_side_and_the_cost_is_told()
     assert all(r.is_solved for r in plan_batch(tasks, heuristic=LANDMARKS, log=lines.append))
     assert len(lines) == 1 and lines[0].startswith(f"{TOGETHER} tasks of ")
     assert "side by side" in lines[0] and lines[0].endswith("ms each")
+    alone = plan_batch(tasks, log=lines.append, together=TOGETHER + 1)
+    assert "one by one" in lines[1]
+    assert [r.actions for r in alone[:9]] == [plan(task).actions for task in tasks[:9]]
 
 
 def test_a_batch_may_hold_one_task_or_none():
