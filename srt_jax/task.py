@@ -23,6 +23,10 @@ _MAX_OBSTACLES = 1 << 24
 """
 
 
+_ENOUGH = 64
+"""Cells from which on two obstacles that leave no cell free are no likely map."""
+
+
 def make_task(
     free_or_labels: Array,
     start: Array | Sequence[int],
@@ -90,7 +94,7 @@ def make_task(
 
 def _doubt_of(labels: np.ndarray) -> str:
     """Returns why integers are hardly meant as ids of obstacles, or nothing."""
-    if labels.ndim == 2 and labels.min() == 0 and labels.max() == 1:
+    if labels.ndim == 2 and labels.size >= _ENOUGH and labels.min() == 0 and labels.max() == 1:
         return (
             "the map holds the integers 0 and 1 alone: they are ids of two obstacles, and no cell"
             " is free (-1); for a mask, True where the agent fits, write map.astype(bool)"

@@ -188,7 +188,8 @@ def test_stack_refuses_nothing_and_batches_and_unstack_refuses_single_tasks():
 
 
 def test_integers_that_look_like_a_mask_are_warned_of():
-    mask = np.array([[1, 0, 1], [1, 1, 1]])
+    mask = np.ones((8, 8), int)
+    mask[:, 3] = 0
     with pytest.warns(UserWarning, match=r"write map\.astype\(bool\)"):
         assert make_task(mask, (0, 0), (0, 2)).destroyable.shape == (2,)
     with pytest.warns(UserWarning, match="write map == 0"):

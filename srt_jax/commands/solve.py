@@ -14,11 +14,20 @@ from srt_jax.answers.results_file import require_name
 from srt_jax.coalition.files import holds_coalitions
 from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.commands.shared import options
-from srt_jax.commands.shared.console import BAD_INPUT, note, say, say_json, show_progress
+from srt_jax.commands.shared.console import (
+    BAD_INPUT,
+    note,
+    printer,
+    say,
+    say_json,
+    say_wrapped,
+    show_progress,
+)
 from srt_jax.commands.shared.memory import keep_together
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.files import make_folder
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.many_tasks import solve_many
 from srt_jax.robots.path_file import require_metres, require_path_name
@@ -181,10 +190,9 @@ def solve(
             progress=progress,
         )
     seconds = time.perf_counter() - begin
+    doubts = Notes()
     if destroyable is None and reading.labels is None and reading.block is None:
         doubts = doubts_of(tasks, solutions, frames)
-        for doubt in doubts if not as_json else ():
-            note(str(doubt))
         notes = [*notes, *doubts.records("answers")]
     records = report(
         tasks,
@@ -201,6 +209,8 @@ def solve(
         path=path,
         toll=worth,
     )
+    for doubt in doubts if not as_json else ():
+        say_wrapped(printer(), f"Note: {doubt}.")
     return BAD_INPUT if failed else exit_code(records)
 
 

@@ -44,7 +44,7 @@ def test_an_open_way_is_explained_with_its_length():
     assert (
         explained([[-1, -1, -1]], (0, 0), (0, 2))
         == "The goal (0, 2) lies to the east of (0, 0), close, rightward: 2 cells, 90 degrees to"
-        " the right. A path exists, 2 cells long; nothing has to be destroyed."
+        " the right, looking north. A path exists, 2 cells long; nothing has to be destroyed."
     )
 
 
