@@ -112,13 +112,29 @@ def require_answer(caller: str, task: Any, solution: Any) -> None:
         [*np.shape(task.labels)[-2:], np.shape(task.destroyable)[-1]],
         [*np.shape(solution.contour)[-2:], np.shape(solution.blocking)[-1]],
     ]
-    if shapes[0] != shapes[1]:
+    # the entry of a batch may still be padded: more room is no fault, if nothing stands in it
+    if any(own > there for own, there in zip(*shapes)) or _reaches_beyond(solution, shapes[0]):
         (height, width, obstacles), (H, W, M) = shapes
         raise ValueError(
             f"the task has {height} x {width} cells and {counted(obstacles, 'obstacle')}, the"
             f" solution is of {H} x {W} cells and {counted(M, 'obstacle')}: give the task's own"
             " solution (of a batch with padding, the entries of srt_jax.unstack(solutions, tasks))"
         )
+
+
+def _reaches_beyond(solution: Any, shape: list[int]) -> bool:
+    """Whether a solution names cells or obstacles that a task of this height, width and number of
+    obstacles has not.
+    """
+    height, width, obstacles = shape
+    contour = np.asarray(solution.contour)
+    ids = (solution.destroyed, solution.blocking, solution.separating)
+    return bool(
+        contour[..., height:, :].any()
+        or contour[..., width:].any()
+        or (np.asarray(solution.cells) >= (height, width)).any()
+        or any((np.asarray(one) >= obstacles).any() for one in ids)
+    )
 
 
 def require_one_answer(caller: str, task: Any, solution: Any) -> None:
