@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
+from sign_model.ground.loops import repeat
 from sign_model.ground.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.batching import each
@@ -22,6 +23,9 @@ from srt_jax.types import FREE, Array
 
 FAR = 2**28
 """Farther than any two cells of a map, in `octile_order`."""
+
+_ALWAYS_SELECTED = 2
+"""Of so few words of obstacles, each is compared with, empty or not."""
 
 _MOST_SELECTED = 16
 """Up to so many words of obstacles, comparing with each is faster than a table look-up per cell."""
@@ -56,36 +60,86 @@ def open_cells(labels: Labels, gone: Array) -> Array:
     """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a
     cell has to go.
     """
-    words = as_words(gone)
-    return _row_by_row(labels, lambda ids: (ids == FREE) | _is_one_of(ids, words), jnp.logical_and)
+    return _row_by_row(labels, gone, lambda ids, is_one: (ids == FREE) | is_one, jnp.logical_and)
 
 
 def cells_of(labels: Labels, which: Array) -> Array:
     """Returns the cells that at least one of the obstacles `which` (bool [M]) covers."""
-    words = as_words(which)
-    return _row_by_row(labels, lambda ids: _is_one_of(ids, words), jnp.logical_or)
+    return _row_by_row(labels, which, lambda ids, is_one: is_one, jnp.logical_or)
 
 
 def _row_by_row(
-    labels: Labels, test: Callable[[Array], Array], join: Callable[[Array, Array], Array]
+    labels: Labels,
+    which: Array,
+    test: Callable[[Array, Array], Array],
+    join: Callable[[Array, Array], Array],
 ) -> Array:
-    """Returns the cells whose labels pass the test, of all layers joined, as a mask."""
+    """Returns the cells whose labels pass the test, of all layers joined, as a mask.
+
+    Args:
+      which: bool [M], a set of obstacles.
+      test: takes labels and whether each is of the set.
+    """
     _, num_layers, height, _ = labels.all.shape
+    words = as_words(which)
+    filled = _filled(words) if runs_in_place() and len(words) > _ALWAYS_SELECTED else None
 
     def row_words(row: Array) -> Array:
-        passes = functools.reduce(join, (test(labels.row(i, row)) for i in range(num_layers)))
-        return packing.pack(passes[None, None])[0, 0]
+        ids = jnp.stack([labels.row(layer, row) for layer in range(num_layers)])
+        passes = test(ids, _is_one_of(ids, words, filled))
+        joined = functools.reduce(join, (passes[layer] for layer in range(num_layers)))
+        return packing.pack(joined[None, None])[0, 0]
 
     return lax.map(row_words, jnp.arange(height, dtype=jnp.int32))
 
 
-def _is_one_of(ids: Array, which: Array) -> Array:
-    if len(which) <= _MOST_SELECTED:
-        word = jnp.zeros(ids.shape, jnp.uint32)
-        for i in range(len(which)):
-            word = jnp.where(ids >> 5 == i, which[i], word)
+class _Filled(NamedTuple):
+    """The words of a set that hold an obstacle. num: int32 []; places: int32 [words], which they
+    are, in the first `num` entries.
+    """
+
+    num: Array
+    places: Array
+
+
+def _filled(words: Array) -> _Filled:
+    def note(i: Array, filled: _Filled) -> _Filled:
+        # what is noted for an empty word, the next one overwrites
+        places = lax.dynamic_update_slice(filled.places, i[None], (filled.num,))
+        word = lax.dynamic_slice(words, (i,), (1,))[0]
+        return _Filled(filled.num + (word != 0).astype(jnp.int32), places)
+
+    return repeat(len(words), note, _Filled(jnp.int32(0), jnp.zeros(len(words), jnp.int32)))
+
+
+def _is_one_of(ids: Array, words: Array, filled: _Filled | None) -> Array:
+    """Whether each label is of a set of obstacles, by its words."""
+
+    def compared(word: Array, i: Array) -> Array:
+        return jnp.where(ids >> 5 == i, lax.dynamic_slice(words, (i,), (1,))[0], word)
+
+    def looked_up() -> Array:
+        return jnp.where(ids >= 0, jnp.take(words, (ids >> 5).clip(0)), jnp.uint32(0))
+
+    none = jnp.zeros(ids.shape, jnp.uint32)
+    if filled is not None:
+        # mostly few obstacles are gone, so all but a word or two are empty
+        def by_places() -> Array:
+            return lax.fori_loop(
+                jnp.int32(0),
+                filled.num,
+                lambda k, word: compared(word, lax.dynamic_slice(filled.places, (k,), (1,))[0]),
+                none,
+            )
+
+        is_few = filled.num <= _MOST_SELECTED
+        word = (
+            by_places() if len(words) <= _MOST_SELECTED else lax.cond(is_few, by_places, looked_up)
+        )
+    elif len(words) <= _MOST_SELECTED:
+        word = functools.reduce(compared, (jnp.int32(i) for i in range(len(words))), none)
     else:
-        word = jnp.where(ids >= 0, jnp.take(which, (ids >> 5).clip(0)), jnp.uint32(0))
+        word = looked_up()
     return word >> (ids & 31).astype(jnp.uint32) & jnp.uint32(1) != 0
 
 

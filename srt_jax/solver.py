@@ -303,6 +303,12 @@ def _is_kept(run: Any, shape: Bucket) -> bool:
     return run.is_kept(task, room, toll)
 
 
+_SHORT_ROUTES = 1024
+"""Room for routes on maps of up to 256 x 256: there LLVM's level 2 takes an eighth off the time to
+compile, and answers take no longer. On 512 x 512 they would take half as long again.
+"""
+
+
 @functools.cache
 def _solver(
     mode: str, max_destroyed: int, capacity: int, max_branches: int, is_part: bool = False
@@ -320,6 +326,7 @@ def _solver(
         lambda task, room, toll: of_arrays(room, toll, *(getattr(task, name) for name in names)),
         is_part=is_part,
         is_large=True,
+        level=2 if capacity <= _SHORT_ROUTES else None,
         name=("solve", mode, max_destroyed, capacity, max_branches, is_part),
     )
 

@@ -53,12 +53,8 @@ _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused a
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
 # Both passes look at the whole program again and again, a third of the time to compile it; what
-# they would change inside a marked call, LLVM does as well. LLVM's level 2 in place of 3 takes an
-# eighth off the solver's compiling, whose answers take no longer; level 1 would slow them down.
-_QUICK = {
-    "xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops",
-    "xla_backend_optimization_level": 2,
-}
+# they would change inside a marked call, LLVM does as well.
+_FEWER_PASSES = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops"}
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
@@ -75,7 +71,12 @@ def is_marking() -> bool:
 
 
 def jitted(
-    fun: Callable, *, is_part: bool = False, is_large: bool = False, name: tuple | None = None
+    fun: Callable,
+    *,
+    is_part: bool = False,
+    is_large: bool = False,
+    level: int | None = None,
+    name: tuple | None = None,
 ) -> Callable:
     """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled
     without, with a warning.
@@ -92,6 +93,7 @@ def jitted(
         other jit. XLA would else split the steps that are not marked among all cores, and the calls
         would wait for each other there.
       is_large: whether the program is so large that the compiler is to do less, on a CPU.
+      level: LLVM's level of optimisation there, if less than its usual 3.
       name: what decides the program besides the shapes of the arguments (`kept_programs`): then
         what is compiled for calls on a CPU outside any jit is kept on disk.
     """
@@ -99,7 +101,10 @@ def jitted(
 
     @functools.cache
     def form(is_marked: bool, is_for_cpu: bool) -> Callable:
-        own = options | (_QUICK if is_for_cpu and is_large else {})
+        own = dict(options)
+        if is_for_cpu:
+            own |= _FEWER_PASSES if is_large else {}
+            own |= {} if level is None else {"xla_backend_optimization_level": level}
         if is_for_cpu and name is not None and kept_programs.is_on():
             return kept_programs.KeptProgram(fun, name, own)
         return jax.jit(lambda *args: fun(*args), compiler_options=own or None)
