@@ -37,6 +37,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax import core, lax
 
 from sign_model.ground import kept_programs
@@ -217,7 +218,9 @@ def compiled_whole(fun: Callable) -> Callable:
     def traced(marks_apart: bool) -> Callable:
         def run(*args: Any) -> Any:
             with _set(_marks_apart, marks_apart):
-                return fun(*args)
+                out = fun(*args)
+            # beside it, no large step is the only result of the call (above)
+            return (out, jnp.uint32(0)) if marks_apart else out
 
         # this jit becomes the call that carries the mark; inside it only `apart` marks anything
         return jax.jit(run)
@@ -228,7 +231,7 @@ def compiled_whole(fun: Callable) -> Callable:
         assert set_xla_metadata is not None
         # a constant among the operands of a marked call would crash the compiler
         args = lax.optimization_barrier(args)
-        return set_xla_metadata(kept(*args), **_WHOLE)
+        return set_xla_metadata(kept(*args), **_WHOLE)[0]
 
     def run(*args: Any) -> Any:
         if not is_marking() or may_be_split():
