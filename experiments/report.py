@@ -26,7 +26,7 @@ from typing import Any
 
 from experiments.figures.outcome import Table, as_markdown, run
 from srt_jax.bench.machine import machine_line
-from srt_jax.formats.files import atomic_write, make_folder
+from srt_jax.formats.shared.whole_files import atomic_write, make_folder
 
 MINUTES = {
     "figure3": 1.0,

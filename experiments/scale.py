@@ -21,7 +21,7 @@ import numpy as np
 
 from srt_jax import check, scale, solve_many
 from srt_jax.dataset import read_plan
-from srt_jax.dataset.job import DatasetJob, Plan
+from srt_jax.dataset.specification import DatasetJob, Plan
 from srt_jax.instances.generate import generate
 
 _POWERS = (6, 9, 12)

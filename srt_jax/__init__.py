@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from srt_jax.removal_gradient import least_removal
     from srt_jax.robots.inflate import inflate
     from srt_jax.robots.path_file import write_path
-    from srt_jax.robots.route import polyline
+    from srt_jax.robots.polyline import polyline
     from srt_jax.solver import solve
     from srt_jax.task import make_task, stack, unstack
     from srt_jax.tolls.field import toll_to_come
@@ -120,7 +120,7 @@ _MODULES = {
     "removal_gradient": ("least_removal",),
     "robots.inflate": ("inflate",),
     "robots.path_file": ("write_path",),
-    "robots.route": ("polyline",),
+    "robots.polyline": ("polyline",),
     "solver": ("solve",),
     "task": ("make_task", "stack", "unstack"),
     "tolls.field": ("toll_to_come",),

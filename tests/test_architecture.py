@@ -176,7 +176,7 @@ def test_the_shared_ground_stands_on_nothing_of_ours():
 
 def test_importing_the_shared_ground_loads_little_of_the_symbolic_level():
     code = (
-        "import sys, sign_model.ground.marks, sign_model.ground.cores; print(*(m for m in"
+        "import sys, sign_model.ground.marks, sign_model.ground.core_count; print(*(m for m in"
         " sys.modules if 'sign_model' in m))"
     )
     done = subprocess.run(

@@ -221,7 +221,7 @@ def data_part(tally: Tally, folder: pathlib.Path, seed: int) -> None:
     from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
     from srt_jax.formats.movingai import read_map, read_scen
     from srt_jax.formats.notes import Notes
-    from srt_jax.formats.scenarios import scenario_maps
+    from srt_jax.formats.shared.scenarios import scenario_maps
 
     paths = sorted(folder.rglob("*.map"))
     for path in progress("maps", paths, len(paths)):

@@ -18,7 +18,7 @@ import numpy as np
 import osmium  # pyright: ignore[reportMissingImports]
 from numpy.typing import ArrayLike
 
-from srt_jax.formats.files import atomic_write
+from srt_jax.formats.shared.whole_files import atomic_write
 from srt_jax.geometry.projection import Projection
 from srt_jax.geometry.world import Obstacle
 

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.device.peers import peers
+from experiments.device.labelling_peers import peers
 from sign_model.ground.files import atomic_write
 
 _NAMES = ("device", "cpu")
@@ -88,7 +88,7 @@ class Side:
             self._process = None
 
     def _start(self) -> None:
-        command = [sys.executable, "-m", "experiments.device.worker"]
+        command = [sys.executable, "-m", "experiments.device.one_side"]
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,

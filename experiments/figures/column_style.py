@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from srt_jax.draw.column import COLOURS, COLUMN_WIDTH, MARKS, column_figure, style
+from srt_jax.draw.parts.column import COLOURS, COLUMN_WIDTH, MARKS, column_figure, style
 
 __all__ = [
     "COLOURS",

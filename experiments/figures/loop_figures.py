@@ -59,8 +59,8 @@ def figure3(rows: Rows, kernels: dict[str, Any]) -> Any:
 
 def figure_of_maps(cases: list[Case], solutions: list[Solution]) -> Any:
     """Returns the five cases of one fragment beside each other, the legend in the sixth place."""
-    from srt_jax.draw.content import scene_of
-    from srt_jax.draw.legend import handles
+    from srt_jax.draw.parts.content import scene_of
+    from srt_jax.draw.parts.legend import handles
     from srt_jax.draw.picture import draw_map
 
     scenes = [scene_of(case.task, solution) for case, solution in zip(cases, solutions)]

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from srt_jax.bench.machine import machine, machine_line
-from srt_jax.formats.files import atomic_write, make_folder
+from srt_jax.formats.shared.whole_files import atomic_write, make_folder
 
 
 class Table(NamedTuple):

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from sign_model.ground.cores import num_cores
+from sign_model.ground.core_count import num_cores
 from sign_model.ground.legible import counted
 from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.map_batch.grouping import groups_of

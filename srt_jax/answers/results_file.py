@@ -10,7 +10,7 @@ from sign_model.ground.files import require_folder_of
 from sign_model.ground.legible import finite_or_none
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
-from srt_jax.formats.files import PathLike, atomic_write, read_bytes, require_module
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_bytes, require_module
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.symbols.scene_of_task import planned_steps
 from srt_jax.types import Approach, Solution, Status, Task

@@ -23,10 +23,10 @@ from sign_model.ground.legible import counted
 from srt_jax.answers.results_file import arrow_table, as_record, read_results
 from srt_jax.answers.task_stream import count_tasks, tasks_between
 from srt_jax.check import check
-from srt_jax.formats.files import atomic_write, require_module
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
+from srt_jax.formats.shared.whole_files import atomic_write, require_module
 from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.paths.approach import approach

@@ -10,7 +10,7 @@ import numpy as np
 from sign_model.ground.legible import counted
 from srt_jax.answers.facts import NORTH
 from srt_jax.engine.entrance import require_one_answer
-from srt_jax.formats.files import require_module
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import (
     SPECIFY,

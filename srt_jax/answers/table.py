@@ -9,7 +9,7 @@ import numpy as np
 from sign_model.ground.legible import finite_or_none
 from srt_jax.components import regions
 from srt_jax.engine.entrance import require_listed, require_listed_solution
-from srt_jax.formats.files import require_module
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.task import unstack
 from srt_jax.types import FREE, Solution, Status, Task
 

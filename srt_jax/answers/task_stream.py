@@ -12,10 +12,10 @@ import zipfile
 from collections.abc import Iterator
 
 from srt_jax.formats.containers.arrays import read_header
-from srt_jax.formats.files import FileError
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading, Source, read_source, require_file
+from srt_jax.formats.shared.whole_files import FileError
 from srt_jax.formats.task_files import UnfitBlocker, prepared
 from srt_jax.geometry.frame import Frame
 from srt_jax.task import NamedTask

@@ -16,7 +16,7 @@ from srt_jax.coalition.task import (
 )
 from srt_jax.formats.containers.arrays import read_arrays
 from srt_jax.formats.containers.json_text import fields_of, may_have_member, read_json
-from srt_jax.formats.files import PathLike, atomic_write, read_bytes
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE
 
 _FIELDS = {

@@ -13,7 +13,7 @@ import typer
 from srt_jax.bench.machine import machine
 from srt_jax.commands.shared.console import aside, say, say_json
 from srt_jax.commands.shared.options import JsonOption
-from srt_jax.formats.files import atomic_write, make_folder
+from srt_jax.formats.shared.whole_files import atomic_write, make_folder
 
 NAMES = ("kernels", "solve", "plan", "learning", "envs", "gradients")
 """The modules of `srt_jax.bench` that measure: `run(quick)` returns the measurements, and

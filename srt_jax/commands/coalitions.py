@@ -14,10 +14,10 @@ from srt_jax.coalition.files import read_coalitions
 from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.solve import solve_coalition
 from srt_jax.coalition.task import NamedCoalition, stack_coalitions
-from srt_jax.commands.report import exit_code
 from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, show_progress
+from srt_jax.commands.shared.reporting import exit_code
 from srt_jax.draw.coalition import animate_coalition, draw_coalition
-from srt_jax.formats.files import atomic_write, make_folder
+from srt_jax.formats.shared.whole_files import atomic_write, make_folder
 
 _COLUMNS = (
     ("task", 0),

@@ -9,7 +9,7 @@ import typer
 
 from sign_model.ground.legible import counted
 from srt_jax.commands.shared.console import say, say_json, show_progress
-from srt_jax.commands.shared.memory import keep_together
+from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import (
     AddressOption,
     EngineOption,

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 import typer
 
 from srt_jax.commands import helsinki as work
-from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.commands.shared.console import (
     fit_table,
     printer,
@@ -17,8 +16,9 @@ from srt_jax.commands.shared.console import (
     waiting,
 )
 from srt_jax.commands.shared.options import JsonOption
+from srt_jax.commands.shared.reporting import exit_code, report, require_page_name
 from srt_jax.formats.batch import write_batch
-from srt_jax.formats.files import atomic_write
+from srt_jax.formats.shared.whole_files import atomic_write
 from srt_jax.many_tasks import solve_many
 from srt_jax.task import stack
 

@@ -14,12 +14,12 @@ from srt_jax.commands.shared.console import note, say, say_json, show_progress, 
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
+from srt_jax.draw.parts.polar_frame import PolarFrame
 from srt_jax.draw.picture import FORMATS
 from srt_jax.draw.picture import draw as draw_one
-from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
-from srt_jax.formats.files import make_folder
 from srt_jax.formats.reading import Reading
+from srt_jax.formats.shared.whole_files import make_folder
 from srt_jax.geometry.frame import Frame
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES

@@ -14,7 +14,7 @@ from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.scenarios import scenario_maps
+from srt_jax.formats.shared.scenarios import scenario_maps
 
 
 def scen(

@@ -12,7 +12,6 @@ from srt_jax.answers import shards
 from srt_jax.answers.doubts import doubts_of
 from srt_jax.answers.results_file import require_name
 from srt_jax.coalition.files import holds_coalitions
-from srt_jax.commands.report import exit_code, report, require_page_name
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import (
     BAD_INPUT,
@@ -23,12 +22,13 @@ from srt_jax.commands.shared.console import (
     say_wrapped,
     show_progress,
 )
-from srt_jax.commands.shared.memory import keep_together
+from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
-from srt_jax.formats.files import make_folder
+from srt_jax.commands.shared.reporting import exit_code, report, require_page_name
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
+from srt_jax.formats.shared.whole_files import make_folder
 from srt_jax.many_tasks import solve_many
 from srt_jax.robots.path_file import require_metres, require_path_name
 from srt_jax.scale import run

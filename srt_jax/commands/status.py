@@ -11,7 +11,7 @@ from srt_jax.answers import shards
 from srt_jax.commands.shared.console import say, say_json
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.dataset.folder import MANIFEST, read_plan
-from srt_jax.dataset.job import DatasetJob
+from srt_jax.dataset.specification import DatasetJob
 from srt_jax.scale import Job, Standing, standing
 
 

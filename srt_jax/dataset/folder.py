@@ -13,8 +13,8 @@ import numpy as np
 
 from srt_jax import scale
 from srt_jax.dataset import shards
-from srt_jax.dataset.job import DatasetJob, Plan
-from srt_jax.formats.files import PathLike, make_folder
+from srt_jax.dataset.specification import DatasetJob, Plan
+from srt_jax.formats.shared.whole_files import PathLike, make_folder
 from srt_jax.instances.generate import generate
 from srt_jax.scale.manifest import read_manifest, settle
 from srt_jax.scale.parts import as_part

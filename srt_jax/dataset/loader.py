@@ -12,8 +12,8 @@ import numpy as np
 
 from srt_jax.dataset import shards
 from srt_jax.dataset.folder import read_plan
-from srt_jax.dataset.job import Plan
-from srt_jax.formats.files import PathLike
+from srt_jax.dataset.specification import Plan
+from srt_jax.formats.shared.whole_files import PathLike
 
 
 def load(

@@ -13,7 +13,7 @@ import numpy as np
 
 from sign_model.ground.extras import install_command
 from srt_jax.formats.containers.arrays import read_arrays, read_header
-from srt_jax.formats.files import atomic_write, draft_of, read_bytes, require_regular
+from srt_jax.formats.shared.whole_files import atomic_write, draft_of, read_bytes, require_regular
 from srt_jax.types import FREE
 
 FIELDS = (

@@ -7,11 +7,11 @@ in order. Colour-blind people can tell the colours apart.
 """
 
 from srt_jax.draw.animation import animate
+from srt_jax.draw.parts.polar_frame import PolarFrame
+from srt_jax.draw.parts.tile import svg_tile
 from srt_jax.draw.picture import draw
 from srt_jax.draw.plots import bound_against_cost, boxes_by_kind, time_against_size
-from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import contact_sheet
-from srt_jax.draw.tile import svg_tile
 from srt_jax.draw.tradeoffs import draw_tradeoffs
 
 __all__ = [

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sign_model.ground.legible import counted
-from srt_jax.draw.canvas import Canvas, save_gif
-from srt_jax.draw.colours import Kind
-from srt_jax.draw.content import length_in
 from srt_jax.draw.notebook import picture_html
+from srt_jax.draw.parts.canvas import Canvas, save_gif
+from srt_jax.draw.parts.colours import Kind
+from srt_jax.draw.parts.content import length_in
 from srt_jax.draw.stages import Stage, stages_of
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Status, Task

@@ -12,10 +12,10 @@ import numpy as np
 from sign_model.ground.legible import legible
 from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.task import CoalitionTask
-from srt_jax.draw.canvas import save_gif
-from srt_jax.draw.colours import PALETTE, Kind, shrunk
+from srt_jax.draw.parts.canvas import save_gif
+from srt_jax.draw.parts.colours import PALETTE, Kind, shrunk
 from srt_jax.draw.picture import page
-from srt_jax.formats.files import require_module
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.types import Status
 
 AGENTS = ("#0072b2", "#d55e00", "#009e73", "#000000", "#cc79a7", "#7a4a00")

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from srt_jax.draw.animation import ANIMATIONS, animate
+from srt_jax.draw.parts.polar_frame import PolarFrame
 from srt_jax.draw.picture import draw
-from srt_jax.draw.polar_frame import PolarFrame
 from srt_jax.draw.sheet import MOST_ON_SHEET, contact_sheet
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Approach, Solution, Task

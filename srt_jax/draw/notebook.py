@@ -8,9 +8,9 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax.draw.colours import GOAL, PALETTE, START, Kind
-from srt_jax.draw.content import headline
-from srt_jax.draw.tile import svg_tile
+from srt_jax.draw.parts.colours import GOAL, PALETTE, START, Kind
+from srt_jax.draw.parts.content import headline
+from srt_jax.draw.parts.tile import svg_tile
 from srt_jax.engine.eager import fold
 from srt_jax.geometry.world import World
 from srt_jax.task import unstack

@@ -12,12 +12,12 @@ import numpy as np
 
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
-from srt_jax.draw.badges import draw_badges
-from srt_jax.draw.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
-from srt_jax.draw.content import Scene, scene_of
-from srt_jax.draw.legend import MARKS, handles
-from srt_jax.draw.polar_frame import PolarFrame, caption, draw_frame
-from srt_jax.formats.files import require_module
+from srt_jax.draw.parts.badges import draw_badges
+from srt_jax.draw.parts.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
+from srt_jax.draw.parts.content import Scene, scene_of
+from srt_jax.draw.parts.legend import MARKS, handles
+from srt_jax.draw.parts.polar_frame import PolarFrame, caption, draw_frame
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Approach, Solution, Task
 

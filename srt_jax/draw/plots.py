@@ -10,7 +10,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from srt_jax.draw.column import COLOURS, COLUMN_WIDTH, MARKS, style
+from srt_jax.draw.parts.column import COLOURS, COLUMN_WIDTH, MARKS, style
 from srt_jax.draw.picture import Picture, page
 
 Place = str | os.PathLike | IO[bytes] | None

@@ -5,8 +5,8 @@ import os
 from collections.abc import Sequence
 
 from sign_model.ground.legible import legible
-from srt_jax.draw.content import length_in, scene_of
-from srt_jax.draw.legend import handles
+from srt_jax.draw.parts.content import length_in, scene_of
+from srt_jax.draw.parts.legend import handles
 from srt_jax.draw.picture import draw_map, page
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Status, Task

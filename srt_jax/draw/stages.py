@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.draw.content import (
+from srt_jax.draw.parts.content import (
     Cell,
     Removal,
     cell_kinds,

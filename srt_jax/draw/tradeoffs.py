@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.ground.legible import legible
-from srt_jax.draw.colours import leg_colour
-from srt_jax.draw.content import scene_of
-from srt_jax.draw.legend import MARKS
+from srt_jax.draw.parts.colours import leg_colour
+from srt_jax.draw.parts.content import scene_of
+from srt_jax.draw.parts.legend import MARKS
 from srt_jax.draw.picture import draw_cells, page
 from srt_jax.tolls.front import Tradeoff
 from srt_jax.types import Task

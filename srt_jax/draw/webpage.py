@@ -12,9 +12,9 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from srt_jax.draw.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind
-from srt_jax.draw.tile import svg_tile
-from srt_jax.formats.files import atomic_write
+from srt_jax.draw.parts.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind
+from srt_jax.draw.parts.tile import svg_tile
+from srt_jax.formats.shared.whole_files import atomic_write
 from srt_jax.task import NamedTask
 from srt_jax.types import Approach, Solution, Status
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from srt_jax.engine.entrance import require_task
 from srt_jax.formats.containers.arrays import read_arrays
-from srt_jax.formats.files import PathLike, atomic_write, read_bytes
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_bytes
 from srt_jax.types import FREE, OUTSIDE, Task
 
 _FIELDS = {

@@ -16,7 +16,6 @@ import numpy as np
 
 from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import read_json
-from srt_jax.formats.files import PathLike, atomic_write
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.coordinate_systems import from_web_map, unit_of
 from srt_jax.formats.outlines.geometry import (
@@ -29,6 +28,7 @@ from srt_jax.formats.outlines.geometry import (
     wall_parts,
 )
 from srt_jax.formats.outlines.tag_rules import CachedRules, TagRule, default_rules
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.geometry.world import Obstacle

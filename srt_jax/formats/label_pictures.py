@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.components import label
-from srt_jax.formats.files import PathLike
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_pixels
+from srt_jax.formats.shared.whole_files import PathLike
 
 _MOST_LABELS = 1 << 14
 """Colours or numbers; a picture with more holds shades, not labels."""

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, atomic_write, read_lines
 from srt_jax.formats.gridmap import MOST_DIGITS, require_size
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_lines
 
 FREE_SIGNS = ".GS"
 BLOCKED_SIGNS = "@OTW"

@@ -13,10 +13,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from srt_jax.formats.containers.xml_text import plain, read_xml
-from srt_jax.formats.files import PathLike
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes
 from srt_jax.formats.outlines.svg_path import filled, outlines, transform_of
+from srt_jax.formats.shared.whole_files import PathLike
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.world import World
 

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, require_regular
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.geometry import Shape, count_outside, obstacles_of_shapes, wall_parts
 from srt_jax.formats.outlines.osm_areas import Area, area_of_relation, area_of_way
 from srt_jax.formats.outlines.osm_objects import ENDINGS as ENDINGS
 from srt_jax.formats.outlines.osm_objects import Objects, read_objects
 from srt_jax.formats.outlines.tag_rules import TagRule, default_rules, is_passed_over, matching
+from srt_jax.formats.shared.whole_files import PathLike, require_regular
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.projection import Projection, joined_box, projection_over
 from srt_jax.geometry.world import Obstacle

@@ -7,9 +7,15 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, atomic_write, plain_reason, read_bytes, require_module
 from srt_jax.formats.gridmap import MOST_CELLS, GridMap, TooLargeError, decided, require_size
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.shared.whole_files import (
+    PathLike,
+    atomic_write,
+    plain_reason,
+    read_bytes,
+    require_module,
+)
 
 Pixels = TypeVar("Pixels")
 ENDINGS = (".png", ".pgm", ".pbm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff")

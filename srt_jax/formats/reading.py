@@ -13,7 +13,6 @@ import numpy as np
 
 from srt_jax.formats import geojson, osm, pictures
 from srt_jax.formats.batch import read_batch
-from srt_jax.formats.files import plain_reason, read_bytes, require_regular
 from srt_jax.formats.gridmap import GridMap, free_map
 from srt_jax.formats.label_pictures import with_labels
 from srt_jax.formats.movingai import read_map, read_scen
@@ -21,14 +20,15 @@ from srt_jax.formats.namo_svg import read_namo
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.tag_rules import read_rules
 from srt_jax.formats.ros_map import read_ros_map
-from srt_jax.formats.scenarios import scenario_maps
-from srt_jax.formats.start_and_goal import (
+from srt_jax.formats.shared.scenarios import scenario_maps
+from srt_jax.formats.shared.start_and_goal import (
     chosen_ends,
     named_ends,
     note_covered,
     require_free,
     with_free_start,
 )
+from srt_jax.formats.shared.whole_files import plain_reason, read_bytes, require_regular
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.xml_map import read_xml_map
 from srt_jax.geometry.frame import Frame

@@ -17,10 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, atomic_write, plain_reason, read_bytes, require_module
 from srt_jax.formats.gridmap import GridMap, decided
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.pictures import read_shades
+from srt_jax.formats.shared.whole_files import (
+    PathLike,
+    atomic_write,
+    plain_reason,
+    read_bytes,
+    require_module,
+)
 
 MODES = ("trinary", "scale", "raw")
 _REQUIRED = ("image", "resolution", "origin")

@@ -5,7 +5,7 @@ from typing import Any
 
 from sign_model.ground.collector import paused_collector
 from srt_jax.formats.containers.json_text import fields_of, read_json
-from srt_jax.formats.files import PathLike, atomic_write
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write
 from srt_jax.geometry.rings import Parts, as_rings, conflicts
 from srt_jax.geometry.world import Obstacle, World
 

@@ -12,9 +12,9 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 from srt_jax.formats.containers.xml_text import read_xml
-from srt_jax.formats.files import PathLike, atomic_write
 from srt_jax.formats.gridmap import MOST_DIGITS, GridMap, decided, require_size
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.shared.whole_files import PathLike, atomic_write
 
 _OURS = {"allowdiagonal": "true", "cutcorners": "false", "allowsqueeze": "false"}
 """Our moves in their words; these are their defaults, too."""

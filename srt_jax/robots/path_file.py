@@ -16,7 +16,7 @@ from sign_model.ground.files import PathLike, atomic_write, require_folder_of
 from srt_jax.engine.entrance import require_one_answer
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
-from srt_jax.robots.route import polyline
+from srt_jax.robots.polyline import polyline
 from srt_jax.types import Approach, Solution, Status, Task
 
 ENDINGS = (".geojson", ".json")

@@ -23,7 +23,7 @@ import threading
 from typing import Any, NamedTuple
 
 from sign_model.ground.files import forget_draft, keep_draft
-from srt_jax.formats.files import FileError
+from srt_jax.formats.shared.whole_files import FileError
 
 FOLDER = ".claims"
 BEAT = 10.0

@@ -6,7 +6,7 @@ import os
 import pathlib
 from typing import Any
 
-from srt_jax.formats.files import FileError, atomic_write, read_bytes
+from srt_jax.formats.shared.whole_files import FileError, atomic_write, read_bytes
 
 
 def settle(folder: pathlib.Path, file: str, description: dict[str, Any], what: str) -> None:

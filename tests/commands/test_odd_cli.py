@@ -22,12 +22,12 @@ from sign_model.ground import files as ground
 from sign_model.ground.legible import legible
 from srt_jax import cli
 from srt_jax.cli import run
-from srt_jax.commands.report import exit_code
 from srt_jax.commands.shared import interrupts
+from srt_jax.commands.shared.reporting import exit_code
 from srt_jax.draw.gallery import file_names
 from srt_jax.formats import gridmap
 from srt_jax.formats.batch import write_batch
-from srt_jax.formats.files import atomic_write, draft_of, read_bytes
+from srt_jax.formats.shared.whole_files import atomic_write, draft_of, read_bytes
 from srt_jax.formats.task_files import read_prepared, read_tasks
 from srt_jax.task import make_task, stack
 

@@ -125,7 +125,7 @@ def test_an_interrupted_data_set_is_finished_to_the_same_bytes(folder, tmp_path)
 
 
 def test_finished_shards_are_not_made_again(folder, monkeypatch):
-    monkeypatch.setattr("srt_jax.dataset.job.label_stacked", None)
+    monkeypatch.setattr("srt_jax.dataset.specification.label_stacked", None)
     assert dataset.write_dataset(folder, **PLAN).num_shards() == 3
 
 

@@ -12,12 +12,12 @@ import pytest
 
 from srt_jax import Frame, make_task, solve, stack
 from srt_jax.draw import PolarFrame, animate, contact_sheet, draw, svg_tile
-from srt_jax.draw.badges import place_badges
-from srt_jax.draw.colours import LEGS, PALETTE, Kind, rgb, shrunk
-from srt_jax.draw.content import legs_of, scene_of
-from srt_jax.draw.legend import handles
+from srt_jax.draw.parts.badges import place_badges
+from srt_jax.draw.parts.colours import LEGS, PALETTE, Kind, rgb, shrunk
+from srt_jax.draw.parts.content import legs_of, scene_of
+from srt_jax.draw.parts.legend import handles
+from srt_jax.draw.parts.tile import png_of
 from srt_jax.draw.stages import stages_of
-from srt_jax.draw.tile import png_of
 
 pytest.importorskip("matplotlib")
 Image = pytest.importorskip("PIL.Image")

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from srt_jax import Frame, approach, make_task, solve
 from srt_jax.draw import animate, contact_sheet, draw, svg_tile
-from srt_jax.draw.canvas import Canvas
-from srt_jax.draw.colours import Kind
-from srt_jax.draw.content import scene_of
-from srt_jax.draw.legend import handles
+from srt_jax.draw.parts.canvas import Canvas
+from srt_jax.draw.parts.colours import Kind
+from srt_jax.draw.parts.content import scene_of
+from srt_jax.draw.parts.legend import handles
 from srt_jax.draw.picture import draw_map, label_axes
 
 

@@ -12,10 +12,10 @@ from srt_jax.formats.batch import read_batch
 from srt_jax.formats.geojson import read_geojson, write_geojson
 from srt_jax.formats.movingai import read_map, write_map
 from srt_jax.formats.notes import Note, Notes
-from srt_jax.formats.opposite_cells import opposite_cells
 from srt_jax.formats.pictures import write_image
 from srt_jax.formats.reading import ENDINGS, Reading, read_source
 from srt_jax.formats.ros_map import read_ros_map, write_ros_map
+from srt_jax.formats.shared.opposite_cells import opposite_cells
 from srt_jax.formats.task_files import read_tasks
 from srt_jax.formats.world_json import read_world
 from srt_jax.formats.writing import write_source

@@ -5,7 +5,7 @@ import pathlib
 import signal
 import time
 
-from srt_jax.formats.files import atomic_write
+from srt_jax.formats.shared.whole_files import atomic_write
 from srt_jax.scale.job import Job
 
 

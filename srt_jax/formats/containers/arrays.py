@@ -13,7 +13,7 @@ from typing import IO
 
 import numpy as np
 
-from srt_jax.formats.files import PathLike, plain_reason
+from srt_jax.formats.shared.whole_files import PathLike, plain_reason
 
 MOST_BYTES = 1 << 31
 """Of all arrays of a file, unpacked. A few kilobytes can declare, and even unpack to, any

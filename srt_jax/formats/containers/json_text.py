@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any, NoReturn
 
-from srt_jax.formats.files import PathLike, read_bytes
+from srt_jax.formats.shared.whole_files import PathLike, read_bytes
 
 _MOST_DIGITS = 300
 """Of a whole number; longer ones exceed what a float can hold, and any that a file has a use

@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Iterator
 from typing import Any
 
-from srt_jax.formats.files import PathLike
+from srt_jax.formats.shared.whole_files import PathLike
 
 MOST_RATIO = 200
 """Bytes unpacked for each byte of the file; extracts of OpenStreetMap have 10 to 30, files of

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import ParseError
 
-from srt_jax.formats.files import PathLike, read_bytes, require_module
+from srt_jax.formats.shared.whole_files import PathLike, read_bytes, require_module
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import require_module
 from srt_jax.formats.notes import Notes
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.geometry.place import Place
 from srt_jax.geometry.rings import Parts, Ring, as_metres, as_ring, as_rings, conflicts, repaired
 from srt_jax.geometry.world import Obstacle

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srt_jax.formats.files import require_module
 from srt_jax.formats.outlines.osm_objects import Location, Objects, Relation, Way
+from srt_jax.formats.shared.whole_files import require_module
 
 
 class Area(NamedTuple):

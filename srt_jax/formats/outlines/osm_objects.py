@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srt_jax.formats.containers.packed import UnpacksTooFarError, unpack
-from srt_jax.formats.files import PathLike, require_module
+from srt_jax.formats.shared.whole_files import PathLike, require_module
 
 ENDINGS = (".osm", ".osm.gz", ".osm.bz2", ".pbf")
 _NO_PLACE = (np.nan, np.nan)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.formats.files import require_module
+from srt_jax.formats.shared.whole_files import require_module
 
 _PIECES = 16
 """Lines to a curve, or to a quarter of an arc's circle."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from srt_jax.formats.containers.json_text import fields_of, read_json
-from srt_jax.formats.files import PathLike
+from srt_jax.formats.shared.whole_files import PathLike
 
 FORMAT, VERSION = "srt-jax tag rules", 1
 

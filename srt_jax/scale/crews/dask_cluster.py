@@ -10,8 +10,8 @@ import queue
 import time
 from typing import Any
 
-from sign_model.ground.cores import num_cores
-from srt_jax.formats.files import require_module
+from sign_model.ground.core_count import num_cores
+from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.scale.crews.crew import Cluster, Failed
 from srt_jax.scale.crews.environment import variables
 from srt_jax.scale.job import Job, Outcome, attempt

@@ -4,8 +4,8 @@ with a line to it.
 
 import numpy as np
 
-from srt_jax.draw.colours import BADGE
-from srt_jax.draw.content import Scene
+from srt_jax.draw.parts.colours import BADGE
+from srt_jax.draw.parts.content import Scene
 
 _APART = 17.0
 """Points between the middles of a badge and of whatever else is marked."""

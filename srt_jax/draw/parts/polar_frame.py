@@ -10,7 +10,7 @@ import numpy as np
 from sign_model.space.fuzzy import region_names, region_of
 from sign_model.space.fuzzy_table import DEFAULT_TABLE, FuzzyTable
 from sign_model.space.polar import to_polar
-from srt_jax.draw.content import Cell, Scene
+from srt_jax.draw.parts.content import Cell, Scene
 from srt_jax.geometry.frame import Frame
 
 _LINE = "#3b3b8f"

@@ -5,7 +5,7 @@ with that.
 import numpy as np
 
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.opposite_cells import opposite_cells
+from srt_jax.formats.shared.opposite_cells import opposite_cells
 from srt_jax.geometry.frame import Frame
 from srt_jax.robots.ends import Spot, cell_in
 from srt_jax.types import FREE, Cell, Task

@@ -4,7 +4,7 @@ people can tell apart.
 
 from typing import Any
 
-from srt_jax.formats.files import require_module
+from srt_jax.formats.shared.whole_files import require_module
 
 COLUMN_WIDTH = 3.4
 """Inches."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from sign_model.ground.legible import counted
 from srt_jax.components import regions
-from srt_jax.draw.colours import Kind
+from srt_jax.draw.parts.colours import Kind
 from srt_jax.engine import entrance
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of

@@ -24,7 +24,7 @@ from srt_jax.commands.shared.console import (
     say_wrapped,
     show_progress,
 )
-from srt_jax.formats.files import make_folder
+from srt_jax.formats.shared.whole_files import make_folder
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach
 from srt_jax.robots.path_file import write_path

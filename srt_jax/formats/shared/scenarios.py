@@ -8,7 +8,7 @@ import numpy as np
 
 from srt_jax.formats.movingai import ScenRow, read_map, scaled
 from srt_jax.formats.notes import Notes
-from srt_jax.formats.start_and_goal import require_free
+from srt_jax.formats.shared.start_and_goal import require_free
 
 
 def scenario_maps(

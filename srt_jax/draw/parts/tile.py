@@ -8,9 +8,18 @@ import zlib
 
 import numpy as np
 
-from srt_jax.draw.colours import APPROACH, BADGE, GOAL, PALETTE, SEED, START, leg_colour, shrunk
-from srt_jax.draw.content import Scene, scene_of
-from srt_jax.robots.route import at_turns
+from srt_jax.draw.parts.colours import (
+    APPROACH,
+    BADGE,
+    GOAL,
+    PALETTE,
+    SEED,
+    START,
+    leg_colour,
+    shrunk,
+)
+from srt_jax.draw.parts.content import Scene, scene_of
+from srt_jax.robots.polyline import at_turns
 from srt_jax.types import Approach, Solution, Task
 
 _VIEW = 240.0

@@ -10,8 +10,18 @@ import numpy as np
 
 from sign_model.ground.files import opened_for
 from sign_model.ground.legible import legible
-from srt_jax.draw.colours import BADGE, GOAL, PALETTE, SEED, START, Kind, leg_colour, rgb, shrunk
-from srt_jax.formats.files import require_module
+from srt_jax.draw.parts.colours import (
+    BADGE,
+    GOAL,
+    PALETTE,
+    SEED,
+    START,
+    Kind,
+    leg_colour,
+    rgb,
+    shrunk,
+)
+from srt_jax.formats.shared.whole_files import require_module
 
 _MAP = 480
 """Pixels of the map's longer side, about."""

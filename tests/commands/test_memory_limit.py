@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from srt_jax.commands.shared import memory
+from srt_jax.commands.shared import memory_limit
 from srt_jax.scale.crews.environment import variables
 
 
@@ -14,7 +14,7 @@ def test_glibc_is_asked_for_two_arenas_and_others_for_nothing(monkeypatch, has_g
     library = SimpleNamespace(mallopt=lambda *values: asked.append(values))
     library = library if has_glibc else SimpleNamespace()
     monkeypatch.setattr("ctypes.CDLL", lambda name: library)
-    memory.keep_together()
+    memory_limit.keep_together()
     assert asked == [(-8, 2)] * has_glibc
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from srt_jax.draw.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind, leg_colour
-from srt_jax.draw.content import Scene
+from srt_jax.draw.parts.colours import APPROACH, BADGE, GOAL, LEGS, SEED, START, Kind, leg_colour
+from srt_jax.draw.parts.content import Scene
 
 MARKS = {"start": ("o", START, 9), "goal": ("*", GOAL, 15), "seed": ("X", SEED, 10)}
 """Sign, colour and size in points; the larger are drawn first, so that two in one cell both show.

@@ -1,0 +1,1 @@
+"""What pictures are put together from: colours, numbers, legends, frames of an animation."""
