@@ -231,7 +231,8 @@ def compiled_whole(fun: Callable) -> Callable:
         assert set_xla_metadata is not None
         # a constant among the operands of a marked call would crash the compiler
         args = lax.optimization_barrier(args)
-        return set_xla_metadata(kept(*args), **_WHOLE)[0]
+        both: Any = set_xla_metadata(kept(*args), **_WHOLE)
+        return both[0]
 
     def run(*args: Any) -> Any:
         if not is_marking() or may_be_split():

@@ -15,8 +15,10 @@ from srt_jax.commands.shared.options import (
     EngineOption,
     JsonOption,
     PartOption,
+    TollOption,
     WorkersOption,
     sides,
+    toll_for,
 )
 from srt_jax.dataset import write_dataset
 from srt_jax.scale.parts import as_part
@@ -51,17 +53,7 @@ def dataset(
             help="What the labels say: the least removal, or whether to break or to go round.",
         ),
     ] = "least",
-    toll: Annotated[
-        float | None,
-        typer.Option(
-            metavar="CELLS",
-            help=(
-                "With --mode shortest: the detour that one unit of removal cost is worth."
-                " Default: 1."
-            ),
-            show_default=False,
-        ),
-    ] = None,
+    toll: TollOption = None,
     workers: WorkersOption = None,
     part: PartOption = None,
     engine: EngineOption = None,
@@ -71,11 +63,7 @@ def dataset(
     """Writes tasks with exact labels: costs to go, correction factors, focal maps, first blockers,
     least removals.
     """
-    if toll is not None and mode != "shortest":
-        raise ValueError(
-            f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
-            " out --toll"
-        )
+    worth = toll_for(mode, toll)
     keep_together()
     # a part holds its share of the shards, so of the tasks, to within a shard
     total = -(-count // as_part(part).count)
@@ -89,7 +77,7 @@ def dataset(
             shard_size=shard_size,
             format=format,
             mode=mode,
-            toll=1.0 if toll is None else toll,
+            toll=worth,
             progress=advance,
             workers=workers,
             part=part,

@@ -37,6 +37,16 @@ RowsOption = Annotated[
         help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out.",
     ),
 ]
+TollOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="CELLS",
+        help=(
+            "With --mode shortest: the detour that one unit of removal cost is worth. Default: 1."
+        ),
+        show_default=False,
+    ),
+]
 SHARED = "Many processes and machines"
 
 WorkersOption = Annotated[
@@ -89,6 +99,16 @@ def row_range(text: str | None) -> tuple[int | None, int | None] | None:
         )
     ends = [int(end) if end.strip() else None for end in (first, last)]
     return ends[0], ends[1]
+
+
+def toll_for(mode: str, toll: float | None) -> float:
+    """Returns what --toll stands for; ValueError where the mode does not ask for one."""
+    if toll is not None and mode != "shortest":
+        raise ValueError(
+            f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
+            " out --toll"
+        )
+    return 1.0 if toll is None else toll
 
 
 @contextlib.contextmanager
