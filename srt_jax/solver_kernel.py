@@ -45,9 +45,21 @@ class Way(NamedTuple):
     total_bound: Array
 
 
-Mode = Callable[..., tuple[Array, Array, Way]]
-"""A mode's way: (task, among, room, max_destroyed=, capacity=) -> the cells reached at first,
-uint32 [B, H, words], the bound on the removal, float32 [B], and the way.
+class First(NamedTuple):
+    """What is known before anything is destroyed.
+
+    free, reached: uint32 [B, H, words], packed; the cells that are free and those reached.
+    bound: float32 [B], on the removal.
+    """
+
+    free: Array
+    reached: Array
+    bound: Array
+
+
+Mode = Callable[..., tuple[First, Way]]
+"""A mode's way: (task, among, room, max_destroyed=, capacity=) -> what is known at first, and the
+way.
 """
 
 
@@ -77,7 +89,7 @@ def answer_batch(
     # The way, for all tasks whose ends may be joined at all.
     starts = opens_at(task.labels, task.start, jnp.zeros_like(task.destroyable))
     can_end = opens_at(task.labels, task.goal, task.destroyable)
-    reached, bound, way = walk(
+    (free, reached, bound), way = walk(
         task, starts & can_end, room, max_destroyed=max_destroyed, capacity=capacity
     )
     # What blocks at first; where nothing helps, the proof.
@@ -85,7 +97,7 @@ def answer_batch(
     is_cut_off = starts & ~is_open
     is_inside, is_apart = is_cut_off & ~can_end, is_cut_off & can_end & ~is_solvable
     first, separating = blockages(
-        task, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
+        task, free, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
     )
     # What fits into the answer, and the status.
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
@@ -126,13 +138,13 @@ def answer_batch(
 
 def _least(
     task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, max_branches: int
-) -> tuple[Array, Array, Way]:
+) -> tuple[First, Way]:
     """The cells reached, the bound, and the way of least removal: the shortest route, and MAP's
     plan over what must go.
     """
     found = search_least(task, room, among, capacity=capacity, max_nodes=max_branches)
     way = _way_of_chain(task, found.route, found.cost, found.needed, max_destroyed=max_destroyed)
-    return found.reached, found.bound, way
+    return First(found.free, found.reached, found.bound), way
 
 
 def _way_of_chain(
@@ -172,22 +184,23 @@ def _shortest(
     max_destroyed: int,
     capacity: int,
     max_branches: int,
-) -> tuple[Array, Array, Way]:
+) -> tuple[First, Way]:
     """The least total of length and tolls; the bound on removals is the price of the goal."""
-    reached, bound = goal_prices(task, among)
+    free, reached, bound = goal_prices(task, among)
     among = among & jnp.isfinite(bound)
     found = least_total(task, toll, room, among, capacity=capacity, max_nodes=max_branches)
     cost = totals(task.removal_cost, found.needed < NEVER)
     cost = jnp.where(found.route.num_cells > 0, cost, jnp.inf)
     way = _way_of_chain(task, found.route, cost, found.needed, max_destroyed=max_destroyed)
-    return reached, bound, way._replace(total=found.total, total_bound=found.bound)
+    way = way._replace(total=found.total, total_bound=found.bound)
+    return First(free, reached, bound), way
 
 
 def _paper(
     task: Task, among: Array, room: Array, *, max_destroyed: int, capacity: int, is_literal: bool
-) -> tuple[Array, Array, Way]:
+) -> tuple[First, Way]:
     """The greedy loop, run only where some way can be opened."""
-    reached, bound = goal_prices(task, among)
+    free, reached, bound = goal_prices(task, among)
     symbolic = Symbolic(first_act(), plan_on_contour, ATTENDED, is_literal)
     walk = greedy_walk(
         task, jnp.isfinite(bound), room, symbolic, max_destroyed=max_destroyed, capacity=capacity
@@ -197,7 +210,7 @@ def _paper(
     fields = {name: value for name, value in walk._asdict().items() if name in Way._fields}
     nothing = jnp.zeros_like(cost)
     way = Way(removal_cost=cost, total=nothing, total_bound=nothing, **fields)
-    return reached, bound, way
+    return First(free, reached, bound), way
 
 
 def _total_cost(task: Task, ids: Array) -> Array:

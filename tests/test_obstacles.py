@@ -60,6 +60,25 @@ def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_
 
 
 @pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("share", [0.05, 0.5])
+def test_cells_opened_step_by_step_are_those_open_at_the_end(shape, share):
+    labels, rng = random_labels(shape, seed=2)
+    first, new = (rng.random((shape[0], shape[4])) < share for _ in range(2))
+
+    def in_steps(own, first, new):
+        known = obstacles.survey(own)
+        before = obstacles.opened(own, known, first, known.free, first)
+        return known.free, obstacles.opened(own, known, first | new, before, new)
+
+    steps = batch_kernel(lambda *args: obstacles.of_all(in_steps, *args))
+    free, end = jax.jit(steps)(labels, first, new)
+    for one, gone, at_first, words in zip(labels, first | new, free, end):
+        nothing = np.zeros_like(gone)
+        assert np.array_equal(unpacked(at_first[None], shape[3])[0], open_without(one, nothing))
+        assert np.array_equal(unpacked(words[None], shape[3])[0], open_without(one, gone))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("share", [0.2, *slow(0, 1)])
 def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
     labels, rng = random_labels(shape, seed=3)

@@ -34,7 +34,7 @@ from jax import lax
 
 from srt_jax import obstacles
 from srt_jax.engine import packing
-from srt_jax.obstacles import Labels
+from srt_jax.obstacles import Labels, Survey
 from srt_jax.removal import sums
 from srt_jax.removal.nodes import (
     Nodes,
@@ -54,7 +54,8 @@ from srt_jax.types import Array, Task
 class Removal(NamedTuple):
     """The answer to each task of a batch.
 
-    reached: uint32 [B, H, words], packed, the cells reached with nothing destroyed.
+    free, reached: uint32 [B, H, words], packed, the cells free and those reached with nothing
+      destroyed.
     bound: float32 [B], proven: no set of less total cost opens a way. 0 where a path exists, inf
       where nothing helps.
     cost: float32 [B], of the best set found, inf where none was. Both are exact sums, rounded down.
@@ -63,6 +64,7 @@ class Removal(NamedTuple):
       if it need not.
     """
 
+    free: Array
     reached: Array
     bound: Array
     cost: Array
@@ -129,13 +131,14 @@ class _Walk(NamedTuple):
 
 
 class _Map(NamedTuple):
-    """What does not change during the search on one map.
+    """What does not change during the search on one map. known: from one pass over its labels.
 
     may_go: bool [M]. costs: of M obstacles. start, goal: int32 [2]. room: int32 [], the cells a
       route may use.
     """
 
     labels: Labels
+    known: Survey
     may_go: Array
     costs: Costs
     start: Array
@@ -168,7 +171,8 @@ def _search(
     """The search on one map; may_go bool [M], cost float32 [M]."""
     num_obstacles = len(cost)
     height, width = labels.all.shape[2:]
-    given = _Map(labels, may_go, sums.costs_of(cost, may_go), start, goal, room)
+    known = obstacles.survey(labels)
+    given = _Map(labels, known, may_go, sums.costs_of(cost, may_go), start, goal, room)
     nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 
     def is_unfinished(state: _State) -> Array:
@@ -189,7 +193,7 @@ def _search(
     end = lax.while_loop(is_unfinished, lambda state: _expand(state, given, nowhere), begin)
     bound = jnp.where(sums.is_less(end.low, end.best.cost), end.low, end.best.cost)
     bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), given.costs)
-    return end.reached, bound, cost, end.best.route, end.best.needed
+    return known.free, end.reached, bound, cost, end.best.route, end.best.needed
 
 
 def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
@@ -201,7 +205,7 @@ def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
     gone, stays = decisions_at(nodes, at, len(given.may_go))
     paid = paid_at(nodes, at)
     terms = Terms(given.start, given.goal, given.costs, given.may_go & ~stays)
-    prices = prices_of(given.labels, terms, gone, paid, best.cost)
+    prices = prices_of(given.labels, given.known, terms, gone, paid, best.cost)
     bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
 
     # An answer, where the node may still lead to one that is better than the best.
@@ -279,7 +283,7 @@ def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Arr
     tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
     opened = jnp.where(state.is_thinning, without, tight_or_more)
     capacity = state.route.cells.shape[0]
-    free = obstacles.open_cells(given.labels, opened)
+    free = obstacles.opened(given.labels, given.known, opened, given.known.free, opened)
     found = route_through(given.labels, free, given.start, given.goal, len(given.may_go), capacity)
 
     # If nothing leads round the spared obstacle, the route before it is kept.

@@ -23,7 +23,7 @@ from jax import lax
 
 from srt_jax import obstacles
 from srt_jax.engine.packing import num_words
-from srt_jax.obstacles import Labels
+from srt_jax.obstacles import Labels, Survey
 from srt_jax.paths.reach import flood_group
 from srt_jax.removal import sums
 from srt_jax.removal.sums import Costs
@@ -39,6 +39,14 @@ class Terms(NamedTuple):
     goal: Array
     costs: Costs
     may_go: Array
+
+
+class Place(NamedTuple):
+    """One map. free: the mask of cells open at the beginning, with some obstacles gone."""
+
+    labels: Labels
+    known: Survey
+    free: Array
 
 
 class Prices(NamedTuple):
@@ -57,14 +65,14 @@ class Prices(NamedTuple):
     tight: Array
 
 
-def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
-    """Returns the cells reached with nothing destroyed and the price of the goal, for the tasks in
-    `among` (bool [B]).
+def goal_prices(task: Task, among: Array) -> tuple[Array, Array, Array]:
+    """Returns the free cells, of these the ones reached with nothing destroyed, and the price of
+    the goal, for the tasks in `among` (bool [B]).
 
-    Their start is free and their goal on the map; for the others: no cell, and inf.
+    Their start is free and their goal on the map; for the others: no cell reached, and inf.
 
     Returns:
-      uint32 [B, H, words], packed; float32 [B], rounded down.
+      uint32 [B, H, words] twice, packed; float32 [B], rounded down.
     """
 
     def one_map(
@@ -74,14 +82,18 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
         start: Array,
         goal: Array,
         is_requested: Array,
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, Array, Array]:
         terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
         nothing = jnp.zeros(cost.shape, bool)
         most = jnp.where(is_requested, sums.never(), sums.zero())
-        found = _levels(labels, start, goal, nothing, terms, nothing, sums.zero(), most)
+        known = obstacles.survey(labels)
+        place = Place(labels, known, known.free)
+        found = _levels(place, start, goal, nothing, terms, nothing, sums.zero(), most)
         (price,) = sums.to_float32(found.price[:, None], terms.costs)
-        return jnp.where(is_requested, found.first, jnp.uint32(0)), jnp.where(
-            is_requested, price, jnp.inf
+        return (
+            known.free,
+            jnp.where(is_requested, found.first, jnp.uint32(0)),
+            jnp.where(is_requested, price, jnp.inf),
         )
 
     return obstacles.of_all(
@@ -89,7 +101,9 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array]:
     )
 
 
-def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Array) -> Prices:
+def prices_of(
+    labels: Labels, known: Survey, terms: Terms, gone: Array, paid: Array, most: Array
+) -> Prices:
     """Returns the prices once the obstacles `gone` (bool [M]) are, with the cost `paid` for them;
     `terms.start` is free.
 
@@ -98,6 +112,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
     in_goal = obstacles.owners_of(labels, terms.goal, num_obstacles)
+    place = Place(labels, known, obstacles.opened(labels, known, gone, known.free, gone))
 
     def one_way(state: _Ways) -> _Ways:
         # One body for both directions: it takes long to compile.
@@ -107,7 +122,7 @@ def prices_of(labels: Labels, terms: Terms, gone: Array, paid: Array, most: Arra
             for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
         )
         limit = jnp.where(is_back, state.forth.price, most)
-        found = _levels(labels, source, target, gone, terms, in_goal & is_back, paid, limit)
+        found = _levels(place, source, target, gone, terms, in_goal & is_back, paid, limit)
         forth, back = (
             _select(state.forth, found, ~is_back),
             _select(state.back, found, is_back),
@@ -160,13 +175,15 @@ class _Ways(NamedTuple):
 
 
 class _Level(NamedTuple):
-    """price: the number that is paid. reached: the mask. is_first, continues: bool []. The others
-    as in `_Found`.
+    """price: the number that is paid. reached: the mask. passable: the mask of open cells before
+    the obstacles `new` (bool [M]) were. is_first, continues: bool []. The others as in `_Found`.
     """
 
     price: Array
     first: Array
     reached: Array
+    passable: Array
+    new: Array
     open_at: Array
     is_met: Array
     is_open: Array
@@ -176,7 +193,7 @@ class _Level(NamedTuple):
 
 
 def _levels(
-    labels: Labels,
+    place: Place,
     source: Array,
     target: Array,
     gone: Array,
@@ -189,17 +206,20 @@ def _levels(
     more.
 
     Args:
+      place: with the obstacles `gone` gone.
       met: bool [M], obstacles that are met from the beginning.
       paid: the number to begin with. most: a number.
     """
     costs, may_go = terms.costs, terms.may_go & ~gone
     num_obstacles = len(gone)
+    labels, known, free = place
     height, width = labels.all.shape[2:]
     at_source = obstacles.only(source, height, num_words(width))
 
     def level(state: _Level) -> _Level:
         # Flood on over what is open at this price.
-        passable = obstacles.open_cells(labels, gone | state.is_open)
+        is_gone = gone | state.is_open
+        passable = obstacles.opened(labels, known, is_gone, state.passable, state.new)
         reached = flood_group(
             passable, (state.reached | at_source) & passable, group=1, through_corners=False
         )
@@ -221,6 +241,8 @@ def _levels(
             price=jnp.where(continues, price, state.price),
             first=jnp.where(state.is_first, reached, state.first),
             reached=reached,
+            passable=passable,
+            new=is_next & continues,
             open_at=open_at,
             is_met=is_met,
             is_open=state.is_open | (is_next & continues),
@@ -233,7 +255,17 @@ def _levels(
     numbers = jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32)
     yes, no = jnp.bool_(True), jnp.bool_(False)
     begin = _Level(
-        paid, nothing, nothing, numbers, none, none, is_first=yes, is_there=no, continues=yes
+        paid,
+        nothing,
+        nothing,
+        free,
+        none,
+        numbers,
+        none,
+        none,
+        is_first=yes,
+        is_there=no,
+        continues=yes,
     )
     # Ends: each level opens at least one more obstacle.
     end = lax.while_loop(lambda state: state.continues, level, begin)

@@ -30,13 +30,14 @@ class _Rounds(NamedTuple):
 
 
 def blockages(
-    task: Task, reached: Array, *, is_cut_off: Array, is_inside: Array, is_apart: Array
+    task: Task, free: Array, reached: Array, *, is_cut_off: Array, is_inside: Array, is_apart: Array
 ) -> tuple[Blockage, Array]:
     """Returns the first blockage, and of each task in `is_apart` the indestructible obstacles that
     separate, bool [B, M].
 
     Args:
       task: with one batch axis.
+      free: uint32 [B, H, words], packed, the cells open with nothing gone.
       reached: uint32 [B, H, words], packed, from the start with nothing gone; not known where the
         goal is inside.
       is_cut_off: bool [B], tasks whose goal is not reached: those that have a first blockage.
@@ -49,6 +50,7 @@ def blockages(
         labels: Labels,
         may_go: Array,
         ends: Ends,
+        free: Array,
         reached: Array,
         is_cut_off: Array,
         is_inside: Array,
@@ -60,9 +62,9 @@ def blockages(
             # What blocks with nothing gone; in the last round, with all gone that may go: that is
             # the proof. One body for both: it takes long to compile.
             is_last = state.number == 1
-            free = obstacles.open_cells(labels, may_go & is_last)
+            passable = lax.cond(is_last, lambda: obstacles.open_cells(labels, may_go), lambda: free)
             is_known = ~is_last & ~is_inside
-            found = blockage_of(labels, free, ends, reached, M, is_known, jnp.bool_(True))
+            found = blockage_of(labels, passable, ends, reached, M, is_known, jnp.bool_(True))
             first = jax.tree.map(lambda old, new: jnp.where(is_last, old, new), state.first, found)
             return _Rounds(state.number + 1, first, found.on_contour & ~may_go & is_last)
 
@@ -74,7 +76,7 @@ def blockages(
         return end.first, end.separating
 
     ends = Ends(task.start, task.goal, task.size)
-    known = (reached, is_cut_off, is_inside, is_apart)
+    known = (free, reached, is_cut_off, is_inside, is_apart)
     return obstacles.of_all(one_map, task.labels, task.destroyable, ends, *known)
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from experiments.campaigns.judges.integer_programming import exact_removal
 from srt_jax import Status, check, solve, stack
-from srt_jax.obstacles import Labels
+from srt_jax.obstacles import Labels, survey
 from srt_jax.reference.brute_force import brute_force_removal
 from srt_jax.removal import sums
 from srt_jax.removal.prices import Terms, goal_prices, prices_of
@@ -119,7 +119,7 @@ def _is_askable(index):
 
 def test_the_price_of_the_goal_is_the_optimum_where_obstacles_are_whole_and_else_no_more():
     among = np.array([_is_askable(index) for index in range(len(TASKS))])
-    reached, price = (np.asarray(part) for part in jax.jit(goal_prices)(stack(TASKS), among))
+    _, reached, price = (np.asarray(part) for part in jax.jit(goal_prices)(stack(TASKS), among))
     for index in range(len(TASKS)):
         cost = brute_force(index).cost
         assert price[index] <= cost
@@ -138,9 +138,8 @@ def test_tight_are_the_members_of_least_sets_and_what_is_gone_costs_nothing_more
             may_go = jnp.isfinite(cost)
             costs = sums.costs_of(cost, may_go)
             paid = sums.zero()  # what is gone is given
-            found = prices_of(
-                Labels(labels, which), Terms(start, goal, costs, may_go), gone, paid, sums.never()
-            )
+            own, terms = Labels(labels, which), Terms(start, goal, costs, may_go)
+            found = prices_of(own, survey(own), terms, gone, paid, sums.never())
             return found._replace(goal=sums.to_float32(found.goal[:, None], costs)[0])
 
         return jax.lax.map(
