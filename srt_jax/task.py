@@ -9,6 +9,7 @@ import numpy as np
 
 from srt_jax.components import label
 from srt_jax.engine.arguments import as_cells
+from srt_jax.engine.cores import empty
 from srt_jax.engine.entrance import (
     require_answer,
     require_listed,
@@ -137,7 +138,8 @@ def stack(tasks: Sequence[Task]) -> Task:
     require_values("stack", tasks, inside="make the batch outside, or use jax.vmap inside jit")
     shape = tuple(np.max([np.shape(task.labels) for task in tasks], axis=0).tolist())
     num_obstacles = max(np.shape(task.destroyable)[0] for task in tasks)
-    labels = np.full((len(tasks), *shape), FREE, np.int32)
+    labels = empty((len(tasks), *shape), np.int32)  # JAX takes it over without a copy
+    labels[:] = FREE
     labels[:, 0] = OUTSIDE
     destroyable = np.zeros((len(tasks), num_obstacles), bool)
     removal_cost = np.ones((len(tasks), num_obstacles), np.float32)
