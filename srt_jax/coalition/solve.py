@@ -133,7 +133,7 @@ class _Found(NamedTuple):
 def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolution:
     """`solve_coalition` for one leading batch axis."""
     batch, agents, obstacles = task.able.shape
-    height, width = task.labels.shape[2:]
+    layers, height, width = task.labels.shape[1:]
     capacity = options.max_cells or 2 * max_path_cells(height, width)
     arrays = (task.able, task.start, task.goal)
     # A marked call has no operand that it does not use: the compiler would end the process.
@@ -144,7 +144,7 @@ def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolu
         arrays = (*arrays, task.removal_cost)
     found = batches.of_all(
         search_one,
-        lambda: regions.scratch(height * width, obstacles, 2 * agents),
+        lambda: regions.scratch(height * width, layers, obstacles, 2 * agents),
         task.labels,
         *arrays,
     )
