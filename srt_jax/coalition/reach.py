@@ -16,10 +16,15 @@ from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
 from srt_jax.coalition.records import CoalitionReach, Help
 from srt_jax.coalition.regions import Graph, Scratch
 from srt_jax.coalition.task import CoalitionTask
-from srt_jax.engine import packing
+from srt_jax.engine import cores, packing
+from srt_jax.engine.arguments import is_traced
 from srt_jax.engine.batching import batch_kernel
+from srt_jax.engine.buckets import map_bucket
 from srt_jax.obstacles import Labels
 from srt_jax.types import Array
+
+_AT_ONCE = 1 << 18
+"""Cells unpacked at once: that they stay in the caches."""
 
 
 def coalition_reach(task: CoalitionTask) -> CoalitionReach:
@@ -47,12 +52,14 @@ def coalition_reach(task: CoalitionTask) -> CoalitionReach:
       >>> reach.reached[0].sum().item(), reach.alone[0].sum().item()
       (35, 15)
     """
-    axes = {"reached": "AHW", "alone": "AHW", "destroys": "AM", "firm": "M", "help": "A"}
-    return batches.call(_reacher, task, None, axes)
+    axes = {"reached": "A.", "alone": "A.", "destroys": "AM", "firm": "M", "help": "A"}
+    return batches.call(_reacher, task, not is_traced(task), axes, finish=_unpacked)
 
 
 @functools.cache
-def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach]:
+def _reacher(is_packed: bool, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach]:
+    """Where `is_packed`, cells come 32 in a word, uint32 [B, A, words]."""
+
     @batch_kernel
     def of_arrays(*arrays: Array) -> CoalitionReach:
         labels, able = arrays[:2]
@@ -61,10 +68,13 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
         words, destroys, firm, help = batches.of_all(
             _reach, lambda: _room(height * width, layers, obstacles, 2 * agents), *arrays
         )
-        shape = (len(labels), agents, height, width)
+        cells = jnp.moveaxis(words, 2, 1)
+        if not is_packed:
+            shape = (len(labels), 2 * agents, height, width)
+            cells = packing.unpack(cells, height * width).reshape(shape)
         return CoalitionReach(
-            reached=_cells(words, 0, agents, height * width).reshape(shape),
-            alone=_cells(words, agents, 2 * agents, height * width).reshape(shape),
+            reached=cells[:, :agents],
+            alone=cells[:, agents:],
             destroys=destroys,
             firm=firm,
             help=help,
@@ -73,16 +83,31 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
     return jitted(
         lambda task: of_arrays(task.labels, task.able, task.start, task.goal),
         is_part=is_part,
-        name=("coalition_reach", is_part),
+        name=("coalition_reach", is_packed, is_part),
     )
 
 
-def _cells(words: Array, first: int, last: int, num_cells: int) -> Array:
-    """Returns the floods from `first` on before `last` of uint32 [B, words, F], 32 cells in a word,
-    as bool [B, last - first, N].
+def _unpacked(packed: CoalitionReach, height: int, width: int) -> CoalitionReach:
+    """The answer of a batch with its cells as bools, unpacked on the host: a large array that a
+    kernel returns is touched for the first time at every call, which takes longer.
     """
-    floods = jnp.moveaxis(words[:, :, first:last], 2, 1)
-    return packing.unpack(floods, num_cells)
+    sides = map_bucket(height, width)
+    count, agents = packed.help.shape
+    num_cells = sides[0] * sides[1]
+    size = max(1, _AT_ONCE // (agents * num_cells))
+
+    def cells(words: Array) -> np.ndarray:
+        words = np.ascontiguousarray(words).view(np.uint8)
+
+        def unpack(part: slice) -> list[Array]:
+            bits = np.unpackbits(words[part], axis=-1, count=num_cells, bitorder="little")
+            return [bits.view(bool).reshape(-1, agents, *sides)[:, :, :height, :width]]
+
+        whole = cores.empty((count, agents, height, width), bool)
+        cores.run_parts(unpack, count, size, [whole])
+        return whole
+
+    return packed.replace(reached=cells(packed.reached), alone=cells(packed.alone))
 
 
 class Feasible(NamedTuple):

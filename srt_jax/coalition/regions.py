@@ -287,9 +287,7 @@ def _join(
             differs = ~are_alike(room, upper + 1, lower)
             return _noted(num, room, differs, upper + 1, ~lower)
 
-        num, room = lax.fori_loop(
-            jnp.int32(0), has_corners.astype(jnp.int32), corners, (num, room)
-        )
+        num, room = lax.fori_loop(jnp.int32(0), has_corners.astype(jnp.int32), corners, (num, room))
         return _Scan(
             upper + (end <= end_below).astype(jnp.int32),
             lower + (end >= end_below).astype(jnp.int32),
