@@ -259,7 +259,7 @@ def _milliseconds(run, count: int) -> float:
 
 def _pyperplan(domain: str, problem: str) -> list[str] | None:
     try:
-        from pyperplan import planner
+        from pyperplan import planner  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
 
