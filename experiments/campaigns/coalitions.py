@@ -12,18 +12,21 @@ Parts; with none named all of them. Exit code 1 if anything differs.
   replayed, the plan valid in the exported domain, the messages those of the routes; MAP plans some.
 - lone: 500 tasks of one agent against `solve`: status, costs, bound, length.
 - alone: 40 tasks by themselves and in a batch: the same bits.
-- planners: pyperplan and Fast Downward on exported domains, where installed.
+- planners: pyperplan and Fast Downward on the exported domains of the same 1,000 tasks, where
+  installed (`pip install pyperplan up-fast-downward`): every plan replayed by ours, and by
+  unified_planning where that is installed.
 - speed: milliseconds of CPU time a task.
 """
 
 import argparse
 import importlib.util
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import jax
 import numpy as np
@@ -49,6 +52,7 @@ from srt_jax.coalition.task import on_one_map
 from srt_jax.reference import coalition as twin
 
 _BATCH = 500
+_LIMIT = 60  # seconds that a planner has for a task
 _STREETS = pathlib.Path(__file__).resolve().parents[3] / "shared" / "data" / "street"
 
 
@@ -164,19 +168,31 @@ def alone(tally: Tally, seed: int, count: int) -> None:
 def planners(tally: Tally, seed: int, count: int) -> None:
     pairs = list(answers(tasks_of_64(seed, count), 30))
     solved = [(t, a) for t, a in pairs if Status(int(a.status)).is_solved]
+    by_other = _other_validator()
     for name, run in (("pyperplan", _pyperplan), ("Fast Downward", _fast_downward)):
-        planned = 0
+        planned, late, most = 0, 0, 0.0
         for index, (task, answer) in enumerate(solved):
             domain, problem = coalition_texts(task, answer)
-            plan = run(domain, problem)
+            begin = time.perf_counter()
+            try:
+                plan = run(domain, problem)
+            except TimeoutError:
+                late += 1
+                continue
             if plan is None:
                 print(f"planners: {name} is not installed: skipped", flush=True)
                 break
-            planned += 1
+            planned, most = planned + 1, max(most, time.perf_counter() - begin)
             wrong = sign_model.validate(sign_model.load(domain, problem), plan)
             tally.judge(f"{name}'s plan valid", not wrong, f"task {index}: {wrong}")
-        if planned:
-            print(f"planners: {name} planned {planned} of {len(solved)}", flush=True)
+            if by_other is not None:
+                is_valid = by_other(domain, problem, plan)
+                tally.judge(f"{name}'s plan valid for unified_planning", is_valid, f"task {index}")
+        print(
+            f"planners: {name} planned {planned} of {len(solved)} solved of {count} tasks, {late}"
+            f" past the limit of {_LIMIT} s; the slowest took {most:.1f} s",
+            flush=True,
+        )
 
 
 def speed(tally: Tally, seed: int, count: int) -> None:
@@ -243,16 +259,26 @@ def _milliseconds(run, count: int) -> float:
 
 def _pyperplan(domain: str, problem: str) -> list[str] | None:
     try:
-        from pyperplan import planner
+        from pyperplan import planner  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
+
+    def too_late(*_: object) -> None:
+        raise TimeoutError
+
     with tempfile.TemporaryDirectory() as folder:
         files = [pathlib.Path(folder, name) for name in ("domain.pddl", "problem.pddl")]
         for file, text in zip(files, (domain, problem)):
             file.write_text(text)
-        found = planner.search_plan(
-            *map(str, files), planner.SEARCHES["gbf"], planner.HEURISTICS["hff"]
-        )
+        before = signal.signal(signal.SIGALRM, too_late)
+        signal.alarm(_LIMIT)
+        try:
+            found = planner.search_plan(
+                *map(str, files), planner.SEARCHES["gbf"], planner.HEURISTICS["hff"]
+            )
+        finally:
+            signal.alarm(0)
+            signal.signal(signal.SIGALRM, before)
     return [operator.name for operator in found]
 
 
@@ -267,9 +293,29 @@ def _fast_downward(domain: str, problem: str) -> list[str] | None:
             pathlib.Path(folder, name).write_text(text)
         command = [sys.executable, str(driver), "domain.pddl", "problem.pddl"]
         command += ["--search", "lazy_greedy([ff()])"]
-        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        try:
+            subprocess.run(command, cwd=folder, capture_output=True, check=True, timeout=_LIMIT)
+        except subprocess.TimeoutExpired:
+            raise TimeoutError from None
         lines = pathlib.Path(folder, "sas_plan").read_text().split("\n")
     return [line for line in lines if line.startswith("(")]
+
+
+def _other_validator() -> Callable[[str, str, list[str]], bool] | None:
+    """Whether a plan is valid, by unified_planning, which shares nothing with ours."""
+    try:
+        from unified_planning.engines import SequentialPlanValidator
+        from unified_planning.io import PDDLReader
+    except ImportError:
+        return None
+
+    def is_valid(domain: str, problem: str, plan: list[str]) -> bool:
+        reader = PDDLReader()
+        task = reader.parse_problem_string(domain, problem)
+        found = reader.parse_plan_string(task, "\n".join(plan))
+        return bool(SequentialPlanValidator().validate(task, found))
+
+    return is_valid
 
 
 _PARTS = {
@@ -278,7 +324,7 @@ _PARTS = {
     "helpers": (helpers_of_64, 1_000),
     "lone": (lone, 500),
     "alone": (alone, 40),
-    "planners": (planners, 40),
+    "planners": (planners, 1_000),
     "speed": (speed, 256),
 }
 

@@ -59,6 +59,7 @@ def call(
     axes: dict[str, str],
     *,
     room: int | None = None,
+    finish: Callable[[Any, int, int], Any] | None = None,
 ) -> Any:
     """Returns what a kernel gives for a task or a batch of tasks.
 
@@ -69,6 +70,8 @@ def call(
       options: hashable.
       axes: for each array of the record whose axes after the first are padded: "A", "M", "H", "W"
         for those to crop, "N" for the room, "." for others.
+      finish: (record, height, width) -> the record of an eager call, on the host, where its kernel
+        returns another.
     """
     batch = coalition_batch(task)
     ranks = CoalitionTask(**{name: rank for name, (_, rank) in _FORM.items()})
@@ -80,6 +83,8 @@ def call(
 
     def run() -> Any:
         out = _in_buckets(kernel, flat, options, axes, room)
+        if finish is not None:
+            out = finish(out, *flat.labels.shape[-2:])
         return eager.unfold(out, batch)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
@@ -99,7 +104,7 @@ def _in_buckets(
     B, L, H, W = task.labels.shape
     A, M = task.able.shape[1:]
     bucket = (batch_bucket(B), batch_bucket(L), *map_bucket(H, W), batch_bucket(A))
-    shape = (*bucket, max(8, batch_bucket(M)))
+    shape = (*bucket, _obstacle_bucket(M))
     is_on_host = cores.is_on_host(*jax.tree.leaves(task))
     size = cores.part_size(bucket[0], A * H * W * L, cores.SOLVE) if is_on_host else bucket[0]
     run_bucket = kernel(options, size < B)
@@ -117,6 +122,13 @@ def _in_buckets(
         return out.replace(**cropped)
 
     return run(task) if size >= B else cores.in_parts(run, task, size, (run_bucket, shape, room))
+
+
+def _obstacle_bucket(count: int) -> int:
+    """Returns the number of obstacles to which `count` is padded: with what stands for the outside
+    of the map they fill whole words.
+    """
+    return max(32, batch_bucket(count + 1)) - 1
 
 
 def pad_batch(task: CoalitionTask, shape: tuple[int, ...]) -> CoalitionTask:

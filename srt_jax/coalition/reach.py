@@ -16,10 +16,15 @@ from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
 from srt_jax.coalition.records import CoalitionReach, Help
 from srt_jax.coalition.regions import Graph, Scratch
 from srt_jax.coalition.task import CoalitionTask
-from srt_jax.engine import packing
+from srt_jax.engine import cores, packing
+from srt_jax.engine.arguments import is_traced
 from srt_jax.engine.batching import batch_kernel
+from srt_jax.engine.buckets import map_bucket
 from srt_jax.obstacles import Labels
 from srt_jax.types import Array
+
+_AT_ONCE = 1 << 18
+"""Cells unpacked at once: that they stay in the caches."""
 
 
 def coalition_reach(task: CoalitionTask) -> CoalitionReach:
@@ -47,24 +52,29 @@ def coalition_reach(task: CoalitionTask) -> CoalitionReach:
       >>> reach.reached[0].sum().item(), reach.alone[0].sum().item()
       (35, 15)
     """
-    axes = {"reached": "AHW", "alone": "AHW", "destroys": "AM", "firm": "M", "help": "A"}
-    return batches.call(_reacher, task, None, axes)
+    axes = {"reached": "A.", "alone": "A.", "destroys": "AM", "firm": "M", "help": "A"}
+    return batches.call(_reacher, task, not is_traced(task), axes, finish=_unpacked)
 
 
 @functools.cache
-def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach]:
+def _reacher(is_packed: bool, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach]:
+    """Where `is_packed`, cells come 32 in a word, uint32 [B, A, words]."""
+
     @batch_kernel
     def of_arrays(*arrays: Array) -> CoalitionReach:
         labels, able = arrays[:2]
-        height, width = labels.shape[2:]
+        layers, height, width = labels.shape[1:]
         agents, obstacles = able.shape[1:]
-        flags, destroys, firm, help = batches.of_all(
-            _reach, lambda: regions.scratch(height * width, obstacles, 2 * agents), *arrays
+        words, destroys, firm, help = batches.of_all(
+            _reach, lambda: _room(height * width, layers, obstacles, 2 * agents), *arrays
         )
-        shape = (len(labels), agents, height, width)
+        cells = jnp.moveaxis(words, 2, 1)
+        if not is_packed:
+            shape = (len(labels), 2 * agents, height, width)
+            cells = packing.unpack(cells, height * width).reshape(shape)
         return CoalitionReach(
-            reached=_bits(flags, 0, agents).reshape(shape),
-            alone=_bits(flags, agents, 2 * agents).reshape(shape),
+            reached=cells[:, :agents],
+            alone=cells[:, agents:],
             destroys=destroys,
             firm=firm,
             help=help,
@@ -73,21 +83,31 @@ def _reacher(_: None, is_part: bool) -> Callable[[CoalitionTask], CoalitionReach
     return jitted(
         lambda task: of_arrays(task.labels, task.able, task.start, task.goal),
         is_part=is_part,
-        name=("coalition_reach", is_part),
+        name=("coalition_reach", is_packed, is_part),
     )
 
 
-def _bits(flags: Array, first: int, last: int) -> Array:
-    """Returns the bits from `first` on before `last` of uint32 [B, N, words] as bool [B, last -
-    first, N].
+def _unpacked(packed: CoalitionReach, height: int, width: int) -> CoalitionReach:
+    """The answer of a batch with its cells as bools, unpacked on the host: a large array that a
+    kernel returns is touched for the first time at every call, which takes longer.
     """
-    floods = np.arange(first, last)
-    parts = [
-        flags[:, None, :, word]
-        >> jnp.asarray(floods[floods // 32 == word] % 32, jnp.uint32)[None, :, None]
-        for word in range(first // 32, (last - 1) // 32 + 1)
-    ]
-    return jnp.concatenate(parts, axis=1) & jnp.uint32(1) != 0
+    sides = map_bucket(height, width)
+    count, agents = packed.help.shape
+    num_cells = sides[0] * sides[1]
+    size = max(1, _AT_ONCE // (agents * num_cells))
+
+    def cells(words: Array) -> np.ndarray:
+        words = np.ascontiguousarray(words).view(np.uint8)
+
+        def unpack(part: slice) -> list[Array]:
+            bits = np.unpackbits(words[part], axis=-1, count=num_cells, bitorder="little")
+            return [bits.view(bool).reshape(-1, agents, *sides)[:, :, :height, :width]]
+
+        whole = cores.empty((count, agents, height, width), bool)
+        cores.run_parts(unpack, count, size, [whole])
+        return whole
+
+    return packed.replace(reached=cells(packed.reached), alone=cells(packed.alone))
 
 
 class Feasible(NamedTuple):
@@ -107,19 +127,27 @@ class Feasible(NamedTuple):
     epochs: Array
 
 
+def _room(
+    num_cells: int, num_layers: int, num_obstacles: int, num_floods: int
+) -> tuple[Scratch, Array]:
+    flags = jnp.zeros((num_cells + 1, packing.num_words(num_floods)), jnp.uint32)
+    return regions.scratch(num_cells, num_layers, num_obstacles, num_floods), flags
+
+
 def _reach(
-    labels: Labels, room: Scratch, able: Array, start: Array, goal: Array
-) -> tuple[tuple, Scratch]:
-    """The cells of one map with a bit for each flood that reached them, who destroys what, what
-    stands firm, and what help each agent needs.
+    labels: Labels, room: tuple[Scratch, Array], able: Array, start: Array, goal: Array
+) -> tuple[tuple, tuple[Scratch, Array]]:
+    """The cells that each flood reached on one map (`_paint`), who destroys what, what stands firm,
+    and what help each agent needs.
     """
     num_obstacles = able.shape[1]
-    graph, able_words, never = prepare(labels, able, start, room)
+    scratch, flags = room
+    graph, able_words, never = prepare(labels, able, start, scratch)
     found, graph = feasible(labels, graph, able_words, never, start, goal)
-    flags, room = _paint(labels, graph, found.epochs)
+    words, room = _paint(labels, graph, found.epochs, flags)
     destroys = packing.unpack((found.together.beside & able_words)[None], num_obstacles)[0]
     destroys = destroys & (found.begin >= 0)[:, None]
-    return (flags, destroys, ~destroys.any(axis=0), found.help), room
+    return (words, destroys, ~destroys.any(axis=0), found.help), room
 
 
 def prepare(labels: Labels, able: Array, start: Array, room: Scratch) -> tuple[Graph, Array, Array]:
@@ -202,58 +230,93 @@ class _Turns(NamedTuple):
     epochs: Array
 
 
-def _paint(labels: Labels, graph: Graph, epochs: Array) -> tuple[Array, Scratch]:
-    """Returns for each cell a bit for each flood that reached it: uint32 [H * W, words]."""
+def _paint(
+    labels: Labels, graph: Graph, epochs: Array, flags: Array
+) -> tuple[Array, tuple[Scratch, Array]]:
+    """Returns which floods reached each cell, 32 cells in a word: uint32 [ceil(H * W / 32), F].
+
+    `flags`: room for the floods that reached each region, as bits, uint32 [N + 1, ceil(F / 32)].
+    """
     room = graph.room
-    height, width = labels.all.shape[2:]
-    num_cells, num_floods = height * width, len(epochs)
-    words = packing.num_words(num_floods)
-    place = jnp.arange(words, dtype=jnp.int32)
+    num_cells, num_floods = labels.all.shape[2] * labels.all.shape[3], len(epochs)
+    floods = jnp.arange(num_floods, dtype=jnp.int32)
+    place = jnp.arange(flags.shape[1], dtype=jnp.int32)
+    num_words = packing.num_words(num_cells)
 
-    # Of the first run of each region, then of the others: a run joined has its region before it.
-    def of_run(run: Array, state: tuple[Array, Scratch]) -> tuple[Array, Scratch]:
-        flags, room = state
-        root = regions.at(room.parent, run)
+    # The bits of each flood turn where a run differs from the one before.
+    def of_run(run: Array, state: _Painting) -> _Painting:
+        root = regions.at(state.parent, run)
 
-        def of_flood(flood: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
-            flag, mark = state
-            is_in = regions.at(mark, flood * num_cells + run) == regions.at(epochs, flood)
+        def of_flood(flood: Array, both: tuple[Array, Array]) -> tuple[Array, Array]:
+            flag, mark = both
+            is_in = regions.at(mark, flood * num_cells + root) == regions.at(epochs, flood)
             bit = is_in.astype(jnp.uint32) << (flood & 31).astype(jnp.uint32)
             return flag | jnp.where(place == flood >> 5, bit, jnp.uint32(0)), mark
 
-        steps = jnp.where(root == run, num_floods, 0)
-        none = jnp.zeros(words, jnp.uint32)
-        flag, mark = lax.fori_loop(jnp.int32(0), steps, of_flood, (none, room.mark))
-        flag = jnp.where(root == run, flag, regions.row(flags, root))
-        return regions.put_row(flags, flag, run), room._replace(mark=mark)
+        # a run that is the first of its region comes before the others
+        is_first = root == run
+        steps = jnp.where(is_first, num_floods, 0)
+        none = jnp.zeros(len(place), jnp.uint32)
+        flag, mark = lax.fori_loop(jnp.int32(0), steps, of_flood, (none, state.mark))
+        flag = jnp.where(is_first, flag, regions.row(state.flags, root))
+        flags = regions.put_row(state.flags, flag, root)
+        cell = regions.at(state.first, run)
+        word = cell >> 5
+        turned = _spread(flag ^ state.before, floods) << (cell & 31).astype(jnp.uint32)
+        turns = regions.put_row(state.turns, regions.row(state.turns, word) | turned, word)
+        return _Painting(flag, turns, flags, state.first, state.parent, mark)
 
-    flags = jnp.zeros((num_cells + 1, words), jnp.uint32)
-    flags, room = lax.fori_loop(jnp.int32(0), graph.num_runs, of_run, (flags, room))
+    begin = _Painting(
+        jnp.zeros(len(place), jnp.uint32),
+        jnp.zeros((num_words, num_floods), jnp.uint32),
+        flags,
+        room.first,
+        room.parent,
+        room.mark,
+    )
+    end = lax.fori_loop(jnp.int32(0), graph.num_runs, of_run, begin)
+    room = room._replace(first=end.first, parent=end.parent, mark=end.mark)
 
-    # Row by row: which run each cell belongs to, and the bits of that run.
-    which = jnp.arange(packing.num_words(width), dtype=jnp.int32)
-    up_to = (jnp.uint32(2) << jnp.arange(32, dtype=jnp.uint32)) - jnp.uint32(1)
+    # From turns to bits: within each word at once, then word after word.
+    def of_word(word: Array, state: _Carry) -> _Carry:
+        bits = regions.row(state.bits, word)
+        for step in (1, 2, 4, 8, 16):
+            bits = bits ^ (bits << jnp.uint32(step))
+        bits = bits ^ state.carry
+        last = jnp.uint32(0) - (bits >> jnp.uint32(31))
+        return _Carry(last, regions.put_row(state.bits, bits, word))
 
-    def of_row(row: Array, state: _Painting) -> _Painting:
-        starts = packing.pack(regions.run_starts(labels, row)[None, None])[0, 0]
-        counts = lax.population_count(starts).astype(jnp.int32)
-        earlier = jnp.sum(
-            jnp.where(which[None] < which[:, None], counts[None], 0), axis=1, dtype=jnp.int32
-        )
-        inside = lax.population_count(starts[:, None] & up_to[None]).astype(jnp.int32)
-        run = (state.before + earlier[:, None] + inside - 1).reshape(-1)[:width]
-        bits = jnp.take(state.flags, run, axis=0)
-        out = lax.dynamic_update_slice(state.out, bits, (row * width, jnp.int32(0)))
-        return _Painting(run[-1] + 1, state.flags, out)
+    nowhere = jnp.zeros(num_floods, jnp.uint32)
+    out = lax.fori_loop(
+        jnp.int32(0), jnp.int32(num_words), of_word, _Carry(nowhere, end.turns)
+    ).bits
+    return out, (room, end.flags)
 
-    begin = _Painting(jnp.int32(0), flags, jnp.zeros((num_cells, words), jnp.uint32))
-    end = lax.fori_loop(jnp.int32(0), jnp.int32(height), of_row, begin)
-    return end.out, room
+
+def _spread(words: Array, places: Array) -> Array:
+    """Returns bits of a set, uint32 [words], at int32 [F], as 0 or 1: uint32 [F]."""
+    bits = jnp.zeros(len(places), jnp.uint32)
+    for number in range(len(words)):
+        bit = words[number] >> (places & 31).astype(jnp.uint32) & jnp.uint32(1)
+        bits = jnp.where(places >> 5 == number, bit, bits)
+    return bits
 
 
 class _Painting(NamedTuple):
-    """before: int32 [], the runs of the rows painted. flags, out: uint32 [runs or cells, words]."""
+    """before: uint32 [words], the floods that reached the run before. turns: uint32 [words of
+    cells, F], the cells where that changes. flags: as in `_paint`. The others: as in `Scratch`.
+    """
 
     before: Array
+    turns: Array
     flags: Array
-    out: Array
+    first: Array
+    parent: Array
+    mark: Array
+
+
+class _Carry(NamedTuple):
+    """carry: uint32 [F], all bits set where the last cell was reached. bits: uint32 [words, F]."""
+
+    carry: Array
+    bits: Array

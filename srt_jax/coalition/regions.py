@@ -4,12 +4,14 @@ regions lie beside which.
 Where agents walk matters only up to regions, and there are few: everything that a coalition decides
 is decided on this small graph. It is built from the runs of each row, the longest stretches of
 cells with equal labels: two rows are compared run by run, as two sorted lists are merged, and runs
-that share a side and their labels are joined. A region is named by the first of its runs.
+that share a side and their owners are joined; those that touch and differ are noted, and their
+regions linked once these are known. A region is named by the first of its runs.
 
 For use inside a marked call, map by map. The arrays have room for the worst map and are never
 cleared: what a map uses of them it writes first (`Scratch`).
 """
 
+import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -33,6 +35,10 @@ class Scratch(NamedTuple):
     first: int32 [N + 2], the first cell of each run, row by row. parent: int32 [N + 1], a run of
       the same region, itself if it is the first one; the last entry is written where there is
       nothing to write.
+    owners: int32 [N + 1, L], the labels of each run, sorted and none twice: the same numbers where
+      the same obstacles lie on it.
+    upper, lower: int32 [3 N + 2], runs of neighbouring rows that touch and differ; `lower` is
+      complemented where they touch by a corner alone.
     own, near: uint32 [N + 1, Z], the obstacles on the cells of each run (region), and those beside.
     head: int32 [N + 1], the first link of each region, -1 none.
     to, after: int32 [6 N + 2], the region to which a link leads, and the next link of its region.
@@ -43,6 +49,9 @@ class Scratch(NamedTuple):
 
     first: Array
     parent: Array
+    owners: Array
+    upper: Array
+    lower: Array
     own: Array
     near: Array
     head: Array
@@ -63,14 +72,11 @@ class Graph(NamedTuple):
 
 
 class _Scan(NamedTuple):
-    """upper, lower: int32 [], the runs compared. kind: int32 [], 0 one below the other, 1 and 2 the
-    corners where both end in one column, 3 neighbours in one row. num_links: int32 [].
-    """
+    """upper, lower: int32 [], the runs compared. num_pairs: int32 [], of those that differ."""
 
     upper: Array
     lower: Array
-    kind: Array
-    num_links: Array
+    num_pairs: Array
     room: Scratch
 
 
@@ -82,7 +88,7 @@ class _Roots(NamedTuple):
     other: Array
 
 
-def scratch(num_cells: int, num_obstacles: int, num_floods: int) -> Scratch:
+def scratch(num_cells: int, num_layers: int, num_obstacles: int, num_floods: int) -> Scratch:
     """Returns room for maps of `num_cells` cells; every number in it is without meaning."""
     words = packing.num_words(num_obstacles + 1)
 
@@ -92,6 +98,9 @@ def scratch(num_cells: int, num_obstacles: int, num_floods: int) -> Scratch:
     return Scratch(
         first=numbers(num_cells + 2),
         parent=numbers(num_cells + 1),
+        owners=numbers(num_cells + 1, num_layers),
+        upper=numbers(3 * num_cells + 2),
+        lower=numbers(3 * num_cells + 2),
         own=jnp.zeros((num_cells + 1, words), jnp.uint32),
         near=jnp.zeros((num_cells + 1, words), jnp.uint32),
         head=numbers(num_cells + 1),
@@ -114,12 +123,8 @@ def graph_of(labels: Labels, may_go: Array, room: Scratch) -> Graph:
     num_runs, second_row, room = _list_runs(labels, room)
     never = set_of(~jnp.pad(may_go, (0, 1)))
     room = _with_owners(labels, num_runs, num_obstacles, room)
-
-    # Two passes: the first joins runs, the second links the regions.
-    def one_pass(number: Array, room: Scratch) -> Scratch:
-        return _compare(labels, num_runs, second_row, never, room, number == 1)
-
-    return Graph(num_runs, lax.fori_loop(jnp.int32(0), jnp.int32(2), one_pass, room))
+    num_pairs, room = _join(labels, num_runs, second_row, room)
+    return Graph(num_runs, _link(labels, num_runs, num_pairs, never, room))
 
 
 def set_of(which: Array) -> Array:
@@ -212,144 +217,175 @@ def _with_owners(labels: Labels, num_runs: Array, num_obstacles: int, room: Scra
     def of_run(run: Array, room: Scratch) -> Scratch:
         cell = at(room.first, run)
         place = jnp.arange(words, dtype=jnp.int32)
-        owners = jnp.zeros(words, jnp.uint32)
+        owners = []
         for layer in range(num_layers):
             owner = labels.at(layer, cell // width, cell % width)
-            owner = jnp.where(owner == OUTSIDE, num_obstacles, owner)
-            bit = jnp.uint32(1) << (owner & 31).astype(jnp.uint32)
-            owners = owners | jnp.where((owner != FREE) & (place == owner >> 5), bit, 0)
+            is_again = functools.reduce(jnp.logical_or, (owner == one for one in owners), False)
+            owners.append(jnp.where(is_again, FREE, owner))
+        own = jnp.zeros(words, jnp.uint32)
+        for owner in owners:
+            number = jnp.where(owner == OUTSIDE, num_obstacles, owner)
+            bit = jnp.uint32(1) << (number & 31).astype(jnp.uint32)
+            own = own | jnp.where((owner != FREE) & (place == number >> 5), bit, 0)
         return room._replace(
-            own=put_row(room.own, owners, run),
-            near=put_row(room.near, jnp.zeros_like(owners), run),
+            owners=put_row(room.owners, jnp.stack(_sorted(owners)), run),
+            own=put_row(room.own, own, run),
+            near=put_row(room.near, jnp.zeros_like(own), run),
         )
 
     none = jnp.full(_CACHE, -1, jnp.int32)
     return lax.fori_loop(jnp.int32(0), num_runs, of_run, room._replace(low=none, high=none))
 
 
-def _compare(
-    labels: Labels,
-    num_runs: Array,
-    second_row: Array,
-    never: Array,
-    room: Scratch,
-    links: Array,
-) -> Scratch:
-    """Compares all runs that touch: joins those of one region, or where `links` links regions."""
+def _sorted(numbers: list[Array]) -> list[Array]:
+    """Returns a few numbers in order, by exchanging neighbours."""
+    numbers = list(numbers)
+    for last in range(len(numbers) - 1, 0, -1):
+        for i in range(last):
+            low, high = numbers[i], numbers[i + 1]
+            numbers[i], numbers[i + 1] = jnp.minimum(low, high), jnp.maximum(low, high)
+    return numbers
+
+
+def _join(
+    labels: Labels, num_runs: Array, second_row: Array, room: Scratch
+) -> tuple[Array, Scratch]:
+    """Joins all runs that share a side and their owners, and notes those that touch and differ.
+
+    Returns how many pairs were noted; neighbours in one row are not.
+    """
     _, num_layers, _, width = labels.all.shape
 
-    def step(state: _Scan) -> _Scan:
-        upper, lower, kind, num_links, room = state
-        # The two runs, and whether they touch: neighbours in a row do unless a row ends between.
-        one = upper + (kind == 2).astype(jnp.int32)
-        other = lower + (kind == 1).astype(jnp.int32)
-        is_apart = (kind == 3) & (at(room.first, other) % width == 0)
-        are_alike = jnp.all(row(room.own, one) == row(room.own, other))
-        by_side = kind % 3 == 0
-        # Alike they are joined, by sides; else linked. What is seldom done stands in a loop of one
-        # step or none, which leaves the arrays in place.
-        joins = ~links & by_side & are_alike & ~is_apart
-        matters = joins | (links & ~are_alike & ~is_apart)
-        num_links, room = lax.fori_loop(
-            jnp.int32(0),
-            matters.astype(jnp.int32),
-            lambda _, both: _relate(one, other, joins, by_side, never, *both),
-            (num_links, room),
-        )
+    def are_alike(room: Scratch, one: Array, other: Array) -> Array:
+        return jnp.all(row(room.owners, one) == row(room.owners, other))
 
-        # The next two. Both rows are covered by runs, so the one that ends first is left behind.
+    # Neighbours in a row can be alike only where labels lie in several layers.
+    def in_row(run: Array, room: Scratch) -> Scratch:
+        is_apart = at(room.first, run) % width == 0
+        joins = are_alike(room, run - 1, run) & ~is_apart
+        return room._replace(parent=_joined(room.parent, run - 1, run, joins))
+
+    if num_layers > 1:
+        room = lax.fori_loop(jnp.int32(1), num_runs, in_row, room)
+
+    # Both rows are covered by runs, so of two the one that ends first is left behind.
+    def step(state: _Scan) -> _Scan:
+        upper, lower, num, room = state
+        joins = are_alike(room, upper, lower)
+        end, end_below = at(room.first, upper + 1), at(room.first, lower + 1) - width
+        room = room._replace(parent=_joined(room.parent, upper, lower, joins))
+        num, room = _noted(num, room, ~joins, upper, lower)
         # Where both end in one column they touch two more by a corner, which matters only if the
-        # one is not part of the other's region.
-        end = at(room.first, upper + 1)
-        end_below = at(room.first, lower + 1) - width
-        has_corners = links & (end == end_below) & (end % width != 0) & ~are_alike
-        goes_on = jnp.where(kind == 0, ~has_corners, kind == 2)
-        upper_on = goes_on & ((kind == 2) | (end <= end_below))
-        lower_on = goes_on & ((kind == 2) | (end >= end_below))
-        # In the rows first: then from the top.
-        is_row, is_last = kind == 3, other + 1 >= num_runs
-        to_upper = upper + (is_row | upper_on).astype(jnp.int32)
-        to_lower = lower + (is_row | lower_on).astype(jnp.int32)
-        begins = is_row & is_last
+        # one is not part of the other's region. What is seldom done stands in a loop of one step
+        # or none, which leaves the arrays in place.
+        has_corners = (end == end_below) & (end % width != 0) & ~joins
+
+        def corners(_: Array, both: tuple[Array, Scratch]) -> tuple[Array, Scratch]:
+            num, room = both
+            differs = ~are_alike(room, upper, lower + 1)
+            num, room = _noted(num, room, differs, upper, ~(lower + 1))
+            differs = ~are_alike(room, upper + 1, lower)
+            return _noted(num, room, differs, upper + 1, ~lower)
+
+        num, room = lax.fori_loop(jnp.int32(0), has_corners.astype(jnp.int32), corners, (num, room))
         return _Scan(
-            jnp.where(begins, 0, to_upper),
-            jnp.where(begins, second_row, to_lower),
-            jnp.where(begins | goes_on, 0, jnp.where(is_row, 3, kind + 1)),
-            num_links,
+            upper + (end <= end_below).astype(jnp.int32),
+            lower + (end >= end_below).astype(jnp.int32),
+            num,
             room,
         )
 
-    # Two runs of one row may be alike only where labels lie in several layers.
-    in_rows = (num_runs > 1) & (links | (num_layers > 1))
-    begin = _Scan(
-        jnp.int32(0),
-        jnp.where(in_rows, 1, second_row),
-        jnp.where(in_rows, jnp.int32(3), jnp.int32(0)),
-        jnp.int32(0),
-        room,
-    )
-    # Ends: every step but two at a corner leaves a run behind.
-    room = lax.while_loop(lambda state: state.lower < num_runs, step, begin).room
+    # Ends: every step leaves a run behind.
+    begin = _Scan(jnp.int32(0), second_row, jnp.int32(0), room)
+    end = lax.while_loop(lambda state: state.lower < num_runs, step, begin)
 
     # Every run learns its region: those of the runs before it are known.
     def settle(run: Array, parent: Array) -> Array:
         return put(parent, at(parent, at(parent, run)), run)
 
-    parent = lax.fori_loop(jnp.int32(0), num_runs, settle, room.parent)
-    return room._replace(parent=parent)
+    parent = lax.fori_loop(jnp.int32(0), num_runs, settle, end.room.parent)
+    return end.num_pairs, end.room._replace(parent=parent)
 
 
-def _relate(
-    one: Array,
-    other: Array,
-    joins: Array,
-    by_side: Array,
-    never: Array,
-    num_links: Array,
-    room: Scratch,
+def _joined(parent: Array, one: Array, other: Array, joins: Array) -> Array:
+    """Returns `parent` with the regions of two runs joined, where `joins` (bool [])."""
+
+    def join(_: Array, parent: Array) -> Array:
+        roots = lax.while_loop(
+            lambda state: (
+                (at(state.parent, state.one) != state.one)
+                | (at(state.parent, state.other) != state.other)
+            ),
+            lambda state: _Roots(
+                state.parent, at(state.parent, state.one), at(state.parent, state.other)
+            ),
+            _Roots(parent, one, other),
+        )
+        # The later run becomes part of the region of the earlier one.
+        low, high = jnp.minimum(roots.one, roots.other), jnp.maximum(roots.one, roots.other)
+        return put(roots.parent, low, high)
+
+    return lax.fori_loop(jnp.int32(0), joins.astype(jnp.int32), join, parent)
+
+
+def _noted(
+    num: Array, room: Scratch, is_one: Array, upper: Array, lower: Array
 ) -> tuple[Array, Scratch]:
-    """Joins or links the regions of two runs that touch."""
-    roots = lax.while_loop(
-        lambda state: (
-            (at(state.parent, state.one) != state.one)
-            | (at(state.parent, state.other) != state.other)
-        ),
-        lambda state: _Roots(
-            state.parent, at(state.parent, state.one), at(state.parent, state.other)
-        ),
-        _Roots(room.parent, one, other),
-    )
-    low, high = jnp.minimum(roots.one, roots.other), jnp.maximum(roots.one, roots.other)
-    # The later run becomes part of the region of the earlier one.
-    was = at(roots.parent, high)
-    parent = put(roots.parent, jnp.where(joins, low, was), high)
+    """Notes a pair of runs; what is noted where `is_one` (bool []) is False is overwritten."""
+    room = room._replace(upper=put(room.upper, upper, num), lower=put(room.lower, lower, num))
+    return num + is_one.astype(jnp.int32), room
 
-    # What each region has beside it, and the way between them, once for most pairs.
-    slot = (low * 31 + high) & (_CACHE - 1)
-    was_low, was_high = at(room.low, slot), at(room.high, slot)
-    is_new = ~joins & (low != high) & ((was_low != low) | (was_high != high) | ~by_side)
-    is_kept = is_new & by_side
-    room = room._replace(
-        parent=parent,
-        low=put(room.low, jnp.where(is_kept, low, was_low), slot),
-        high=put(room.high, jnp.where(is_kept, high, was_high), slot),
-    )
 
-    def link(_: Array, state: tuple[Array, Scratch]) -> tuple[Array, Scratch]:
+def _link(
+    labels: Labels, num_runs: Array, num_pairs: Array, never: Array, room: Scratch
+) -> Scratch:
+    """Links the regions of all runs that touch and differ: neighbours in a row, then the pairs that
+    `_join` noted.
+    """
+    width = labels.all.shape[3]
+    num_rows = num_runs - 1
+
+    def step(number: Array, state: tuple[Array, Scratch]) -> tuple[Array, Scratch]:
         num_links, room = state
-        own_low, own_high = row(room.own, low), row(room.own, high)
-        near = put_row(room.near, row(room.near, low) | own_high, low)
-        near = put_row(near, row(near, high) | own_low, high)
-        is_way = by_side & jnp.all((own_low | own_high) & never == 0)
-        head, to, after = room.head, room.to, room.after
-        for region, there in ((low, high), (high, low)):
-            before = at(head, region)
-            to, after = put(to, there, num_links), put(after, before, num_links)
-            head = put(head, jnp.where(is_way, num_links, before), region)
-            num_links = num_links + is_way.astype(jnp.int32)
-        return num_links, room._replace(near=near, head=head, to=to, after=after)
+        is_row = number < num_rows
+        pair = jnp.where(is_row, 0, number - num_rows)
+        noted = at(room.lower, pair)
+        one = jnp.where(is_row, number, at(room.upper, pair))
+        other = jnp.where(is_row, number + 1, jnp.where(noted < 0, ~noted, noted))
+        by_side = is_row | (noted >= 0)
+        is_apart = is_row & (at(room.first, other) % width == 0)
+        roots = at(room.parent, one), at(room.parent, other)
+        low, high = jnp.minimum(*roots), jnp.maximum(*roots)
 
-    return lax.fori_loop(jnp.int32(0), is_new.astype(jnp.int32), link, (num_links, room))
+        # What each region has beside it, and the way between them, once for most pairs.
+        slot = (low * 31 + high) & (_CACHE - 1)
+        was_low, was_high = at(room.low, slot), at(room.high, slot)
+        is_known = (was_low == low) & (was_high == high) & by_side
+        is_new = ~is_apart & (low != high) & ~is_known
+        is_kept = is_new & by_side
+        room = room._replace(
+            low=put(room.low, jnp.where(is_kept, low, was_low), slot),
+            high=put(room.high, jnp.where(is_kept, high, was_high), slot),
+        )
+
+        def link(_: Array, state: tuple[Array, Scratch]) -> tuple[Array, Scratch]:
+            num_links, room = state
+            own_low, own_high = row(room.own, low), row(room.own, high)
+            near = put_row(room.near, row(room.near, low) | own_high, low)
+            near = put_row(near, row(near, high) | own_low, high)
+            is_way = by_side & jnp.all((own_low | own_high) & never == 0)
+            head, to, after = room.head, room.to, room.after
+            for region, there in ((low, high), (high, low)):
+                before = at(head, region)
+                to, after = put(to, there, num_links), put(after, before, num_links)
+                head = put(head, jnp.where(is_way, num_links, before), region)
+                num_links = num_links + is_way.astype(jnp.int32)
+            return num_links, room._replace(near=near, head=head, to=to, after=after)
+
+        return lax.fori_loop(jnp.int32(0), is_new.astype(jnp.int32), link, (num_links, room))
+
+    count = num_rows + num_pairs
+    return lax.fori_loop(jnp.int32(0), count, step, (jnp.int32(0), room))[1]
 
 
 def at(array: Array, index: Array) -> Array:

@@ -29,6 +29,11 @@ from srt_jax.types import Array, Status, Task
 
 MAX_BRANCHES = 256
 
+_SMALL = 256
+"""Sides of maps up to which LLVM's level 2 is used: it takes a quarter off the time to compile, and
+answers take no longer there.
+"""
+
 
 def solve_coalition(
     task: CoalitionTask,
@@ -78,19 +83,23 @@ def solve_coalition(
     room = max_cells or 2 * max_path_cells(*task.labels.shape[-2:])
     has_lone = is_traced(task) or bool(_are_lone(np.asarray(task.start)).any())
     has_lone = has_lone or task.start.shape[-2] == 1
-    options = _Options(max_destroyed, max_cells, max_branches, has_lone)
+    is_small = max(task.labels.shape[-2:]) <= _SMALL
+    options = _Options(max_destroyed, max_cells, max_branches, has_lone, is_small)
     axes = {"help": "A", "cells": "AN.", "num_cells": "A", "needed": "A.", "cost": "A"}
     axes |= {"finish": "A", "firm": "M"}
     return batches.call(_solver, task, options, axes, room=room)
 
 
 class _Options(NamedTuple):
-    """As in `solve_coalition`; has_lone: whether there may be a task of one agent."""
+    """As in `solve_coalition`; has_lone: whether there may be a task of one agent; is_small:
+    whether the maps are (`_SMALL`).
+    """
 
     max_destroyed: int
     max_cells: int | None
     max_branches: int
     has_lone: bool
+    is_small: bool
 
 
 def _are_lone(start: Array) -> Array:
@@ -109,6 +118,8 @@ def _solver(options: _Options, is_part: bool) -> Callable:
     return jitted(
         lambda task, room: of_arrays(room, *(getattr(task, name) for name in names)),
         is_part=is_part,
+        is_large=True,
+        level=2 if options.is_small else None,
         name=("solve_coalition", options, is_part),
     )
 
@@ -133,7 +144,7 @@ class _Found(NamedTuple):
 def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolution:
     """`solve_coalition` for one leading batch axis."""
     batch, agents, obstacles = task.able.shape
-    height, width = task.labels.shape[2:]
+    layers, height, width = task.labels.shape[1:]
     capacity = options.max_cells or 2 * max_path_cells(height, width)
     arrays = (task.able, task.start, task.goal)
     # A marked call has no operand that it does not use: the compiler would end the process.
@@ -144,7 +155,7 @@ def _solve(task: CoalitionTask, room: Array, options: _Options) -> CoalitionSolu
         arrays = (*arrays, task.removal_cost)
     found = batches.of_all(
         search_one,
-        lambda: regions.scratch(height * width, obstacles, 2 * agents),
+        lambda: regions.scratch(height * width, layers, obstacles, 2 * agents),
         task.labels,
         *arrays,
     )

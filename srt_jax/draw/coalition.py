@@ -21,8 +21,11 @@ from srt_jax.types import Status
 AGENTS = ("#0072b2", "#d55e00", "#009e73", "#000000", "#cc79a7", "#7a4a00")
 """Colours of agents, in turn."""
 
-_SIDE, _PIXELS, _FRAMES = 7.0, 480, 48
+_SIDE, _COLUMNS = 7.0, 4
+_PIXELS, _FRAMES = 480, 48
 _QUICK, _LAST = 110, 2500
+_APART = 3.2
+"""Points between the routes of two agents who walk the same way."""
 
 
 def draw_coalition(
@@ -61,7 +64,10 @@ def draw_coalition(
         *textwrap.wrap(legible(title), 76, max_lines=2, placeholder=" …"),
         _headline(solution),
     ]
-    size = (_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + 1.4 + 0.18 * len(heading))
+    agents = _agents(task)
+    # the numbers beside the axes, and the legend, take the same room whatever the map
+    side = (_SIDE - 0.7) * min(2.5, max(0.1, height / width))
+    size = (_SIDE, side + 0.9 + 0.18 * (len(heading) + -(-(len(agents) + 6) // _COLUMNS)))
     with page(path, size=size) as figure:
         axes = figure.add_subplot()
         small = shrunk(kinds, 1050)
@@ -70,8 +76,8 @@ def draw_coalition(
         axes.imshow(PALETTE[small], interpolation="nearest", extent=extent)
         axes.set_xlim(-0.5, width - 0.5)
         axes.set_ylim(height - 0.5, -0.5)
-        for agent in _agents(task):
-            _draw_agent(axes, task, solution, agent)
+        for place, agent in enumerate(agents):
+            _draw_agent(axes, task, solution, agent, place - (len(agents) - 1) / 2)
         for number, (agent, cell) in enumerate(_places(solution)):
             axes.plot(
                 cell[1],
@@ -80,6 +86,7 @@ def draw_coalition(
                 color=_colour(agent),
                 markersize=11,
                 markeredgecolor="white",
+                clip_on=False,
                 zorder=6,
             )
             axes.text(
@@ -95,10 +102,12 @@ def draw_coalition(
         axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
         axes.set_xlabel("column")
         axes.set_ylabel("row")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.get_major_locator().set_params(integer=True)
         figure.legend(
-            handles=_legend(task, kinds),
+            handles=_legend(task, solution, kinds),
             loc="outside lower center",
-            ncols=4,
+            ncols=_COLUMNS,
             fontsize=8,
             frameon=False,
         )
@@ -136,7 +145,7 @@ def animate_coalition(
     def at(cell: Any) -> tuple[float, float]:
         return (cell[1] + 0.5) / n * scale, 24 + (cell[0] + 0.5) / n * scale
 
-    shown = []
+    shown, goals = [], np.asarray(task.goal).tolist()
     end = float(np.max(np.asarray(solution.finish)))
     for now in np.linspace(0, end, _FRAMES).tolist():
         gone = [i for i, time in zip(ids, when) if time <= now + 1e-6]
@@ -153,6 +162,8 @@ def animate_coalition(
         text = f"{legible(title)}  time {now:.1f}, {len(gone)} of {len(ids)} destroyed".strip()
         pen.text((4, 6), text, fill="black", font=font)
         for agent in _agents(task):
+            if min(goals[agent]) >= 0:
+                pen.polygon(_star(*at(goals[agent]), 8), fill=_colour(agent), outline="white")
             route = np.asarray(solution.cells)[agent, : int(solution.num_cells[agent])]
             if not len(route):
                 continue
@@ -164,6 +175,13 @@ def animate_coalition(
         shown.append((image.quantize(64), _QUICK))
     shown[-1] = (shown[-1][0], _LAST)
     save_gif(path, shown)
+
+
+def _star(x: float, y: float, radius: float) -> list[tuple[float, float]]:
+    """The corners of a star with five points."""
+    turns = np.arange(10) * (np.pi / 5)
+    radii = np.where(np.arange(10) % 2, 0.45, 1.0) * radius
+    return list(zip((x + radii * np.sin(turns)).tolist(), (y - radii * np.cos(turns)).tolist()))
 
 
 def _kinds(task: CoalitionTask, solution: CoalitionSolution) -> np.ndarray:
@@ -210,20 +228,34 @@ def _places(solution: CoalitionSolution) -> list[tuple[int, list[int]]]:
     return [(agent, cells[agent, at].tolist()) for agent, at in pairs if agent >= 0]
 
 
-def _draw_agent(axes: Any, task: CoalitionTask, solution: CoalitionSolution, agent: int) -> None:
-    colour, options = _colour(agent), {"markeredgecolor": "white", "linestyle": "none", "zorder": 5}
+def _draw_agent(
+    axes: Any, task: CoalitionTask, solution: CoalitionSolution, agent: int, place: float
+) -> None:
+    """Draws where an agent starts and ends, and its route, shifted by `place` times a little, so
+    that those who walk the same way are all seen.
+    """
+    from matplotlib.transforms import ScaledTranslation
+
+    colour = _colour(agent)
+    options = {"markeredgecolor": "white", "linestyle": "none", "clip_on": False, "zorder": 5}
     route = np.asarray(solution.cells)[agent]
     route = route[route[:, 0] >= 0]
     if len(route) > 1:
-        axes.plot(route[:, 1], route[:, 0], color="white", linewidth=3.6, zorder=3)
-        axes.plot(route[:, 1], route[:, 0], color=colour, linewidth=2, zorder=3.5)
+        # in a direction that none of the eight moves has
+        angle, inches = np.pi / 8, place * _APART / 72
+        shift = ScaledTranslation(
+            inches * np.cos(angle), inches * np.sin(angle), axes.figure.dpi_scale_trans
+        )
+        look = {"transform": axes.transData + shift, "clip_on": False}
+        for tint, wide, over in (("white", 3.2, 3), (colour, 1.8, 3.5)):
+            axes.plot(route[:, 1], route[:, 0], color=tint, linewidth=wide, zorder=over, **look)
     (row, col), (to_row, to_col) = np.asarray(task.start)[agent], np.asarray(task.goal)[agent]
     axes.plot(col, row, "o", color=colour, markersize=9, **options)
     if to_row >= 0:
         axes.plot(to_col, to_row, "*", color=colour, markersize=15, **options)
 
 
-def _legend(task: CoalitionTask, kinds: np.ndarray) -> list[Any]:
+def _legend(task: CoalitionTask, solution: CoalitionSolution, kinds: np.ndarray) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -243,9 +275,18 @@ def _legend(task: CoalitionTask, kinds: np.ndarray) -> list[Any]:
                 [],
                 color=_colour(agent),
                 linewidth=2.2,
-                marker="o",
-                markeredgecolor="white",
                 label=f"agent {agent}",
+            )
+        )
+    signs = [("o", 8, "start")]
+    if (np.asarray(task.goal) >= 0).any():
+        signs.append(("*", 12, "goal"))
+    if _places(solution):
+        signs.append(("D", 8, "destroys (in order)"))
+    for sign, size, called in signs:
+        shown.append(
+            Line2D(
+                [], [], color="0.45", marker=sign, markersize=size, linestyle="none", label=called
             )
         )
     return shown
