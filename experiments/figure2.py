@@ -9,8 +9,9 @@ else random ones made like them. All planners get the same PDDL:
                  most of it)
   A*, W*         forward search over the same matrices, by hmax; weighted by 2, by FF
   authors' rule  MAP's A-step as the authors published it: most features shared with the start,
-  depth-first peers          pyperplan and Fast Downward, where installed (pip install
-  'srt-jax[bench]'), each run a process of its own
+                 depth-first
+  peers          pyperplan and Fast Downward, where installed (pip install 'srt-jax[bench]'), each
+                 run a process of its own
 
 A planner without a plan on three tasks in a row is not run again.
 
