@@ -61,17 +61,7 @@ def solve(
             ),
         ),
     ] = "least",
-    toll: Annotated[
-        float | None,
-        typer.Option(
-            metavar="CELLS",
-            help=(
-                "With --mode shortest: the detour that one unit of removal cost is worth."
-                " Default: 1."
-            ),
-            show_default=False,
-        ),
-    ] = None,
+    toll: options.TollOption = None,
     max_destroyed: Annotated[
         int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
     ] = 8,
@@ -125,12 +115,7 @@ def solve(
     [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
     """
     require_page_name(page)
-    if toll is not None and mode != "shortest":
-        raise ValueError(
-            f"--toll {toll:g}: only --mode shortest weighs tolls against length: add it, or leave"
-            " out --toll"
-        )
-    worth = 1.0 if toll is None else toll
+    worth = options.toll_of(toll, mode)
     if results:
         require_name(results)
     if path:

@@ -26,6 +26,16 @@ DestroyableOption = Annotated[
 ]
 
 
+TollOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="CELLS",
+        help=(
+            "With --mode shortest: the detour that one unit of removal cost is worth. Default: 1."
+        ),
+        show_default=False,
+    ),
+]
 LimitOption = Annotated[
     int | None,
     typer.Option(min=1, help="Only the first so many rows of a scenario, or tasks of a batch."),
@@ -75,6 +85,16 @@ AddressOption = Annotated[
         show_default=False,
     ),
 ]
+
+
+def toll_of(typed: float | None, mode: str) -> float:
+    """Returns what was typed after --toll, 1 where nothing was; ValueError in another mode."""
+    if typed is not None and mode != "shortest":
+        raise ValueError(
+            f"--toll {typed:g}: only --mode shortest weighs tolls against length: add it, or leave"
+            " out --toll"
+        )
+    return 1.0 if typed is None else typed
 
 
 def row_range(text: str | None) -> tuple[int | None, int | None] | None:
