@@ -57,8 +57,8 @@ def connect(
     [bold]1[/bold] where nothing joins them.
     """
     ends = [as_end("--region", text) for text in region or []]
-    # Start and goal do not matter: a map needs none.
-    how = dataclasses.replace(reading, chooses=True)
+    # Start and goal do not matter.
+    how = dataclasses.replace(reading, chooses=True, tells_choice=False)
     tasks, frames, notes, _ = read_framed([path], how, destroyable, quiet=as_json)
     if len(tasks) != 1:
         raise ValueError(
