@@ -94,9 +94,16 @@ def memory_of(which: Array, tolls: Array, boxes: Array) -> Memory:
         is_it = has_bit & (rank == k)
         return jnp.sum(jnp.where(is_it[:, None], table, jnp.uint32(0)), axis=0, dtype=jnp.uint32)
 
-    columns = lax.map(of_bit, order).T
-    none = jnp.zeros(2, jnp.uint32)
-    return Memory(jnp.concatenate([none, bits]), *columns, jnp.max(rank) < REMEMBERED)
+    of_bits = lax.map(of_bit, order)
+    return Memory(
+        jnp.concatenate([jnp.zeros(2, jnp.uint32), bits]),
+        toll=of_bits[:, 0],
+        top=of_bits[:, 1],
+        bottom=of_bits[:, 2],
+        left=of_bits[:, 3],
+        right=of_bits[:, 4],
+        is_complete=jnp.max(rank) < REMEMBERED,
+    )
 
 
 class _Labels(NamedTuple):
