@@ -17,8 +17,10 @@ WHY IT ENDS WITH THE LEAST. Let a label lie on a least way. Where it was dropped
 was compared with, followed by the rest of that way, is no dearer; and so on from cell to cell,
 until the goal is reached at no more than the least sum. Nothing is below it, for labels are ways.
 
-Where obstacles need memory that has no room for them (more than 32, or too many labels), the answer
-is a way all the same, perhaps not the least.
+Where more than 32 obstacles need memory, some share a bit, and whoever has paid for one of them
+enters the others free of charge. Then the least sum is a lower bound, and the way found an answer,
+the best one where it costs no more with every toll paid. Where labels find no room, there is an
+answer, but no bound.
 """
 
 from collections.abc import Callable
@@ -48,7 +50,7 @@ from srt_jax.tolls.spread import (
 from srt_jax.types import Array
 
 REMEMBERED = 32
-"""Obstacles that a label can remember."""
+"""Bits of a label's memory."""
 
 
 _FINER = np.uint32(3)
@@ -58,7 +60,7 @@ _FINER = np.uint32(3)
 class Memory(NamedTuple):
     """What labels remember. bits: uint32 [M + 2], of each label + 2, 0 where it is not remembered.
     toll: uint32 [32], of each bit. top, bottom, left, right: uint32 [32], the bounding boxes, rows
-    and columns with the border. is_complete: bool [], whether all that asked are remembered.
+    and columns with the border. Obstacles may share a bit: its toll is the greatest of theirs.
     """
 
     bits: Array
@@ -67,42 +69,60 @@ class Memory(NamedTuple):
     bottom: Array
     left: Array
     right: Array
-    is_complete: Array
 
 
 class Best(NamedTuple):
-    """total: uint32 [], of the best way, UNREACHED where none is within the limit. needed: bool
-    [M], what it needs gone. is_least: bool [], whether no way within the limit is better.
+    """total: uint32 [], of the way found, UNREACHED where none is within the limit. needed: bool
+    [M], what it needs gone. bound: uint32 [], no way within the limit costs less; UNREACHED where
+    there is none.
     """
 
     total: Array
     needed: Array
-    is_least: Array
+    bound: Array
 
 
-def memory_of(which: Array, tolls: Array, boxes: Array) -> Memory:
-    """Returns the memory for the obstacles `which` (bool [M]), the first 32 of them; tolls uint32
-    [M]; boxes uint32 [M, 4], the least and greatest rows, the least and greatest columns.
+def memory_of(which: Array, tolls: Array, boxes: Array, ground: Ground, size: Size) -> Memory:
+    """Returns the memory for the obstacles `which`, bool [M]: a bit for each, or, where there are
+    too many, for all at about the same depth.
+
+    Args:
+      tolls: uint32 [M]. boxes: uint32 [M, 4], the least and greatest rows, the least and greatest
+        columns, of the map with its border.
     """
     rank = jnp.cumsum(which.astype(jnp.int32), dtype=jnp.int32) - 1
-    has_bit = which & (rank < REMEMBERED)
-    bits = jnp.where(has_bit, jnp.uint32(1) << rank.clip(0, 31).astype(jnp.uint32), jnp.uint32(0))
-    order = jnp.arange(REMEMBERED, dtype=jnp.int32)
-    table = jnp.concatenate([tolls[:, None], boxes], axis=1)
+    # How far along the way from start to goal: of those side by side a good way takes one.
+    stride = jnp.uint32(size.stride)
+    ends = [
+        jnp.stack([cell // stride, cell % stride]).astype(jnp.int32)
+        for cell in (ground.start, ground.goal)
+    ]
+    ahead = jnp.sign(ends[1] - ends[0])
+    middles = ((boxes[:, ::2] + boxes[:, 1::2]) // 2).astype(jnp.int32)
+    depth = (middles * ahead).sum(axis=1, dtype=jnp.int32)
+    least = jnp.min(jnp.where(which, depth, jnp.int32(2**30)))
+    most = jnp.max(jnp.where(which, depth, jnp.int32(-(2**30))))
+    part = (jnp.where(which, depth, least) - least) * REMEMBERED // jnp.maximum(most - least + 1, 1)
+    bit = jnp.where(jnp.max(rank) < REMEMBERED, rank, part).clip(0, REMEMBERED - 1)
+    bits = jnp.where(which, jnp.uint32(1) << bit.astype(jnp.uint32), jnp.uint32(0))
+    most_of = jnp.stack([tolls, boxes[:, 1], boxes[:, 3]], axis=1)
+    least_of = jnp.stack([boxes[:, 0], boxes[:, 2]], axis=1)
 
-    def of_bit(k: Array) -> Array:
-        is_it = has_bit & (rank == k)
-        return jnp.sum(jnp.where(is_it[:, None], table, jnp.uint32(0)), axis=0, dtype=jnp.uint32)
+    def of_bit(k: Array) -> tuple[Array, Array]:
+        has = (which & (bit == k))[:, None]
+        return (
+            jnp.max(jnp.where(has, most_of, jnp.uint32(0)), axis=0),
+            jnp.min(jnp.where(has, least_of, jnp.uint32(UNREACHED)), axis=0),
+        )
 
-    of_bits = lax.map(of_bit, order)
+    greatest, least = lax.map(of_bit, jnp.arange(REMEMBERED, dtype=jnp.int32))
     return Memory(
         jnp.concatenate([jnp.zeros(2, jnp.uint32), bits]),
-        toll=of_bits[:, 0],
-        top=of_bits[:, 1],
-        bottom=of_bits[:, 2],
-        left=of_bits[:, 3],
-        right=of_bits[:, 4],
-        is_complete=jnp.max(rank) < REMEMBERED,
+        toll=greatest[:, 0],
+        top=least[:, 0],
+        bottom=greatest[:, 1],
+        left=least[:, 1],
+        right=greatest[:, 2],
     )
 
 
@@ -357,7 +377,7 @@ def search_once(
     end = lax.while_loop(
         lambda state: (state.num_waiting != 0) & (state.bucket <= state.limit >> bits), step, begin
     )
-    return _best_of(ground, tolls, end, limit, memory.is_complete, size)
+    return _best_of(ground, tolls, end, limit, size)
 
 
 def _worth_of(
@@ -403,9 +423,7 @@ class _Walk(NamedTuple):
     length: Array
 
 
-def _best_of(
-    ground: Ground, tolls: Array, end: _State, limit: Array, is_complete: Array, size: Size
-) -> Best:
+def _best_of(ground: Ground, tolls: Array, end: _State, limit: Array, size: Size) -> Best:
     """Back from the goal: what the way needs, and what it costs.
 
     A label that the way goes through may have been replaced by a better one since: sums fall on the
@@ -440,4 +458,5 @@ def _best_of(
     needed = walk.needed[:num_obstacles] != 0
     total = walk.length + entry.total(tolls[2:], needed)
     total = jnp.where(is_there, jnp.minimum(total, UNREACHED), jnp.uint32(UNREACHED))
-    return Best(total, needed & is_there, is_complete & ~end.is_full)
+    bound = jnp.where(is_there, at_goal, jnp.uint32(UNREACHED))
+    return Best(total, needed & is_there, jnp.where(end.is_full, jnp.uint32(0), bound))

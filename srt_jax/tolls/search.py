@@ -2,8 +2,8 @@
 
 The way round is the first answer. Where no obstacle could be part of a better one, since its toll
 and the octile distance over it are too dear together, it is the best at once. Else one search that
-remembers what is paid for (`paid_once`) finds the least sum, unless it runs out of memory. Then its
-way is an answer, and branch and bound goes on:
+remembers what is paid for (`paid_once`) finds the least sum. Where it runs out of memory, it still
+has an answer and perhaps a lower bound that is less, and branch and bound goes on:
 
 - a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is
   paid and the least sum (`spread`) with entries into the others free of charge, but for those that
@@ -151,7 +151,7 @@ def search(
     first = search_once(
         ground._replace(start=jnp.where(is_settled, jnp.uint32(0), ground.start)),
         entry.with_ends(jnp.where(stays, jnp.uint32(entry.CLOSED), tolls)),
-        memory_of(is_free & ~stays, tolls, boxes),
+        memory_of(is_free & ~stays, tolls, boxes, ground, size),
         jnp.minimum(way_round, jnp.uint32(UNREACHED)) - 1,
         room,
         size,
@@ -161,7 +161,9 @@ def search(
 
     none = jnp.full(num_places, -1, jnp.int32)
     bounds = jnp.full(num_places, UNREACHED, jnp.uint32)
-    low = jnp.where(first.is_least, best, far)
+    # It holds tolls, so that nodes have bounds of their own, without them.
+    floor = jnp.minimum(first.bound, best)
+    low = jnp.where(floor < best, far, best)
     nodes = _Nodes(
         Decisions(none, none, jnp.zeros(num_places, bool)),
         write(bounds, low, jnp.uint32(0)),
@@ -176,9 +178,11 @@ def search(
     )
     # Ends: no open node has a bound below the best answer, or `max_nodes` are searched.
     end = lax.while_loop(
-        lambda state: (state.num < max_nodes) & (state.low < state.best), step, begin
+        lambda state: (state.num < max_nodes) & (jnp.maximum(state.low, floor) < state.best),
+        step,
+        begin,
     )
-    return Found(end.best, jnp.minimum(end.low, end.best), end.gone)
+    return Found(end.best, jnp.minimum(jnp.maximum(end.low, floor), end.best), end.gone)
 
 
 def _add(one: Array, other: Array) -> Array:
