@@ -99,7 +99,7 @@ def memory_of(which: Array, tolls: Array, boxes: Array, ground: Ground, size: Si
     ]
     ahead = jnp.sign(ends[1] - ends[0])
     middles = ((boxes[:, ::2] + boxes[:, 1::2]) // 2).astype(jnp.int32)
-    depth = (middles * ahead).sum(axis=1, dtype=jnp.int32)
+    depth = (middles * ahead[None]).sum(axis=1, dtype=jnp.int32)
     least = jnp.min(jnp.where(which, depth, jnp.int32(2**30)))
     most = jnp.max(jnp.where(which, depth, jnp.int32(-(2**30))))
     part = (jnp.where(which, depth, least) - least) * REMEMBERED // jnp.maximum(most - least + 1, 1)
