@@ -30,8 +30,13 @@ def check_connection(
     join them, that they are apart with all gone that can be.
 
     Args:
-      task: a single task. connection: what `connect` returned. cells, min_cells: as they were given
-        to it.
+      task: a single task.
+      connection: what `connect` returned.
+      cells: integer [k, 2], (row, col), as given to `connect`.
+      min_cells: likewise.
+
+    Returns:
+      list of str.
 
     Examples:
       >>> import numpy as np

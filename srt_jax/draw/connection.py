@@ -35,6 +35,13 @@ def draw_connection(
     holds all, what is destroyed in its own, and a mark on each of `cells`; the ending of `path`
     decides the format, as in `draw`.
 
+    Args:
+      task: the single task that `connect` was given.
+      connection: what it returned.
+      path: a name, or a file open for bytes.
+      cells: integer [k, 2], (row, col), as given to `connect`.
+      title: written above it. frame: where the map lies, for metres on the axes.
+
     Raises:
       ImportError: matplotlib is missing. ValueError: another ending.
 
