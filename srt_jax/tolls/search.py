@@ -27,7 +27,7 @@ from jax import lax
 from srt_jax.engine.in_place import read_apart, write
 from srt_jax.removal.nodes import Decisions, decisions_of
 from srt_jax.tolls import entry, shapes
-from srt_jax.tolls.paid_once import memory_of, search_once
+from srt_jax.tolls.paid_once import Best, memory_of, search_once
 from srt_jax.tolls.spread import UNREACHED, Ground, Size, sums_of
 from srt_jax.tolls.way_back import way_back
 from srt_jax.types import Array
@@ -148,14 +148,16 @@ def search(
     # The search that remembers; none where nothing could be part of a better answer.
     stays = is_hopeless(far, jnp.uint32(0), way_round) | (tolls >= entry.CLOSED)
     is_settled = (way_round < UNREACHED) & jnp.all(stays)
-    first = search_once(
-        ground._replace(start=jnp.where(is_settled, jnp.uint32(0), ground.start)),
-        entry.with_ends(jnp.where(stays, jnp.uint32(entry.CLOSED), tolls)),
-        memory_of(is_free & ~stays, tolls, boxes, ground, size),
-        jnp.minimum(way_round, jnp.uint32(UNREACHED)) - 1,
-        room,
-        size,
-    )
+    nowhere = Best(jnp.uint32(UNREACHED), jnp.zeros(M, bool), jnp.uint32(UNREACHED))
+
+    def look() -> Best:
+        memory = memory_of(is_free & ~stays, tolls, boxes, ground, size)
+        asked = entry.with_ends(jnp.where(stays, jnp.uint32(entry.CLOSED), tolls))
+        limit = jnp.minimum(way_round, jnp.uint32(UNREACHED)) - 1
+        return search_once(ground, asked, memory, limit, room, size)
+
+    # Its arrays alone take as long to fill as all before.
+    first = lax.cond(is_settled, lambda: nowhere, look)
     is_better = first.total < way_round
     best = jnp.minimum(first.total, way_round)
 
