@@ -2,12 +2,12 @@
 
     python -m experiments.break_or_go_round [--routes 210] [--tolls 50 20 10 5 2] [--seed 0]
 
-Tasks between random free cells of the largest part of MovingAI's street maps of 256 x 256 (the
-first 12 by name of those in the folder street/ of the directory that SRT_SHARED_DATA names),
-farther apart than 0.8 of the side; every building is an 8-connected obstacle of removal cost 1. A
-row per toll: the share of routes that are cheaper with something destroyed, what is saved on
-average, how many buildings a route destroys, how many totals are proven, and the time of a task
-beside that of a complete answer of mode "least" in the same run.
+Tasks between random free cells of the largest part of MovingAI's street maps of 256 x 256, farther
+apart than 0.8 of the side: the first 12 maps by name of those in the folder street/ of the
+directory that SRT_SHARED_DATA names, or all where there are fewer, which it says. Every building is
+an 8-connected obstacle of removal cost 1. A row per toll: the share of routes that are cheaper with
+something destroyed, what is saved on average, how many buildings a route destroys, how many totals
+are proven, and the time of a task beside that of a complete answer of mode "least" in the same run.
 """
 
 import argparse
@@ -112,7 +112,9 @@ def main(arguments: list[str] | None = None) -> int:
     rng = np.random.default_rng(options.seed)
     each = -(-options.routes // len(paths))
     tasks = [task for path in paths for task in tasks_on(np.asarray(read_map(path)), each, rng)]
-    print(f"{len(tasks)} routes on {len(paths)} maps: {', '.join(path.stem for path in paths)}")
+    fewer = "" if len(paths) == MOST_MAPS else f" (there are no more; {MOST_MAPS} are meant)"
+    names = ", ".join(path.stem for path in paths)
+    print(f"{len(tasks)} routes on {len(paths)} maps{fewer}: {names}")
     print(
         "| toll | cheaper by breaking | mean saving | broken per route | proven | CPU ms a task |"
         " beside mode least |\n|---|---|---|---|---|---|---|"

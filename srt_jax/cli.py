@@ -67,6 +67,10 @@ _EXAMPLES = {
         "srt-jax tradeoffs city.map --start 3,5 --goal 200,310 --out front.png",
         "srt-jax tradeoffs tasks.npz --rows 7:8 --tolls 1,5,20 --json",
     ),
+    "connect": (
+        "srt-jax connect level.map --out joined.png",
+        "srt-jax connect town.yaml --region 1.5m,-2m --region 8m,3m --json",
+    ),
     "compare": (
         "srt-jax compare before.json after.json",
         "srt-jax compare tasks.npz --modes least,paper --json",

@@ -89,9 +89,9 @@ def solve(
         less to save memory on large batches of large maps.
       max_branches: modes "least" and "shortest" only: choices of obstacles looked into before the
         best answer so far is returned. In mode "least", where every obstacle is connected by sides
-        and no two overlap, one more than must be destroyed is enough; in mode "shortest" one is
-        enough where every obstacle is a rectangle and no two overlap; else more close more gaps
-        between cost and bound.
+        and no two overlap, one more than must be destroyed is enough; in mode "shortest" they
+        follow on the search that remembers what is paid for, which is enough up to 32 obstacles
+        that may matter; else more close more gaps between cost and bound.
 
     Raises:
       TypeError, ValueError: an array of the task has a wrong dtype or shape, or an option is out of

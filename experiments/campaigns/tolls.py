@@ -2,13 +2,13 @@
 
     python -m experiments.campaigns.tolls [--count 2000] [--seed 0]
 
-A quarter each of maps up to 12 x 12 with rectangles, connected obstacles, combs and frames, and
-obstacles that overlap or lie in pieces; up to 7 of them, tolls from 0 to 20 cell sides. A search of
-its own for every set gives the optimum. Judged are the status, the bound, the total where it says
-that it is proven, the bound after one search (which must be tight on rectangles), the replay by
-`check`; that the answer is the shortest path with everything gone where tolls are 0, and the least
-removal where they are high; that a task alone has the bits of the batch; the field of sums, cell by
-cell; and the derivatives. Exit code 1 if anything differs.
+A fifth each of maps up to 12 x 12 with rectangles, connected obstacles, combs and frames, obstacles
+that overlap or lie in pieces, and rectangles among combs; up to 7 of them, tolls from 0 to 20 cell
+sides. A search of its own for every set gives the optimum. Judged are the status, the bound, the
+total where it says that it is proven, the bound after one search (which must be tight on
+rectangles), the replay by `check`; that the answer is the shortest path with everything gone where
+tolls are 0, and the least removal where they are high; that a task alone has the bits of the batch;
+the field of sums, cell by cell; and the derivatives. Exit code 1 if anything differs.
 """
 
 import argparse

@@ -11,6 +11,7 @@ import numpy as np
 
 from srt_jax.check.approach import approach_problems
 from srt_jax.check.bound import bound_problems, needless_problems
+from srt_jax.check.connection import check_connection as check_connection
 from srt_jax.check.floods import cell_ahead, dilate, free_cells, holds_at, nearest_cell, piece_of
 from srt_jax.check.total import presence_problems, total_problems
 from srt_jax.check.walk import destroyed_problems, plan_problems, route_problems

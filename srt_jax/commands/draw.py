@@ -81,11 +81,12 @@ def draw(
     mode: Annotated[
         str,
         typer.Option(
-            metavar="least|paper|literal",
+            metavar="|".join(MODES),
             help="As in 'srt-jax solve'.",
             autocompletion=lambda: list(MODES),
         ),
     ] = "least",
+    toll: options.TollOption = None,
     max_destroyed: Annotated[
         int, typer.Option(min=1, help="Most obstacles that may be destroyed in one task.")
     ] = 8,
@@ -95,6 +96,7 @@ def draw(
     whole loop.
     """
     frame = PolarFrame(metres_per_cell, heading) if polar else None
+    worth = options.toll_for(mode, toll)
     _check(out, show, ending)
     if any(holds_coalitions(path) for path in inputs):
         from srt_jax.commands.coalitions import draw_files
@@ -123,7 +125,11 @@ def draw(
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
     with show_progress("solving", len(tasks), quiet=as_json, compiles=True) as progress:
         solutions = solve_many(
-            [task.task for task in tasks], mode=mode, max_destroyed=most, progress=progress
+            [task.task for task in tasks],
+            mode=mode,
+            toll=worth,
+            max_destroyed=most,
+            progress=progress,
         )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
     files = _draw(named, frames[: len(tasks)], out, show, ending, frame, quiet=as_json)

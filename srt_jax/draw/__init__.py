@@ -7,6 +7,7 @@ in order. Colour-blind people can tell the colours apart.
 """
 
 from srt_jax.draw.animation import animate
+from srt_jax.draw.connection import draw_connection
 from srt_jax.draw.parts.polar_frame import PolarFrame
 from srt_jax.draw.parts.tile import svg_tile
 from srt_jax.draw.picture import draw
@@ -21,6 +22,7 @@ __all__ = [
     "boxes_by_kind",
     "contact_sheet",
     "draw",
+    "draw_connection",
     "draw_tradeoffs",
     "svg_tile",
     "time_against_size",

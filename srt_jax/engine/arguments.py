@@ -51,6 +51,16 @@ def as_floats(name: str, value: Array, *, core_rank: int = 2) -> Array:
     return _with_rank(name, array, core_rank)
 
 
+def mask_and_cells(**named: Any) -> tuple[tuple[Array, ...], tuple[int, ...]]:
+    """Returns a mask and cells, checked, and the batch dimensions that they share: first the mask,
+    bool [..., H, W], then any number of cells, int32 [..., 2], each under its name.
+    """
+    (first, mask), *rest = named.items()
+    checked = {first: (as_mask(first, mask), 2)}
+    checked |= {name: (as_cells(name, cells), 1) for name, cells in rest}
+    return tuple(array for array, _ in checked.values()), common_batch(**checked)
+
+
 def common_batch(**core_ranks_of: tuple[Array, int]) -> tuple[int, ...]:
     """Returns the batch dimensions shared by all arrays, given as name=(array, core rank);
     ValueError where they differ.

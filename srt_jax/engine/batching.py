@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from sign_model.ground.loops import hidden_zero
+from sign_model.ground.marks import runs_in_place
 from srt_jax.engine.devices import device_by_device
 from srt_jax.types import Array
 
@@ -43,6 +44,17 @@ def each(fun: Callable, *args: Any) -> Any:
         )
 
     return lax.fori_loop(jnp.int32(0), steps, step, empty)
+
+
+def each_or_all(fun: Callable) -> Callable:
+    """Returns `fun` of one map as a function of a batch, for use inside `compiled_whole`: one map
+    after the other in a marked call, elsewhere all side by side.
+    """
+
+    def run(*args: Any) -> Any:
+        return each(fun, *args) if runs_in_place() else jax.vmap(fun)(*args)
+
+    return run
 
 
 def batch_kernel(fun: Callable) -> Callable:

@@ -79,6 +79,7 @@ class Reading:
       instead of refused.
     chooses: whether start and goal are chosen on a .map, too, where nobody names them; other maps
       and places do so anyway.
+    tells_choice: whether it is noted which were chosen; for those to whom they do not matter.
     limit, rows: of the rows of a scenario or the tasks of a batch, the first so many; those from
       rows[0] on, before rows[1], counted from 0 as in the names of the tasks (None: from the first,
       to the last).
@@ -99,6 +100,7 @@ class Reading:
     block: str | None = None
     repair: bool = False
     chooses: bool = False
+    tells_choice: bool = True
     limit: int | None = None
     rows: tuple[int | None, int | None] | None = None
 
@@ -339,7 +341,7 @@ def _on_cells(path: str, grid_map: GridMap, how: Reading, notes: Notes) -> Sourc
     task = make_task(obstacles, *(ends or ((0, 0), (0, 0))), destroyable=flags)
     task = _of_robot(path, task, how, frame, notes)
     if ends is None:
-        task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
+        task = _between(path, task, _chosen(path, task, how, notes))
     note_covered(task, notes)
     start, goal = ((int(row), int(col)) for row, col in (task.start, task.goal))
     return Source(
@@ -378,6 +380,11 @@ def _of_robot(path: str, task: Task, how: Reading, frame: Frame, notes: Notes) -
     return grown
 
 
+def _chosen(path: str, task: Task, how: Reading, notes: Notes) -> tuple[Cell, Cell]:
+    free = (task.labels == FREE).all(axis=0)
+    return chosen_ends(path, free, notes if how.tells_choice else Notes())
+
+
 def _between(path: str, task: Task, ends: tuple[Cell, Cell]) -> Task:
     start, goal = (np.array(cell, np.int32) for cell in ends)
     return task.replace(start=start, goal=goal)
@@ -400,7 +407,7 @@ def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
     )
     task = _of_robot(path, task if ends is None else with_free_start(path, task), how, frame, notes)
     if ends is None:
-        task = _between(path, task, chosen_ends(path, (task.labels == FREE).all(axis=0), notes))
+        task = _between(path, task, _chosen(path, task, how, notes))
     if how.radius is not None:
         note_covered(task, notes)
     return Source([NamedTask(_stem(path), task)], place, frame)

@@ -6,17 +6,14 @@ answer, and put a flood and a path search into every program of `solve`, for tas
 as well. `Solution.approach` calls it when it is first asked for.
 """
 
-from collections.abc import Callable
-
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, runs_in_place
+from sign_model.ground.marks import compiled_whole
 from sign_model.ground.sizes import next_power_of_two
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.engine.entrance import require_task
 from srt_jax.moves import max_path_cells, octile_distance
 from srt_jax.paths.reach import flood_group
@@ -90,16 +87,7 @@ def _approach_maps(free: Array, start: Array, goal: Array, *, max_cells: int) ->
     def one_map(free: Array, start: Array, goal: Array) -> dict[str, Array]:
         return _approach_of_map(free, start, goal, max_cells)
 
-    return batch_kernel(compiled_whole(_all_at_once(one_map)))(free, start, goal)
-
-
-def _all_at_once(one_map: Callable) -> Callable:
-    """One map after the other in a marked call; elsewhere side by side."""
-
-    def run(*args: Array) -> dict[str, Array]:
-        return each(one_map, *args) if runs_in_place() else jax.vmap(one_map)(*args)
-
-    return run
+    return batch_kernel(compiled_whole(each_or_all(one_map)))(free, start, goal)
 
 
 def _approach_of_map(free: Array, start: Array, goal: Array, max_cells: int) -> dict[str, Array]:

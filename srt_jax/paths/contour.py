@@ -45,9 +45,7 @@ def contour(free: Array, seed: Array, goal: Array) -> Array:
       >>> np.argwhere(srt_jax.contour(free, seed, (2, 6))).tolist()
       [[0, 2], [1, 2], [2, 2], [3, 2], [4, 2]]
     """
-    free = arguments.as_mask("free", free)
-    seed, goal = arguments.as_cells("seed", seed), arguments.as_cells("goal", goal)
-    batch = arguments.common_batch(free=(free, 2), seed=(seed, 1), goal=(goal, 1))
+    (free, seed, goal), batch = arguments.mask_and_cells(free=free, seed=seed, goal=goal)
     # given before padding, since padding is no obstacle
     size = np.broadcast_to(np.array(free.shape[-2:], np.int32), (*batch, 2))
     return eager.call(_contour_maps, batch, free, seed, goal, size, on_quads=_contour_quads)

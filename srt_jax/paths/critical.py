@@ -19,7 +19,6 @@ number of critical cells.
 import functools
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jax import lax
 
@@ -27,7 +26,7 @@ from sign_model.ground.marks import compiled_whole, runs_in_place
 from sign_model.ground.sizes import next_power_of_two
 from sign_model.ground.words import WORD, num_words
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.fields.lengths import UNREACHED, solve_map
 from srt_jax.moves import STRAIGHT_MOVES, is_on_map
@@ -66,20 +65,13 @@ def critical_cells(free: Array, start: Array, goal: Array) -> Array:
       >>> np.argwhere(cells).tolist()  # the gap, the cells before and behind, start and goal
       [[1, 2], [1, 3], [1, 4], [2, 0], [2, 6]]
     """
-    free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
-    goal = arguments.as_cells("goal", goal)
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1), goal=(goal, 1))
+    (free, start, goal), batch = arguments.mask_and_cells(free=free, start=start, goal=goal)
     return eager.call(_critical_maps, batch, free, start, goal)
 
 
 @batch_kernel
 def _critical_maps(free: Array, start: Array, goal: Array) -> Array:
-    def all_maps(free: Array, start: Array, goal: Array) -> Array:
-        if runs_in_place():
-            return each(_critical_of_map, free, start, goal)
-        return jax.vmap(_critical_of_map)(free, start, goal)
-
-    words = compiled_whole(all_maps)(free, start, goal)
+    words = compiled_whole(each_or_all(_critical_of_map))(free, start, goal)
     return packing.unpack(words, free.shape[2])
 
 

@@ -52,12 +52,11 @@ def cost_to_come(free: Array, start: Array, traversal_cost: Array | None = None)
       >>> print(srt_jax.cost_to_come(free, (2, 0), swamp)[2, :3])
       [0. 3. 6.]
     """
-    free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
+    (free, start), batch = arguments.mask_and_cells(free=free, start=start)
     if traversal_cost is not None:
         return least_costs.least_costs(
             free, start, arguments.as_floats("traversal_cost", traversal_cost)
         )
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1))
     return eager.call(length_maps, batch, free, start)
 
 
@@ -91,11 +90,7 @@ def path_cost(
     """
     if traversal_cost is None:
         return path_length(free, start, goal)
-    free, start, goal = (
-        arguments.as_mask("free", free),
-        arguments.as_cells("start", start),
-        arguments.as_cells("goal", goal),
-    )
+    (free, start, goal), _ = arguments.mask_and_cells(free=free, start=start, goal=goal)
     return least_costs.least_cost(
         free, start, goal, arguments.as_floats("traversal_cost", traversal_cost)
     )

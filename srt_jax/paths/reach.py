@@ -50,8 +50,7 @@ def reach(free: Array, start: Array) -> Array:
       >>> srt_jax.reach(free, (2, 0)).sum().item()  # the 15 cells on this side of the wall
       15
     """
-    free, start = arguments.as_mask("free", free), arguments.as_cells("start", start)
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1))
+    (free, start), batch = arguments.mask_and_cells(free=free, start=start)
     return eager.call(reach_maps, batch, free, start, on_quads=_reach_quads)
 
 

@@ -45,8 +45,7 @@ def seed_cell(reached: Array, goal: Array) -> Array:
       >>> srt_jax.seed_cell(srt_jax.reach(free, (2, 0)), (2, 6)).tolist()
       [2, 2]
     """
-    reached, goal = arguments.as_mask("reached", reached), arguments.as_cells("goal", goal)
-    batch = arguments.common_batch(reached=(reached, 2), goal=(goal, 1))
+    (reached, goal), batch = arguments.mask_and_cells(reached=reached, goal=goal)
     return eager.call(seed_cells, batch, reached, goal, is_light=True)
 
 

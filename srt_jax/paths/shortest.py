@@ -6,16 +6,13 @@ whole field is computed by sweeps, and the path read off it: the same cells, sin
 by the costs.
 """
 
-from collections.abc import Callable
-
-import jax
 import jax.numpy as jnp
 from jax import lax
 
 from sign_model.ground.marks import compiled_whole, runs_in_place
 from sign_model.ground.sizes import next_power_of_two
 from srt_jax.engine import arguments, eager, packing
-from srt_jax.engine.batching import batch_kernel, each
+from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.fields import fixed_point
 from srt_jax.fields.lengths import UNREACHED, solve_map
 from srt_jax.moves import is_on_map, max_path_cells
@@ -60,8 +57,7 @@ def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | No
       >>> path.cost.item()
       5.0
     """
-    free, start, goal = _checked(free, start, goal)
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1), goal=(goal, 1))
+    (free, start, goal), batch = arguments.mask_and_cells(free=free, start=start, goal=goal)
     if max_cells is not None and max_cells < 1:
         raise ValueError(f"max_cells must be at least 1, got {max_cells}: a path holds its start")
 
@@ -85,17 +81,8 @@ def _usual_room(height: int, width: int) -> int:
 
 def path_length(free: Array, start: Array, goal: Array) -> Array:
     """Returns the cost of `shortest_path`, float32 [...]."""
-    free, start, goal = _checked(free, start, goal)
-    batch = arguments.common_batch(free=(free, 2), start=(start, 1), goal=(goal, 1))
+    (free, start, goal), batch = arguments.mask_and_cells(free=free, start=start, goal=goal)
     return eager.call(_length_maps, batch, free, start, goal)
-
-
-def _checked(free: Array, start: Array, goal: Array) -> tuple[Array, Array, Array]:
-    return (
-        arguments.as_mask("free", free),
-        arguments.as_cells("start", start),
-        arguments.as_cells("goal", goal),
-    )
 
 
 @batch_kernel
@@ -103,7 +90,7 @@ def _length_maps(free: Array, start: Array, goal: Array) -> Array:
     def one_map(free: Array, start: Array, goal: Array) -> Array:
         return length_of_map(packing.pack(free[None])[0], start, goal, free.shape[1])
 
-    return compiled_whole(_all_at_once(one_map))(free, start, goal)
+    return compiled_whole(each_or_all(one_map))(free, start, goal)
 
 
 def _path_maps(free: Array, start: Array, goal: Array, *, max_cells: int) -> dict[str, Array]:
@@ -112,16 +99,7 @@ def _path_maps(free: Array, start: Array, goal: Array, *, max_cells: int) -> dic
         cells, num_cells, cost = path_of_map(words, start, goal, free.shape[1], max_cells)
         return {"cells": cells, "num_cells": num_cells, "cost": cost}
 
-    return batch_kernel(compiled_whole(_all_at_once(one_map)))(free, start, goal)
-
-
-def _all_at_once(one_map: Callable) -> Callable:
-    """One map after the other in a marked call; elsewhere side by side."""
-
-    def run(*args: Array):
-        return each(one_map, *args) if runs_in_place() else jax.vmap(one_map)(*args)
-
-    return run
+    return batch_kernel(compiled_whole(each_or_all(one_map)))(free, start, goal)
 
 
 def path_of_map(

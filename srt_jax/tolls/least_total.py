@@ -58,7 +58,9 @@ def least_total(
     """
     price = jnp.where(task.destroyable, task.removal_cost * toll[:, None], jnp.inf)
     one_map = functools.partial(_of_map, capacity=capacity, max_nodes=max_nodes)
-    args = (price, task.start, task.goal, room, among)
+    # As many as fit a map of the task's own size: padding changes nothing.
+    num_labels = ((task.size + 2).prod(axis=1, dtype=jnp.int32) // 2).astype(jnp.uint32)
+    args = (price, task.start, task.goal, room, among, num_labels)
     return LeastTotal(*obstacles.of_all(one_map, task.labels, *args))
 
 
@@ -69,6 +71,7 @@ def _of_map(
     goal: Array,
     room: Array,
     is_requested: Array,
+    num_labels: Array,
     *,
     capacity: int,
     max_nodes: int,
@@ -94,7 +97,7 @@ def _of_map(
         def look() -> Found:
             own = lax.dynamic_index_in_dim(labels.all, labels.which, keepdims=False)
             ground = ground_of(own, straight, diagonal, start, goal, size)
-            return search(ground, tolls, size, max_nodes, way_round)
+            return search(ground, tolls, size, max_nodes, way_round, num_labels)
 
         # Whoever breaks goes as far as the octile distance and pays the least toll.
         way_round = state.found.total

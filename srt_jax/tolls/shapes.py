@@ -12,78 +12,100 @@ the way at one meets no other obstacle, so it pays no other a second time.
 Of any other shape the way through the inside may be longer than leaving it and coming back.
 """
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import runs_in_place
+from sign_model.ground.marks import apart, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.tolls import around
 from srt_jax.tolls.spread import UNREACHED as FAR
-from srt_jax.tolls.spread import Ground, Size, octile
+from srt_jax.tolls.spread import Ground, Size, octile_of
 from srt_jax.types import Array
 
 
-def nearest_sums(ground: Ground, size: Size, num_obstacles: int) -> Array:
-    """Returns the length that a way through each obstacle has at least: the least octile distance
-    from the start over one of its cells to the goal, uint32 [M]; a great number where it covers no
-    cell.
+class Shapes(NamedTuple):
+    """What is asked of each obstacle, of one that covers no cell too.
 
-    A way that cuts a corner of a cell passes it at a straight move's distance, before and behind,
-    instead of one diagonal: that much less. Cells deep inside are left out: the octile path from
-    the start to the one of the least sum enters the obstacle at a cell of its rim, whose sum is no
-    greater.
+    is_rectangle: bool [M], of cells that no other obstacle covers; True without a cell.
+    nearest: uint32 [M], the length that a way through it has at least; a great number without a
+      cell.
+    boxes: uint32 [M, 4], its bounding box, the least and greatest rows, the least and greatest
+      columns, of the map with its border; empty without a cell.
+    """
+
+    is_rectangle: Array
+    nearest: Array
+    boxes: Array
+
+
+def shapes_of(ground: Ground, size: Size, num_obstacles: int) -> Shapes:
+    """Returns the shape of each obstacle, and how far off the way it lies.
+
+    A way through an obstacle is no shorter than the least octile distance from the start over one
+    of its cells to the goal, but that a way that cuts a corner of a cell passes it at a straight
+    move's distance, before and behind, instead of one diagonal: that much less.
+
+    Only cells of the rim are looked at, beside which labels differ. The octile path from the start
+    to the cell of the least sum enters the obstacle there, where the sum is no greater; a rectangle
+    is spoilt there; and cells that several obstacles cover have a rim of their own.
     """
     row, col = (ground.start // size.stride, ground.start % size.stride)
-    start = jnp.stack([row, col]).astype(jnp.int32) - 1
-    sums = ground.left + octile(start, ground.straight, ground.diagonal, size)
+    start = jnp.stack([row, col]).astype(jnp.int32)
     less = 2 * ground.straight - ground.diagonal
-    sums = sums - jnp.minimum(sums, less)
-    far = jnp.full(num_obstacles + 1, FAR, jnp.uint32)
-    if not runs_in_place():
-        at = jnp.where(ground.labels >= 0, ground.labels, num_obstacles)
-        return far.at[at].min(jnp.broadcast_to(sums[:, None], at.shape))[:num_obstacles]
+    # One upper left corner, no square that is bent, no cell of another.
+    corner, other = jnp.uint8(around.CORNER), jnp.uint8(around.BENT | around.SHARED)
 
-    def visit(least: Array, row: Array, col: Array, is_set: Array) -> Array:
+    def faults_at(seen: Array) -> Array:
+        faults = (seen & corner != 0).astype(jnp.uint32)
+        return faults + jnp.where(seen & other != 0, jnp.uint32(2), jnp.uint32(0))
+
+    def columns(left: Array, row: Array, col: Array) -> Array:
+        # The least of what is left to FAR gives the greatest.
+        rows, cols = row.astype(jnp.int32) - start[0], col.astype(jnp.int32) - start[1]
+        own = left + octile_of(rows, cols, ground.straight, ground.diagonal)
+        own = own - jnp.minimum(own, less)
+        return jnp.stack([own, row, FAR - row, col, FAR - col, own, own, own], axis=-1)
+
+    begin = (
+        jnp.full((num_obstacles + 1, 8), FAR, jnp.uint32),
+        jnp.zeros(num_obstacles + 1, jnp.uint32),
+    )
+
+    def shapes(least: Array, faults: Array) -> Shapes:
+        least = least[:num_obstacles]
+        ends = [least[:, 1], FAR - least[:, 2], least[:, 3], FAR - least[:, 4]]
+        return Shapes(faults[:num_obstacles] <= 1, least[:, 0], jnp.stack(ends, axis=1))
+
+    is_rim = (ground.seen & jnp.uint8(around.EVEN) == 0) & (ground.labels >= 0).any(axis=1)
+    if not runs_in_place():
+        is_owned = is_rim[:, None] & (ground.labels >= 0)
+        at = jnp.where(is_owned, ground.labels, num_obstacles)
+        cells = jnp.arange(size.num_cells, dtype=jnp.uint32)
+        new = columns(ground.left, cells // size.stride, cells % size.stride)[:, None]
+        more = jnp.broadcast_to(faults_at(ground.seen)[:, None], at.shape)
+        return shapes(
+            begin[0].at[at].min(jnp.broadcast_to(new, (*at.shape, 8))), begin[1].at[at].add(more)
+        )
+
+    def visit(state: tuple[Array, Array], row: Array, col: Array, is_set: Array) -> tuple:
+        least, faults = state
         place = jnp.where(is_set, row * jnp.uint32(size.stride) + col, jnp.uint32(0))
-        own = read(sums, place)
+        new = columns(read(ground.left, place), row, col)[None]
+        more = faults_at(read(ground.seen, place))
         for layer in range(ground.labels.shape[1]):
             owner = lax.dynamic_slice(ground.labels, (place, jnp.uint32(layer)), (1, 1))[0, 0]
             at = jnp.where(owner >= 0, owner, num_obstacles).astype(jnp.uint32)
-            least = write(least, jnp.minimum(read_apart(least, at), own), at)
-        return least
+            old = apart(_row_of)(least, at)
+            least = lax.dynamic_update_slice(least, jnp.minimum(old, new), (at, jnp.uint32(0)))
+            faults = write(faults, read_apart(faults, at) + more, at)
+        return least, faults
 
-    is_rim = (ground.seen & jnp.uint8(around.EVEN) == 0) & (ground.labels >= 0).any(axis=1)
     cells = packing.pack(is_rim.reshape(1, -1, size.stride))[0]
-    return packing.for_each_cell(cells, visit, far)[:num_obstacles]
+    return shapes(*packing.for_each_cell(cells, visit, begin))
 
 
-def rectangles(labels: Array, seen: Array, stride: int, num_obstacles: int) -> Array:
-    """Returns which obstacles are rectangles of cells that no other obstacle covers: bool [M]; also
-    those that cover no cell.
-
-    Args:
-      labels: int32 [N, L]. seen: uint8 [N], from `around.seen_around`. stride: columns of the map
-        with its border.
-    """
-    # One upper left corner, no square that is bent, no cell of another.
-    corner, other = jnp.uint8(around.CORNER), jnp.uint8(around.BENT | around.SHARED)
-    faults = (seen & corner != 0).astype(jnp.uint32)
-    faults = faults + jnp.where(seen & other != 0, jnp.uint32(2), jnp.uint32(0))
-    nothing = jnp.zeros(num_obstacles + 1, jnp.uint32)
-    if not runs_in_place():
-        at = jnp.where(labels >= 0, labels, num_obstacles)
-        more = jnp.broadcast_to(faults[:, None], labels.shape)
-        return nothing.at[at].add(more)[:num_obstacles] <= 1
-
-    def visit(num: Array, row: Array, col: Array, is_set: Array) -> Array:
-        place = jnp.where(is_set, row * jnp.uint32(stride) + col, jnp.uint32(0))
-        more = read(faults, place)
-        for layer in range(labels.shape[1]):
-            owner = lax.dynamic_slice(labels, (place, jnp.uint32(layer)), (1, 1))[0, 0]
-            at = jnp.where(owner >= 0, owner, num_obstacles).astype(jnp.uint32)
-            num = write(num, read_apart(num, at) + more, at)
-        return num
-
-    cells = packing.pack((faults > 0).reshape(1, -1, stride))[0]
-    return packing.for_each_cell(cells, visit, nothing)[:num_obstacles] <= 1
+def _row_of(table: Array, row: Array) -> Array:
+    return lax.dynamic_slice(table, (row, jnp.uint32(0)), (1, table.shape[1]))

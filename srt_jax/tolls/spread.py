@@ -32,8 +32,8 @@ UNREACHED = entry.CLOSED
 STEPS = tuple((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1))
 """To the nine cells of a square, in row order; the middle one is the cell itself."""
 
-_MIDDLE = 4
-_NUM_BUCKETS = 256
+MIDDLE = 4
+NUM_BUCKETS = 256
 
 
 class Ground(NamedTuple):
@@ -100,10 +100,16 @@ def bordered_layers(labels: Array) -> list[Array]:
 
 def octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
     """Returns the octile distance of each cell to the goal, in units: uint32 [N]."""
-    rows = jnp.abs(jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]).astype(jnp.uint32)
-    cols = jnp.abs(jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]).astype(jnp.uint32)
-    low, high = jnp.minimum(rows[:, None], cols[None]), jnp.maximum(rows[:, None], cols[None])
-    return (high * straight + low * (diagonal - straight)).reshape(-1)
+    rows = jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]
+    cols = jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]
+    return octile_of(rows[:, None], cols[None], straight, diagonal).reshape(-1)
+
+
+def octile_of(rows: Array, cols: Array, straight: Array, diagonal: Array) -> Array:
+    """Returns the octile distance, uint32 of the common shape, of differences int32 [...] each."""
+    down, right = jnp.abs(rows).astype(jnp.uint32), jnp.abs(cols).astype(jnp.uint32)
+    low, high = jnp.minimum(down, right), jnp.maximum(down, right)
+    return high * straight + low * (diagonal - straight)
 
 
 def place(cell: Array, size: Size) -> Array:
@@ -202,12 +208,12 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
     bits = entry.bucket_bits(ground.diagonal)
     lengths, offset = nine_moves(ground), nine_offsets(size)
     order = jnp.arange(9, dtype=jnp.uint32)
-    is_move = order != _MIDDLE
+    is_move = order != MIDDLE
 
     def ring_of(key: Array, bucket: Array) -> Array:
         """The ring of a bucket, or the last of those in use for one that is farther off."""
-        ahead = jnp.minimum((key >> bits) - bucket, jnp.uint32(_NUM_BUCKETS - 1))
-        return N + ((bucket + ahead) & jnp.uint32(_NUM_BUCKETS - 1))
+        ahead = jnp.minimum((key >> bits) - bucket, jnp.uint32(NUM_BUCKETS - 1))
+        return N + ((bucket + ahead) & jnp.uint32(NUM_BUCKETS - 1))
 
     def unlinked(after: Array, before: Array, cell: Array) -> tuple[Array, Array]:
         last, following = read_apart(before, cell), read_apart(after, cell)
@@ -222,13 +228,13 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
     def add_doors(totals: Array, labels: Array, tolls: Array, cell: Array) -> Array:
         nine = square(labels, cell, size)
         paid = tolls_at(nine, tolls)
-        doors = [entry.of_move(nine, paid, _MIDDLE, move) for move in range(8)]
-        doors = [*doors[:_MIDDLE], jnp.uint32(0), *doors[_MIDDLE:]]
+        doors = [entry.of_move(nine, paid, MIDDLE, move) for move in range(8)]
+        doors = [*doors[:MIDDLE], jnp.uint32(0), *doors[MIDDLE:]]
         return totals + jnp.stack(doors)
 
     def step(state: _Rings) -> _Rings:
         # The first cell of the ring in work, if it has one, leaves it.
-        ring = N + (state.bucket & jnp.uint32(_NUM_BUCKETS - 1))
+        ring = N + (state.bucket & jnp.uint32(NUM_BUCKETS - 1))
         cell = read_apart(state.after, ring)
         is_cell = cell != ring
         at = jnp.where(is_cell, cell, jnp.uint32(0))
@@ -249,8 +255,8 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         # back.
         is_better = (totals < apart(square_of(size))(state.sums, at)) & (keys <= state.limit)
         mask = jnp.sum((is_better & is_move).astype(jnp.uint32) << order, dtype=jnp.uint32)
-        is_early = (keys[_MIDDLE] >> bits) > state.bucket
-        mask = jnp.where(is_early, one << _MIDDLE, mask)
+        is_early = (keys[MIDDLE] >> bits) > state.bucket
+        mask = jnp.where(is_early, one << MIDDLE, mask)
         mask = jnp.where(is_cell, mask, jnp.uint32(0))
 
         def improve(trial: _Trial) -> _Trial:
@@ -276,7 +282,7 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         bucket = state.bucket + (~is_cell).astype(jnp.uint32)
         return _Rings(bucket, trial.num_waiting, limit, trial.sums, trial.after, trial.before)
 
-    links = jnp.arange(size.num_cells + _NUM_BUCKETS, dtype=jnp.uint32)
+    links = jnp.arange(size.num_cells + NUM_BUCKETS, dtype=jnp.uint32)
     key = read(ground.left, ground.start)
     after, before = linked(links, links, ground.start, ring_of(key, key >> bits))
     num = (ground.start != 0).astype(jnp.uint32)

@@ -7,6 +7,7 @@ import pytest
 from experiments.campaigns.inputs.tolled_maps import KINDS, tolled_tasks
 from srt_jax import Status, check, explain, make_task, shortest_path, solve, solve_many, stack
 from srt_jax.reference.tolls import brute_force_total
+from srt_jax.tolls import paid_once
 
 SAME = ("status", "cost", "total", "total_bound", "removal_cost", "destroyed", "plan")
 
@@ -97,6 +98,19 @@ def test_all_cells_at_once_give_the_same_answers(cases, monkeypatch):
     plain = jax.jit(lambda task, toll: solve(task, mode="shortest", toll=toll))(stack(tasks), tolls)
     for name in SAME:
         np.testing.assert_array_equal(getattr(plain, name), getattr(answers, name), name)
+
+
+@pytest.mark.slow
+def test_without_memory_branch_and_bound_finds_the_same_totals(cases, monkeypatch):
+    tasks, tolls, answers, _ = cases
+    monkeypatch.setattr(paid_once, "REMEMBERED", 1)
+
+    def totals(task, toll):  # a number of branches that no other test compiles for
+        return solve(task, mode="shortest", toll=toll, max_branches=255)
+
+    found = jax.jit(totals)(stack(tasks), tolls)
+    np.testing.assert_array_equal(found.total, answers.total)
+    np.testing.assert_array_equal(found.total_bound, answers.total_bound)
 
 
 def test_without_tolls_the_way_is_the_shortest_and_with_high_ones_the_removal_the_least(cases):

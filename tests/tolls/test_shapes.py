@@ -1,4 +1,4 @@
-"""Which obstacles count as rectangles."""
+"""Which obstacles count as rectangles, and their bounding boxes."""
 
 import jax
 import jax.numpy as jnp
@@ -31,9 +31,9 @@ def seen(labels):
     def one_map(labels):
         unit, nowhere = jnp.uint32(12), jnp.full(2, -1, jnp.int32)
         ground = ground_of(labels, unit, jnp.uint32(17), nowhere, nowhere, SIZE)
-        return shapes.rectangles(ground.labels, ground.seen, SIZE.stride, 12)
+        return shapes.shapes_of(ground, SIZE, 12)
 
-    return jax.jit(lambda labels: compiled_whole(lambda x: each(one_map, x))(labels))(labels)[0]
+    return jax.jit(lambda labels: compiled_whole(lambda x: each(one_map, x))(labels))(labels)
 
 
 @pytest.mark.parametrize("is_plain", [False, True])
@@ -45,5 +45,9 @@ def test_rectangles_alone_and_whole_are_told_from_all_else(is_plain, monkeypatch
     for i, name in enumerate("abcdefghijk"):
         labels[0, 0][signs == name] = i
     labels[0, 1, 11, 9:] = 11  # the last overlaps k
-    found = {name for name, is_one in zip("abcdefghijkl", seen(labels).tolist()) if is_one}
-    assert found == set("aefgi")
+    found = seen(labels)
+    are_rectangles = found.is_rectangle[0].tolist()
+    assert {name for name, is_one in zip("abcdefghijkl", are_rectangles) if is_one} == set("aefgi")
+    for i, box in enumerate(found.boxes[0].tolist()):
+        rows, cols = np.nonzero((labels[0] == i).any(axis=0))
+        assert box == [rows.min() + 1, rows.max() + 1, cols.min() + 1, cols.max() + 1]

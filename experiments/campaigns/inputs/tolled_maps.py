@@ -45,11 +45,20 @@ def combs(rng, height, width, num_obstacles):
     return labels
 
 
+def mixed(rng, height, width, num_obstacles):
+    """labels int32 [H, W]: rectangles, and behind them combs."""
+    front = rectangles(rng, height, width, max(1, num_obstacles // 2))
+    behind = combs(rng, height, width, max(1, num_obstacles - num_obstacles // 2))
+    behind = np.where(behind >= 0, behind + front.max() + 1, -1).astype(np.int32)
+    return np.where(front >= 0, front, behind)
+
+
 KINDS = {
     "rectangles": rectangles,
     "connected": connected,
     "combs": combs,
     "scattered": scattered,
+    "mixed": mixed,
 }
 
 

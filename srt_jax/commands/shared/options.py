@@ -26,6 +26,16 @@ DestroyableOption = Annotated[
 ]
 
 
+TollOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar="CELLS",
+        help=(
+            "With --mode shortest: the detour that one unit of removal cost is worth. Default: 1."
+        ),
+        show_default=False,
+    ),
+]
 LimitOption = Annotated[
     int | None,
     typer.Option(min=1, help="Only the first so many rows of a scenario, or tasks of a batch."),
@@ -35,16 +45,6 @@ RowsOption = Annotated[
     typer.Option(
         metavar="A:B",
         help="Only rows A to B - 1, counted from 0 as in the tasks' names; A or B may be left out.",
-    ),
-]
-TollOption = Annotated[
-    float | None,
-    typer.Option(
-        metavar="CELLS",
-        help=(
-            "With --mode shortest: the detour that one unit of removal cost is worth. Default: 1."
-        ),
-        show_default=False,
     ),
 ]
 SHARED = "Many processes and machines"

@@ -184,7 +184,9 @@ def headline(solution: Solution, frame: Frame | None = None, near: Approach | No
     if destroyed:
         more = ", ..." if len(destroyed) > _MOST_IDS else ""
         what += f" ({', '.join(map(str, destroyed[:_MOST_IDS]))}{more})"
-    return f"{status.name}: route of {length(solution.cost)}, {what}"
+    # Only mode "shortest" has totals.
+    total = f"; {length(solution.total)} with tolls" if 0 < solution.total < np.inf else ""
+    return f"{status.name}: route of {length(solution.cost)}, {what}{total}"
 
 
 def length_in(cells: Array | float, frame: Frame | None) -> str:
