@@ -1,12 +1,14 @@
 """Workers killed at random moments: are the bytes those of a run that nobody disturbed?
 
     python -m experiments.campaigns.kills [--kills 100] [--workers 1 2 4] [--engine none|dask|ray]
-    [--how kill|term|int|hosts] [--count 1536] [--size 64] [--shard-size 64] [--seed 0]
+    [--how kill|term|int|hosts] [--job dataset|solve] [--count 1536] [--size 64] [--shard-size 64]
+    [--seed 0]
 
-A data set is written again and again while a random worker is killed at random moments (`kill`);
-or the whole run is ended as by the system or by Ctrl-C, and called again (`term`, `int`); or two
-runs under different host names, each with processes of its own, share the folder, and one of these
-"hosts" is killed as a whole (`hosts`, which needs the right to `unshare`, so on Linux as root).
+A data set, or a folder of answers, is written again and again while a random worker is killed at
+random moments (`kill`); or the whole run is ended as by the system or by Ctrl-C, and called again
+(`term`, `int`); or two runs under different host names, each with processes of its own, share the
+folder, and one of these "hosts" is killed as a whole (`hosts`, which needs the right to `unshare`,
+so on Linux as root).
 
 For each round: the digest of all files against that of an undisturbed run, shards that were made a
 second time after they were there, drafts and claims that were left, and the seconds it took, which
@@ -82,12 +84,25 @@ def digest(folder: pathlib.Path) -> str:
 
 
 def command(folder: pathlib.Path, given: argparse.Namespace, workers: int | None) -> list[str]:
-    """Returns the command that writes the data set."""
-    words = f"dataset mixed --count {given.count} --size {given.size} --seed {given.seed}"
+    """Returns the command that writes the folder; the answers are those to `tasks_beside` it."""
+    words = f"solve {tasks_beside(folder)}"
+    if given.job == "dataset":
+        words = f"dataset mixed --count {given.count} --size {given.size} --seed {given.seed}"
     words += f" --shard-size {given.shard_size} --out {folder} --json"
     words += f" --workers {workers}" if workers else ""
     words += f" --engine {given.engine}" if workers and given.engine != "none" else ""
     return [sys.executable, "-m", "srt_jax", *words.split()]
+
+
+def tasks_beside(folder: pathlib.Path) -> pathlib.Path:
+    """Returns the file of the tasks that are solved."""
+    return folder.with_name("tasks.npz")
+
+
+def generate(folder: pathlib.Path, given: argparse.Namespace) -> list[str]:
+    """Returns the command that writes the tasks to be solved."""
+    words = f"generate mixed --count {given.count} --size {given.size} --seed {given.seed}"
+    return [sys.executable, "-m", "srt_jax", *words.split(), "--out", str(tasks_beside(folder))]
 
 
 def start(words: Sequence[str], log: pathlib.Path, **more: str) -> subprocess.Popen:
@@ -143,7 +158,7 @@ class Watch:
         if not self.folder.is_dir():
             return
         for entry in os.scandir(self.folder):
-            if entry.name.startswith("shard-"):
+            if entry.name.startswith(("shard-", "answers-")):
                 number = entry.inode()
                 self.made_again += self.seen.setdefault(entry.name, number) != number
                 self.seen[entry.name] = number
@@ -161,7 +176,7 @@ def round_of_kills(
     """Kills workers of one run until it has written all."""
     tally, watch, log = Tally(rounds=1, calls=1), Watch(folder), folder.with_suffix(".log")
     running, begin = start(command(folder, given, workers), log), time.monotonic()
-    due = begin + rng.uniform(2, 8)
+    due, at_work_only = begin + rng.uniform(2, 8), True
     while True:
         watch.look()
         now = time.monotonic()
@@ -178,17 +193,19 @@ def round_of_kills(
                 tally.calls += 1
                 running = start(command(folder, given, workers), log)
                 continue
-            tally.wrong_codes += running.returncode != 0
+            tally.wrong_codes += running.returncode != given.code
             break
         there = workers_of(running.pid, given.engine) if now > due else []
-        if there and tally.kills < most:
-            tally.at_work += any(folder.glob(".claims/*.claim"))
+        is_at_work = any(folder.glob(".claims/*.claim"))
+        if there and tally.kills < most and (is_at_work or not at_work_only):
+            tally.at_work += is_at_work
             try:
                 os.kill(rng.choice(there), signal.SIGKILL)
                 tally.kills += 1
             except ProcessLookupError:
                 pass
-            due = now + rng.uniform(0.5, 8)
+            # some while they start, however long an engine takes for that
+            due, at_work_only = now + rng.uniform(0.5, 8), rng.random() < 0.7
         time.sleep(0.02)
     watch.look()
     tally.made_again, tally.left, tally.longest = watch.made_again, watch.left(), now - begin
@@ -217,11 +234,11 @@ def round_of_signals(
             running.send_signal(number)
             tally.kills += 1
             code = running.wait(60)
-            tally.wrong_codes += code not in (128 + number, 0)
+            tally.wrong_codes += code not in (128 + number, given.code)
             time.sleep(0.2)
             tally.left += watch.left() + sum(os.path.exists(f"/proc/{one}") for one in children)
         watch.look()
-        if running.returncode == 0:
+        if running.returncode == given.code:
             break
         if time.monotonic() - begin > _LONGEST:
             tally.hung += 1
@@ -274,7 +291,7 @@ def round_of_hosts(
             tally.kills += 1
         time.sleep(0.02)
     tally.hung += survivor.poll() is None
-    tally.wrong_codes += survivor.poll() != 0
+    tally.wrong_codes += survivor.poll() != given.code
     victim.wait(60)
     watch.look()
     tally.made_again, tally.left = watch.made_again, watch.left()
@@ -299,6 +316,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--engine", choices=list(_MARKS), default="none")
     parser.add_argument("--how", choices=list(ROUNDS), default="kill")
+    parser.add_argument("--job", choices=["dataset", "solve"], default="dataset")
     parser.add_argument("--count", type=int, default=1536)
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--shard-size", type=int, default=64)
@@ -313,12 +331,17 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as place:
         reference = pathlib.Path(place, "reference")
-        done = subprocess.run(command(reference, given, None), stdout=subprocess.DEVNULL)
-        assert done.returncode == 0
+        if given.job == "solve":
+            subprocess.run(generate(reference, given), stdout=subprocess.DEVNULL, check=True)
+        # 1 where some tasks are unsolvable
+        given.code = subprocess.run(
+            command(reference, given, None), stdout=subprocess.DEVNULL
+        ).returncode
+        assert given.code in (0, 1, 3), given.code
         expected = digest(reference)
         names = [field.name for field in dataclasses.fields(Tally)]
-        print(f"reference: {expected}\n| how | engine | workers | {' | '.join(names)} |")
-        print("|---" * (len(names) + 3) + "|", flush=True)
+        print(f"reference: {expected}\n| how | job | engine | workers | {' | '.join(names)} |")
+        print("|---" * (len(names) + 4) + "|", flush=True)
         is_clean = True
         for workers in given.workers:
             total, rng = Tally(), random.Random(f"{given.seed} {workers}")
@@ -332,7 +355,8 @@ def main(arguments: list[str] | None = None) -> int:
                     print(f"{folder.name}: {one}\n{log[-3000:]}", file=sys.stderr)
                 total.add(one)
             values = " | ".join(f"{getattr(total, name):.4g}" for name in names)
-            print(f"| {given.how} | {given.engine} | {workers} | {values} |", flush=True)
+            run = f"{given.how} | {given.job} | {given.engine} | {workers}"
+            print(f"| {run} | {values} |", flush=True)
             is_clean &= total.is_clean
     return int(not is_clean)
 

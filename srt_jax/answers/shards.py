@@ -40,8 +40,10 @@ MANIFEST = "_solve.json"
 SHARD_SIZE = 4096
 _VERSION = 1
 _WHAT = "run of srt-jax solve"
-_ROWS_AT_ONCE = 256
-"""Records in memory while a shard is written."""
+_ROWS_AT_ONCE, _CELLS_AT_ONCE = 256, 2**18
+"""Records, and cells of their routes, after which those in memory are written; as lists of Python,
+which they are until then, 2**18 cells take 25 MB, and a route through a maze has 2**16.
+"""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,11 +107,13 @@ class SolveJob(Job):
         notes = Notes()
         with _writer(self.folder / self.name(unit), self.request.format) as write:
             records: list[dict[str, Any]] = []
+            cells = 0
             for record in self._records(unit, notes):
                 records.append(record)
-                if len(records) == _ROWS_AT_ONCE:
+                cells += _num_cells(record)
+                if len(records) == _ROWS_AT_ONCE or cells >= _CELLS_AT_ONCE:
                     write(records)
-                    records = []
+                    records, cells = [], 0
             write(records)
 
     def statuses(self, unit: int) -> collections.Counter[str]:
@@ -168,6 +172,12 @@ class SolveJob(Job):
                 )
             side = frame.side if frame is not None and frame.has_metres else None
             yield as_record(name, task, solution, cell_side=side, approach=near)
+
+
+def _num_cells(record: dict[str, Any]) -> int:
+    """Returns how many cells the lists of a record hold, all but a few of its bytes."""
+    near = record["approach"]
+    return len(record["cells"]) + len(record["contour"]) + (len(near["cells"]) if near else 0)
 
 
 def settled_job(folder: pathlib.Path, request: Request) -> SolveJob:

@@ -67,6 +67,18 @@ def test_the_answers_are_those_of_one_call_without_shards(inputs, whole, capsys)
     assert sum(told["statuses"].values()) == 17 and code == 1
 
 
+def test_answers_with_long_routes_are_not_held_until_there_are_many(
+    inputs, whole, tmp_path, capsys, monkeypatch
+):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    monkeypatch.setattr(shards, "_CELLS_AT_ONCE", 30)
+    call(capsys, *inputs, "--out", tmp_path, "--shard-size", 6, "--json")
+    assert records(tmp_path) == records(whole)
+    name = "answers-000000.parquet"
+    assert parquet.ParquetFile(tmp_path / name).num_row_groups >= 3
+    assert parquet.ParquetFile(whole / name).num_row_groups == 1
+
+
 def test_stopped_anywhere_it_goes_on_to_the_same_bytes(inputs, whole, tmp_path, capsys):
     out = tmp_path / "answers"
     shutil.copytree(whole, out)

@@ -8,11 +8,14 @@ SMALL = ["--count", "96", "--size", "16", "--shard-size", "8", "--workers", "2"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("how", "number"), [("kill", 3), ("term", 1), ("int", 1)])
-def test_whoever_is_killed_the_bytes_are_the_same(how, number, capsys):
-    assert kills.main([*SMALL, "--how", how, "--kills", str(number)]) == 0
+@pytest.mark.parametrize(
+    ("how", "job", "number"),
+    [("kill", "dataset", 3), ("kill", "solve", 1), ("term", "dataset", 1), ("int", "dataset", 1)],
+)
+def test_whoever_is_killed_the_bytes_are_the_same(how, job, number, capsys):
+    assert kills.main([*SMALL, "--how", how, "--job", job, "--kills", str(number)]) == 0
     row = capsys.readouterr().out.splitlines()[-1].split(" | ")
-    assert row[0] == f"| {how}" and int(row[4]) >= number
+    assert row[:2] == [f"| {how}", job] and int(row[5]) >= number
 
 
 def test_a_file_made_again_and_a_draft_that_is_left_are_noticed(tmp_path):

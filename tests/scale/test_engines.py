@@ -1,9 +1,11 @@
 """The engines: the same bytes as plain workers, a worker killed or not, an error told as ours."""
 
 import os
+import pathlib
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -88,6 +90,23 @@ def test_a_cluster_of_dask_that_is_there_is_used(tmp_path):
     ) as cluster:
         run(Lines(tmp_path, 12), engine="dask", address=cluster.scheduler_address)
         assert len(contents(tmp_path)) == 12 and len(cluster.workers) == 2
+
+
+@pytest.mark.slow
+def test_a_cluster_that_somebody_has_started_on_this_machine_is_left_alone(tmp_path):
+    """Ray notes it in a file and joins it by default, whether it still runs or not."""
+    pytest.importorskip("ray")
+    code = (
+        "from srt_jax.scale import run; from tests.helpers.units import Lines;"
+        f" run(Lines({str(tmp_path)!r}, 2), engine='ray', workers=1)"
+    )
+    with tempfile.TemporaryDirectory(prefix="ray", ignore_cleanup_errors=True) as short:
+        (pathlib.Path(short) / "ray").mkdir()
+        (pathlib.Path(short) / "ray" / "ray_current_cluster").write_text("127.0.0.1:9")
+        env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "RAY_TMPDIR": short}
+        done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert len(contents(tmp_path)) == 2
 
 
 @pytest.mark.slow

@@ -131,7 +131,11 @@ def _local(distributed: Any, workers: int) -> Any:
         "memory_limit": 0,  # a unit's memory is bounded by its size, and a limit would kill it
         "silence_logs": logging.CRITICAL,
     }
-    with dask.config.set({key: dask.config.get(key) | variables(), **_SETTINGS}):
+    given = dask.config.get(key) | variables()
+    # by Dask's default malloc gives memory back at once, which each task asks for again: four times
+    # the page faults
+    given.pop("MALLOC_TRIM_THRESHOLD_", None)
+    with dask.config.set({key: given, **_SETTINGS}):
         for number in range(_STARTS):
             try:
                 return distributed.LocalCluster(**options)

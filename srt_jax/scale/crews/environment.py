@@ -1,7 +1,9 @@
 """The environment of workers, set before they import JAX: one core each."""
 
+import contextlib
 import os
 import sys
+from collections.abc import Iterator
 
 
 def variables() -> dict[str, str]:
@@ -20,3 +22,18 @@ def variables() -> dict[str, str]:
     if cache and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
         given["JAX_COMPILATION_CACHE_DIR"] = str(cache)
     return given
+
+
+@contextlib.contextmanager
+def in_environment(given: dict[str, str]) -> Iterator[None]:
+    """Sets variables of this process for the time being, for what is started meanwhile."""
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -14,7 +14,7 @@ from sign_model.ground.core_count import num_cores
 from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.scale.claims import claims_of
 from srt_jax.scale.crews.crew import Cluster, Failed
-from srt_jax.scale.crews.environment import variables
+from srt_jax.scale.crews.environment import in_environment, variables
 from srt_jax.scale.job import Job, Outcome, attempt
 
 _PER_WORKER = 2
@@ -112,11 +112,15 @@ def _start(ray: Any, workers: int, address: str | None) -> None:
     }
     try:
         if address is None:
-            options |= {"runtime_env": {"env_vars": variables()}, "_system_config": _SYSTEM}
-            ray.init(num_cpus=workers, **options)
+            # as a runtime environment each worker would wait for the agent that prepares it
+            # "local": by default Ray looks for a cluster that `ray start` has started here
+            with in_environment(variables()):
+                ray.init("local", num_cpus=workers, _system_config=_SYSTEM, **options)
         else:
             ray.init(address=address, **options | {"include_dashboard": None})
     except (ConnectionError, ValueError) as error:
+        if address is None:
+            raise
         raise ValueError(
             f"--address {address}: no cluster of Ray answers there: start one by ray start --head"
         ) from error
