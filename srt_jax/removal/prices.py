@@ -41,14 +41,6 @@ class Terms(NamedTuple):
     may_go: Array
 
 
-class Place(NamedTuple):
-    """One map. free: the mask of cells open at the beginning, with some obstacles gone."""
-
-    labels: Labels
-    known: Survey
-    free: Array
-
-
 class Prices(NamedTuple):
     """reached: the mask of cells reached before any price is paid.
 
@@ -87,8 +79,7 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array, Array]:
         nothing = jnp.zeros(cost.shape, bool)
         most = jnp.where(is_requested, sums.never(), sums.zero())
         known = obstacles.survey(labels)
-        place = Place(labels, known, known.free)
-        found = _levels(place, start, goal, nothing, terms, nothing, sums.zero(), most)
+        found = _levels(labels, known, start, goal, nothing, terms, nothing, sums.zero(), most)
         (price,) = sums.to_float32(found.price[:, None], terms.costs)
         return (
             known.free,
@@ -112,7 +103,6 @@ def prices_of(
     num_obstacles = len(gone)
     height, width = labels.all.shape[2:]
     in_goal = obstacles.owners_of(labels, terms.goal, num_obstacles)
-    place = Place(labels, known, obstacles.opened(labels, known, gone, known.free, gone))
 
     def one_way(state: _Ways) -> _Ways:
         # One body for both directions: it takes long to compile.
@@ -122,7 +112,7 @@ def prices_of(
             for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
         )
         limit = jnp.where(is_back, state.forth.price, most)
-        found = _levels(place, source, target, gone, terms, in_goal & is_back, paid, limit)
+        found = _levels(labels, known, source, target, gone, terms, in_goal & is_back, paid, limit)
         forth, back = (
             _select(state.forth, found, ~is_back),
             _select(state.back, found, is_back),
@@ -193,7 +183,8 @@ class _Level(NamedTuple):
 
 
 def _levels(
-    place: Place,
+    labels: Labels,
+    known: Survey,
     source: Array,
     target: Array,
     gone: Array,
@@ -206,13 +197,11 @@ def _levels(
     more.
 
     Args:
-      place: with the obstacles `gone` gone.
       met: bool [M], obstacles that are met from the beginning.
       paid: the number to begin with. most: a number.
     """
     costs, may_go = terms.costs, terms.may_go & ~gone
     num_obstacles = len(gone)
-    labels, known, free = place
     height, width = labels.all.shape[2:]
     at_source = obstacles.only(source, height, num_words(width))
 
@@ -258,8 +247,8 @@ def _levels(
         paid,
         nothing,
         nothing,
-        free,
-        none,
+        known.free,
+        gone,  # opened by the first level
         numbers,
         none,
         none,
