@@ -85,12 +85,22 @@ def _row_by_row(
       which: bool [M], a set of obstacles.
       test: takes labels and whether each is of the set.
     """
-    row_of = _row_reader(labels, which, test, join)
-    return lax.map(lambda row: row_of(row)[0], _rows(labels))
+    return lax.map(_row_reader(labels, which, test, join), _rows(labels))
 
 
 def _rows(labels: Labels) -> Array:
     return jnp.arange(labels.all.shape[2], dtype=jnp.int32)
+
+
+def _owners_in_row(labels: Labels, row: Array) -> Array:
+    """The labels of a row: int32 [L, W]."""
+    return jnp.stack([labels.row(layer, row) for layer in range(labels.all.shape[1])])
+
+
+def _as_row(passes: Array, join: Callable[[Array, Array], Array]) -> Array:
+    """The layers of a row, bool [L, W], joined and packed: uint32 [words]."""
+    joined = functools.reduce(join, (passes[layer] for layer in range(len(passes))))
+    return packing.pack(joined[None, None])[0, 0]
 
 
 def _row_reader(
@@ -98,17 +108,14 @@ def _row_reader(
     which: Array,
     test: Callable[[Array, Array], Array],
     join: Callable[[Array, Array], Array],
-) -> Callable[[Array], tuple[Array, Array]]:
-    """Returns what gives one row of `_row_by_row`, uint32 [words], and its labels, int32 [L, W]."""
-    num_layers = labels.all.shape[1]
+) -> Callable[[Array], Array]:
+    """Returns what gives one row of `_row_by_row`, uint32 [words]."""
     words = as_words(which)
     filled = _filled(words) if runs_in_place() and len(words) > _ALWAYS_SELECTED else None
 
-    def row_of(row: Array) -> tuple[Array, Array]:
-        ids = jnp.stack([labels.row(layer, row) for layer in range(num_layers)])
-        passes = test(ids, _is_one_of(ids, words, filled))
-        joined = functools.reduce(join, (passes[layer] for layer in range(num_layers)))
-        return packing.pack(joined[None, None])[0, 0], ids
+    def row_of(row: Array) -> Array:
+        ids = _owners_in_row(labels, row)
+        return _as_row(test(ids, _is_one_of(ids, words, filled)), join)
 
     return row_of
 
@@ -132,19 +139,14 @@ obstacles, as on streets.
 
 def survey(labels: Labels) -> Survey:
     """Returns the cells open with nothing gone, and what `opened` needs to look at few rows."""
-    nobody = jnp.zeros(1, bool)
-    row_of = _row_reader(labels, nobody, lambda ids, _: ids == FREE, jnp.logical_and)
 
     def one_row(row: Array) -> tuple[Array, Array]:
-        words, ids = row_of(row)
-        both = functools.reduce(jnp.bitwise_or, _traces(ids).transpose(1, 0, 2))
-        return words, _joined(both)
+        ids = _owners_in_row(labels, row)
+        traces = functools.reduce(jnp.bitwise_or, _traces(ids).transpose(1, 0, 2))
+        return _as_row(ids == FREE, jnp.logical_and), _joined(traces)
 
-    if runs_in_place():
-        free, traces = lax.map(one_row, _rows(labels))
-        return Survey(free, traces.T)
-    free = lax.map(lambda row: row_of(row)[0], _rows(labels))
-    return Survey(free, jnp.zeros((_TRACES, len(free)), jnp.uint32))
+    free, traces = lax.map(one_row, _rows(labels))
+    return Survey(free, traces.T)
 
 
 def opened(labels: Labels, known: Survey, gone: Array, before: Array, new: Array) -> Array:
@@ -168,7 +170,7 @@ def opened(labels: Labels, known: Survey, gone: Array, before: Array, new: Array
     def read_row(mask: Array, _: Array, row: Array, is_set: Array) -> Array:
         # read in vain, a row is what it was
         row = jnp.minimum(row.astype(jnp.int32), jnp.int32(height - 1))
-        return lax.dynamic_update_slice(mask, row_of(row)[0][None], (row, jnp.int32(0)))
+        return lax.dynamic_update_slice(mask, row_of(row)[None], (row, jnp.int32(0)))
 
     return packing.for_each_cell(packing.pack(is_due[None, None])[0], read_row, before)
 
