@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from srt_jax.engine import cores
+from srt_jax.engine.eager import padded
 from srt_jax.types import FREE, OUTSIDE, Array, Solution, Task
 
 
@@ -32,21 +33,12 @@ def pad_batch(task: Task, shape: tuple[int, int, int, int, int]) -> Task:
     obstacles, pairs = (shape[0], shape[4]), (shape[0], 2)
     return Task(
         labels=padded_labels(host.labels, shape[:4]),
-        destroyable=_padded(host.destroyable, obstacles, 0),
-        removal_cost=_padded(host.removal_cost, obstacles, 1),
-        start=_padded(host.start, pairs, 0),
-        goal=_padded(host.goal, pairs, 0),
-        size=_padded(host.size, pairs, 0),
+        destroyable=padded(host.destroyable, obstacles, 0),
+        removal_cost=padded(host.removal_cost, obstacles, 1),
+        start=padded(host.start, pairs, 0),
+        goal=padded(host.goal, pairs, 0),
+        size=padded(host.size, pairs, 0),
     )
-
-
-def _padded(array: np.ndarray, shape: tuple[int, int], value: int) -> np.ndarray:
-    """`np.pad` at the ends, in a twentieth of its time."""
-    if array.shape == shape:
-        return array
-    wide = np.full(shape, value, array.dtype)
-    wide[: len(array), : array.shape[1]] = array
-    return wide
 
 
 def with_slots(solution: Solution, max_destroyed: int, xp: ModuleType) -> Solution:
