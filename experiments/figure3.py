@@ -46,7 +46,7 @@ from experiments.figures.loop_tables import (
 from experiments.figures.outcome import Outcome, options, run
 from srt_jax.instances.paper_blockers import BLOCKAGES, block
 from srt_jax.reference.astar import astar
-from srt_jax.reference.jps import jps
+from srt_jax.reference.jump_point_search import jps
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

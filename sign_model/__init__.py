@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from sign_model.plan_task import plan
     from sign_model.result import PlanResult, PlanStatus
     from sign_model.signs.from_tasks import world_model_of
+    from sign_model.strategies.rule import PlanningRule, load_rule, save_rule
     from sign_model.views.network_svg import draw_networks
     from sign_model.views.trace import Trace, trace
     from sign_model.views.trace_svg import animate_trace
-    from sign_model.ways.rule import PlanningRule, load_rule, save_rule
 
 __all__ = [
     "HeuristicSign",
@@ -76,7 +76,7 @@ _MODULES = {
     "views.network_svg": ("draw_networks",),
     "views.trace": ("Trace", "trace"),
     "views.trace_svg": ("animate_trace",),
-    "ways.rule": ("PlanningRule", "load_rule", "save_rule"),
+    "strategies.rule": ("PlanningRule", "load_rule", "save_rule"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

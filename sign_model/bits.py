@@ -2,7 +2,7 @@
 named by lists.
 
 NumPy works on 64 bits at a time, so the exact searches use these. Kernels use words of 32 bits
-(`sign_model.ground.words`), since JAX has no 64-bit integers unless they are switched on.
+(`sign_model.foundation.words`), since JAX has no 64-bit integers unless they are switched on.
 """
 
 import numpy as np

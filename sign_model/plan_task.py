@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from sign_model.clock import Clock, OutOfTime
-from sign_model.forward_search.search import best_first
+from sign_model.forward_search.best_first import best_first
 from sign_model.map_algorithm.heuristics import (
     DEFAULTS,
     LANDMARKS,
@@ -18,8 +18,8 @@ from sign_model.map_algorithm.heuristics import (
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.result import PlanResult, PlanStatus
-from sign_model.ways.rule import UNLEARNED, PlanningRule
-from sign_model.ways.turns import plan_by_rule
+from sign_model.strategies.rule import UNLEARNED, PlanningRule
+from sign_model.strategies.turns import plan_by_rule
 
 Heuristic = str | HeuristicSign | Sequence[HeuristicSign] | None
 

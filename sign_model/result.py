@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from sign_model.ground.legible import counted
-from sign_model.ground.meanings import WithMeaning
+from sign_model.foundation.legible import counted
+from sign_model.foundation.meanings import WithMeaning
 
 _MOST_SHOWN = 100
 """Steps of a plan in a notebook."""

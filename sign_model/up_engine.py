@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import IO, Any
 
 from sign_model.clock import OutOfTime
-from sign_model.ground.extras import install_command
+from sign_model.foundation.extras import install_command
 from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.syntax import PddlError

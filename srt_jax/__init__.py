@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
     from srt_jax.check import check
+    from srt_jax.connecting.connect import connect
     from srt_jax.geometry.frame import Frame
     from srt_jax.geometry.raster import rasterize
     from srt_jax.geometry.world import Obstacle, World
     from srt_jax.gradients.perturbed import perturbed
-    from srt_jax.joining.connect import connect
     from srt_jax.many_tasks import solve_many
     from srt_jax.moves import octile_distance
     from srt_jax.paths.approach import approach
     from srt_jax.paths.contour import contour
     from srt_jax.paths.corridor import path_within
+    from srt_jax.paths.cost_to_come import cost_to_come, path_cost
     from srt_jax.paths.critical import critical_cells
-    from srt_jax.paths.distance import cost_to_come, path_cost
     from srt_jax.paths.path import trace_path
     from srt_jax.paths.reach import reach
     from srt_jax.paths.seed import seed_cell
@@ -105,14 +105,14 @@ _MODULES = {
     "geometry.raster": ("rasterize",),
     "geometry.world": ("Obstacle", "World"),
     "gradients.perturbed": ("perturbed",),
-    "joining.connect": ("connect",),
+    "connecting.connect": ("connect",),
     "many_tasks": ("solve_many",),
     "moves": ("octile_distance",),
     "paths.approach": ("approach",),
     "paths.contour": ("contour",),
     "paths.corridor": ("path_within",),
     "paths.critical": ("critical_cells",),
-    "paths.distance": ("cost_to_come", "path_cost"),
+    "paths.cost_to_come": ("cost_to_come", "path_cost"),
     "paths.path": ("trace_path",),
     "paths.reach": ("reach",),
     "paths.seed": ("seed_cell",),

@@ -37,7 +37,7 @@ def _run(arguments: list[str]) -> int:
     except ImportError as error:
         if error.name not in ("typer", "rich"):
             raise
-        from sign_model.ground.extras import install_command
+        from sign_model.foundation.extras import install_command
 
         print(
             f"srt-jax: error: the command line needs {error.name}:"

@@ -2,8 +2,9 @@
 obstacles border a region.
 
 `owners_at` and `opens_at` answer for one cell of each map of a batch. The rest is for use inside a
-marked call (`sign_model.ground.marks`), map by map: rows of labels are read from the whole batch,
-since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in `packing`.
+marked call (`sign_model.foundation.marks`), map by map: rows of labels are read from the whole
+batch, since a map cut out of it would be a copy. A mask is uint32 [H, words], packed as in
+`packing`.
 """
 
 import functools
@@ -14,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.marks import apart, compiled_whole, runs_in_place
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.batching import each
 from srt_jax.engine.in_place import read_apart, write

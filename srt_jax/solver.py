@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
@@ -23,7 +23,7 @@ from srt_jax.engine.reuse import Bucket, Shapes
 from srt_jax.moves import max_path_cells
 from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.solver_kernel import answer_batch, way_of
-from srt_jax.tolls.options import toll_of_each
+from srt_jax.tolls.toll_option import toll_of_each
 from srt_jax.types import Array, Solution, Task, of_task
 
 MODES = ("least", "paper", "literal", "shortest")
@@ -78,8 +78,8 @@ def solve(
       toll: mode "shortest", the others ignore it: how many cell sides of detour one unit of removal
         cost is worth, finite, not negative; float32 [...] gives each task of a batch its own. Tolls
         are rounded to units of 1/5741 cell side (on larger maps a little coarser:
-        `fields.fixed_point`). Totals from about 370,000 cell sides on cannot be held: such a route
-        counts as none.
+        `propagation.fixed_point`). Totals from about 370,000 cell sides on cannot be held: such
+        a route counts as none.
       max_destroyed: K, the room for obstacles destroyed. It does not change which set is chosen:
         where the least needs more, the status is BUDGET_SPENT and `num_destroyed` says how many,
         though a dearer set of fewer may open a way as well. More than the task has obstacles costs

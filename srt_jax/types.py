@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.legible import counted
-from sign_model.ground.meanings import WithMeaning
-from sign_model.ground.records import Array, Record, outline, record, values_of
+from sign_model.foundation.legible import counted
+from sign_model.foundation.meanings import WithMeaning
+from sign_model.foundation.records import Array, Record, outline, record, values_of
 
 __all__ = [
     "FREE",

@@ -12,14 +12,14 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
-# From the ground up: a folder or a top module may import from lower floors and from itself.
+# From the lowest up: a folder or a top module may import from lower floors and from itself.
 FLOORS = {
     "srt_jax": (
         ("types", "components"),
         ("moves", "engine"),
-        ("task", "obstacles", "padding", "fields", "symbols"),
+        ("task", "obstacles", "padding", "propagation", "symbols"),
         ("gradients", "instances"),
-        ("paths", "geometry", "data", "robots", "joining"),
+        ("paths", "geometry", "data", "robots", "connecting"),
         ("removal", "formats", "scale"),
         ("tolls",),
         ("solver_kernel",),
@@ -34,12 +34,12 @@ FLOORS = {
         ("__main__", "__init__"),
     ),
     "sign_model": (
-        ("ground",),
+        ("foundation",),
         ("bits", "result", "clock"),
         ("pddl",),
         ("forward_search", "signs"),
         ("map_algorithm", "space", "description"),
-        ("relocation", "ways"),
+        ("relocation", "strategies"),
         ("plan_task", "views"),
         ("map_batch",),
         ("experience", "blocks", "up_engine"),
@@ -158,32 +158,32 @@ def test_one_gate_joins_both_levels():
         part_of(path)
         for path in modules("srt_jax")
         for name, _ in imports_of(path)
-        if name.startswith("sign_model") and not name.startswith("sign_model.ground")
+        if name.startswith("sign_model") and not name.startswith("sign_model.foundation")
     }
     assert users <= {"symbols", "commands", "bench", "draw"}
 
 
-def test_the_shared_ground_stands_on_nothing_of_ours():
+def test_the_shared_foundation_stands_on_nothing_of_ours():
     wrong = [
         f"{path.name}:{line} imports {name}"
-        for path in modules("sign_model/ground")
+        for path in modules("sign_model/foundation")
         for name, line in imports_of(path)
         if name.split(".")[0] in ("srt_jax", "sign_model")
-        and not name.startswith("sign_model.ground")
+        and not name.startswith("sign_model.foundation")
     ]
     assert not wrong
 
 
-def test_importing_the_shared_ground_loads_little_of_the_symbolic_level():
+def test_importing_the_shared_foundation_loads_little_of_the_symbolic_level():
     code = (
-        "import sys, sign_model.ground.marks, sign_model.ground.core_count; print(*(m for m in"
-        " sys.modules if 'sign_model' in m))"
+        "import sys, sign_model.foundation.marks, sign_model.foundation.core_count;"
+        " print(*(m for m in sys.modules if 'sign_model' in m))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
     )
     assert all(
-        name in ("sign_model", "sign_model.ground") or name.startswith("sign_model.ground.")
+        name in ("sign_model", "sign_model.foundation") or name.startswith("sign_model.foundation.")
         for name in done.stdout.split()
     )
 

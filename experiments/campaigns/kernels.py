@@ -37,8 +37,8 @@ from experiments.campaigns.judges import kernel_judges as judges
 from experiments.campaigns.judges import kernel_truth as truth
 from experiments.campaigns.judges.tally import Tally, progress
 from srt_jax import components
-from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
+from srt_jax.propagation import fixed_point
 from srt_jax.reference.wall_following import follow_wall
 
 KERNELS = ("reach", "cost_to_come", "seed_cell", "contour", "trace_path")

@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 
 from experiments.device.labelling_peers import peers
-from sign_model.ground.files import atomic_write
+from sign_model.foundation.files import atomic_write
 
 _NAMES = ("device", "cpu")
 

@@ -12,7 +12,7 @@ from experiments.figures.city_fragments import Fragment, free_cells
 from srt_jax.bench.paper_pipeline import paper_pipeline
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
 from srt_jax.reference.astar import astar
-from srt_jax.reference.jps import jps
+from srt_jax.reference.jump_point_search import jps
 from srt_jax.reference.wall_following import follow_wall
 from srt_jax.task import make_task
 from srt_jax.types import FREE, Task

@@ -14,7 +14,7 @@ import numpy as np
 from sign_model.experience import cross_entropy
 from sign_model.experience.lifted_weights import learn_apart
 from sign_model.experience.precedent import require_one_domain
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.sizes import next_power_of_two
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_batch.grouping import share_matrices

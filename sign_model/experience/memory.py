@@ -29,7 +29,7 @@ from sign_model.experience.precedent import (
 )
 from sign_model.experience.renaming import Atom, find_renaming, rename
 from sign_model.experience.skill import Skill, plain_skill, practise, skill_of
-from sign_model.ground.files import atomic_write, read_text
+from sign_model.foundation.files import atomic_write, read_text
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.signs.from_tasks import fact_name

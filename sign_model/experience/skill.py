@@ -29,8 +29,8 @@ from sign_model.map_algorithm.heuristics import (
     sign_of,
 )
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.ways.rule import UNLEARNED, WAYS, PlanningRule, rule_of
-from sign_model.ways.turns import Outcome, outcome_of
+from sign_model.strategies.rule import UNLEARNED, WAYS, PlanningRule, rule_of
+from sign_model.strategies.turns import Outcome, outcome_of
 
 SHARE = 0.35
 """The most expansions of a skill on the problems practised, as a share of those without it."""

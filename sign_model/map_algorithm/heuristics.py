@@ -19,7 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sign_model.ground.files import atomic_write, read_text
+from sign_model.foundation.files import atomic_write, read_text
 
 Weights = Mapping[str, int]
 

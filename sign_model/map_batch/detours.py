@@ -12,9 +12,9 @@ A plan is followed in both directions: forwards, `states[t]` is the state before
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.marks import compiled_whole
-from sign_model.ground.records import Array
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import compiled_whole
+from sign_model.foundation.records import Array
 
 
 def have_detours(

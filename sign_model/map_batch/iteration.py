@@ -28,16 +28,16 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.marks import compiled_whole, jitted_wide
-from sign_model.ground.records import Array
-from sign_model.ground.sizes import next_power_of_two
-from sign_model.ground.words import WORD
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import compiled_whole, jitted_wide
+from sign_model.foundation.records import Array
+from sign_model.foundation.sizes import next_power_of_two
+from sign_model.foundation.words import WORD
 from sign_model.map_batch.counts import digits_of, hash_of
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.lanes import Answers, Queue, Search, empty_search, refill
+from sign_model.map_batch.one_step import NO_CANDIDATE, Candidates, StepTables, expand
 from sign_model.map_batch.start_tables import landmark_table, relaxed_plan_table
-from sign_model.map_batch.steps import NO_CANDIDATE, Candidates, StepTables, expand
 from sign_model.map_batch.tables import SignWeights, Tables
 
 MAX_BEAM = 256
@@ -246,7 +246,7 @@ def _remember(visited: Array, situations: Array, alive: Array) -> Array:
     """Returns the memory, uint32 [memory, B], with the hashes of the situations kept now, uint32
     [W, K, B]; a later situation overwrites an earlier one at the same address.
 
-    They are written one after the other: a scatter would not be compiled here (`ground.marks`).
+    They are written one after the other: a scatter would not be compiled here (`foundation.marks`).
     """
     beam, num_slots = alive.shape
     tag = hash_of(situations)

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from sign_model.ground.core_count import num_cores
-from sign_model.ground.legible import counted
+from sign_model.foundation.core_count import num_cores
+from sign_model.foundation.legible import counted
 from sign_model.map_algorithm.heuristics import DEFAULTS, HeuristicSign
 from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import MAX_BEAM, regress, regress_domains

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.records import Array
+from sign_model.foundation.records import Array
 
 
 class Queue(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
-from sign_model.ground.words import pack_rows
+from sign_model.foundation.words import pack_rows
 from sign_model.map_algorithm.heuristics import HeuristicSign
 from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space

@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.records import Array
-from sign_model.ground.words import WORD, pack_columns
+from sign_model.foundation.records import Array
+from sign_model.foundation.words import WORD, pack_columns
 from sign_model.map_batch.tables import Tables
 
 _ALL = np.uint32(0xFFFFFFFF)

@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 
 from sign_model.clock import NO_LIMIT, Clock
-from sign_model.ground.files import FileError, read_bytes
+from sign_model.foundation.files import FileError, read_bytes
 
 MAX_BYTES = 1 << 28
 """The largest PDDL file that is read, in bytes."""

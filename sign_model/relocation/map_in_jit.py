@@ -23,9 +23,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.records import Array
-from sign_model.ground.words import num_words, pack_columns, pack_rows
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.records import Array
+from sign_model.foundation.words import num_words, pack_columns, pack_rows
 from sign_model.relocation.working_memory import WorkingMemory
 
 _NEVER = np.int32(2**31 - 1)

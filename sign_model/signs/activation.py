@@ -8,8 +8,8 @@ import chex
 import jax
 import jax.numpy as jnp
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.records import Array
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.records import Array
 from sign_model.signs.matrix import Component, Matrices
 
 

@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.records import Array, record
+from sign_model.foundation.records import Array, record
 
 NONE = -1
 """Stands for "no sign" in `owner` and `feature`."""

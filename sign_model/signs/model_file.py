@@ -11,7 +11,7 @@ and a column a pair of its kind and its features.
 import json
 import pathlib
 
-from sign_model.ground.files import atomic_write, read_text
+from sign_model.foundation.files import atomic_write, read_text
 from sign_model.signs.matrix import ColumnKind
 from sign_model.signs.sign import Column, PredictionMatrix, Sign
 from sign_model.signs.world_model import WorldModel, from_signs

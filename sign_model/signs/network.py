@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.records import Array
+from sign_model.foundation.records import Array
 from sign_model.signs.matrix import ColumnKind, Component, Matrices
 
 

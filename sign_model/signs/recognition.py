@@ -19,8 +19,8 @@ import chex
 import jax
 import jax.numpy as jnp
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.records import Array, record
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.records import Array, record
 from sign_model.signs.matrix import ColumnKind, Component, Matrices, num_columns
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import jax
 import numpy as np
 
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.sizes import next_power_of_two
 from sign_model.signs import matrix as tables
 from sign_model.signs.matrix import ColumnKind, Component, Matrices
 from sign_model.signs.sign import Column, PredictionMatrix, Sign

@@ -15,7 +15,7 @@ All functions take NumPy or JAX arrays with any batch dimensions, as in `polar`.
 
 import math
 
-from sign_model.ground.records import Array
+from sign_model.foundation.records import Array
 from sign_model.space.fuzzy_table import FuzzyTable
 from sign_model.space.polar import (
     FULL_TURN,

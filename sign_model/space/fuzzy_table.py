@@ -15,7 +15,7 @@ import math
 import pathlib
 from typing import Any
 
-from sign_model.ground.files import atomic_write, read_text
+from sign_model.foundation.files import atomic_write, read_text
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.records import Array, record
+from sign_model.foundation.records import Array, record
 
 FULL_TURN = 2 * math.pi
 

@@ -14,7 +14,7 @@ Measurements become elementary features, from which `recognise(..., levels=3)` r
 
 import numpy as np
 
-from sign_model.ground.records import Array
+from sign_model.foundation.records import Array
 from sign_model.signs.sign import Sign, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel
 from sign_model.space.fuzzy import direction_of, distance_of, region_names

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sign_model.ground.legible import finite_or_none
+from sign_model.foundation.legible import finite_or_none
 from srt_jax.types import Solution, Status
 
 

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from sign_model.ground.legible import finite_or_none
+from sign_model.foundation.legible import finite_or_none
 from srt_jax.answers.what_if import if_flag
 from srt_jax.engine.entrance import require_answer
 from srt_jax.paths.approach import approach as approach_of
-from srt_jax.paths.distance import path_cost
+from srt_jax.paths.cost_to_come import path_cost
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import PlannedStep, planned_steps
 from srt_jax.types import FREE, Act, Approach, Array, Solution, Status, Task

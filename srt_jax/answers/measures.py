@@ -2,7 +2,7 @@
 
 import math
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 
 
 def length_text(length: float, unit: str) -> str:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.files import require_folder_of
-from sign_model.ground.legible import finite_or_none
+from sign_model.foundation.files import require_folder_of
+from sign_model.foundation.legible import finite_or_none
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_bytes, require_module

@@ -8,7 +8,7 @@ import numpy as np
 
 from srt_jax.engine.buckets import size_bucket
 from srt_jax.formats.movingai import ScenRow
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 
 MATCH = 1e-5
 """The relative error up to which a length matches: scenarios round to six digits."""

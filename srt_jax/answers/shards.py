@@ -19,7 +19,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers.results_file import arrow_table, as_record, read_results
 from srt_jax.answers.task_stream import count_tasks, tasks_between
 from srt_jax.check import check

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers.facts import NORTH
 from srt_jax.engine.entrance import require_one_answer
 from srt_jax.formats.shared.whole_files import require_module

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.legible import finite_or_none
+from sign_model.foundation.legible import finite_or_none
 from srt_jax.components import regions
 from srt_jax.engine.entrance import require_listed, require_listed_solution
 from srt_jax.formats.shared.whole_files import require_module

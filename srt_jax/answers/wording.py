@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
 from srt_jax.answers.measures import heading_text, length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from srt_jax.check.coalition import check_coalition
     from srt_jax.coalition.explain import coalition_record, explain_coalition, help_edges
-    from srt_jax.coalition.files import read_coalitions, write_coalitions
     from srt_jax.coalition.generate import helpers
     from srt_jax.coalition.reach import coalition_reach
-    from srt_jax.coalition.records import CoalitionReach, CoalitionSolution, Help
     from srt_jax.coalition.schedule import Schedule, schedule_coalition
     from srt_jax.coalition.solve import solve_coalition
     from srt_jax.coalition.task import (
@@ -22,6 +20,8 @@ if TYPE_CHECKING:
         stack_coalitions,
         unstack_coalitions,
     )
+    from srt_jax.coalition.task_files import read_coalitions, write_coalitions
+    from srt_jax.coalition.types import CoalitionReach, CoalitionSolution, Help
     from srt_jax.symbols.scene_of_coalition import (
         coalition_lines,
         coalition_messages,
@@ -59,7 +59,7 @@ __all__ = [
 _MODULES = {
     "check.coalition": ("check_coalition",),
     "coalition.explain": ("coalition_record", "explain_coalition", "help_edges"),
-    "coalition.files": ("read_coalitions", "write_coalitions"),
+    "coalition.task_files": ("read_coalitions", "write_coalitions"),
     "symbols.scene_of_coalition": (
         "coalition_lines",
         "coalition_messages",
@@ -69,7 +69,7 @@ _MODULES = {
     ),
     "coalition.generate": ("helpers",),
     "coalition.reach": ("coalition_reach",),
-    "coalition.records": ("CoalitionReach", "CoalitionSolution", "Help"),
+    "coalition.types": ("CoalitionReach", "CoalitionSolution", "Help"),
     "coalition.schedule": ("Schedule", "schedule_coalition"),
     "coalition.solve": ("solve_coalition",),
     "coalition.task": (

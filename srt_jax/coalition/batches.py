@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.loops import hidden_zero
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.loops import hidden_zero
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.coalition.task import NOWHERE, CoalitionTask
 from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.legible import finite_or_none
-from srt_jax.coalition.records import CoalitionSolution, Help
+from sign_model.foundation.legible import finite_or_none
 from srt_jax.coalition.task import CoalitionTask
+from srt_jax.coalition.types import CoalitionSolution, Help
 from srt_jax.symbols.scene_of_coalition import Message, coalition_messages
 from srt_jax.types import Status
 

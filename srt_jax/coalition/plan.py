@@ -18,7 +18,7 @@ from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.moves import max_path_cells
 from srt_jax.obstacles import Labels
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.paths.path import trace_path
 from srt_jax.removal.route import NEVER
 from srt_jax.types import Array, Path

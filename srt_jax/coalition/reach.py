@@ -10,12 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.coalition import batches, regions
 from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
-from srt_jax.coalition.records import CoalitionReach, Help
 from srt_jax.coalition.regions import Graph, Scratch
 from srt_jax.coalition.task import CoalitionTask
+from srt_jax.coalition.types import CoalitionReach, Help
 from srt_jax.engine import cores, packing
 from srt_jax.engine.arguments import is_traced
 from srt_jax.engine.batching import batch_kernel

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import apart
+from sign_model.foundation.marks import apart
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read_apart
 from srt_jax.obstacles import Labels

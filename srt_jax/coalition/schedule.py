@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.task import CoalitionTask
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.coalition.types import CoalitionSolution
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.paths.path import trace_path
 from srt_jax.types import Status
 

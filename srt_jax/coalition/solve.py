@@ -10,14 +10,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.coalition import batches, regions
+from srt_jax.coalition.least_removal import Team, search
 from srt_jax.coalition.plan import Plan, list_schedule
 from srt_jax.coalition.reach import Feasible, feasible, prepare
-from srt_jax.coalition.records import CoalitionSolution, Help
 from srt_jax.coalition.regions import Graph, Scratch
-from srt_jax.coalition.search import Team, search
 from srt_jax.coalition.task import CoalitionTask
+from srt_jax.coalition.types import CoalitionSolution, Help
 from srt_jax.engine.arguments import is_traced
 from srt_jax.engine.batching import batch_kernel
 from srt_jax.moves import max_path_cells

@@ -10,10 +10,10 @@ import numpy as np
 
 from srt_jax.check.coalition import check_coalition
 from srt_jax.coalition.explain import coalition_record
-from srt_jax.coalition.files import read_coalitions
-from srt_jax.coalition.records import CoalitionSolution
 from srt_jax.coalition.solve import solve_coalition
 from srt_jax.coalition.task import NamedCoalition, stack_coalitions
+from srt_jax.coalition.task_files import read_coalitions
+from srt_jax.coalition.types import CoalitionSolution
 from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, show_progress
 from srt_jax.commands.shared.reporting import exit_code
 from srt_jax.draw.coalition import animate_coalition, draw_coalition

@@ -7,16 +7,16 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.check import check_connection
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import printer, say, say_json, say_wrapped, waiting
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
+from srt_jax.connecting.connect import Connection
+from srt_jax.connecting.connect import connect as connect_task
 from srt_jax.formats.reading import Reading
 from srt_jax.geometry.frame import Frame
-from srt_jax.joining.connect import Connection
-from srt_jax.joining.connect import connect as connect_task
 from srt_jax.robots.ends import as_end, cell_in
 from srt_jax.types import Cell
 

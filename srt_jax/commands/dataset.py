@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.commands.shared.console import say, say_json, show_progress
 from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import (

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.coalition.files import holds_coalitions
+from srt_jax.coalition.task_files import holds_coalitions
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import note, say, say_json, show_progress, waiting
 from srt_jax.commands.shared.options import JsonOption

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.commands.shared.console import say, say_json, waiting
 from srt_jax.commands.shared.options import JsonOption, sides
 from srt_jax.formats.batch import write_batch
@@ -53,9 +53,9 @@ def _helpers(
     out: pathlib.Path, count: int, size: int | tuple[int, int], seed: int, as_json: bool
 ) -> int:
     """Tasks of coalitions, all of one size."""
-    from srt_jax.coalition.files import write_coalitions
     from srt_jax.coalition.generate import helpers
     from srt_jax.coalition.task import stack_coalitions
+    from srt_jax.coalition.task_files import write_coalitions
 
     if not isinstance(size, int):
         raise ValueError("--size: tasks of kind helpers have one size: give one number")

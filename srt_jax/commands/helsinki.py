@@ -9,7 +9,7 @@ import numpy as np
 from srt_jax.data import helsinki
 from srt_jax.geometry.raster import cover, square_grid
 from srt_jax.instances.paper_blockers import BLOCKAGES, block, pick_start_goal
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.paths.reach import reach
 from srt_jax.task import NamedTask, make_task
 from srt_jax.types import FREE, Solution, Status

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import aside, say, say_json, show_progress

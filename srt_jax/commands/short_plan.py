@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from sign_model.ground.collector import paused_collector
-from sign_model.ground.legible import counted
+from sign_model.foundation.collector import paused_collector
+from sign_model.foundation.legible import counted
 from srt_jax.commands.shared.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from sign_model import animate_trace, describe, draw_networks, load, trace, world_model_of
-from sign_model.ground.files import atomic_write
+from sign_model.foundation.files import atomic_write
 from sign_model.signs.activation import spread_activation
 from sign_model.signs.world_model import WorldModel
 from srt_jax.commands.shared.console import aside, say

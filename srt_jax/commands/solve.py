@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers import shards
 from srt_jax.answers.doubts import doubts_of
 from srt_jax.answers.results_file import require_name
-from srt_jax.coalition.files import holds_coalitions
+from srt_jax.coalition.task_files import holds_coalitions
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import (
     BAD_INPUT,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.answers import shards
 from srt_jax.commands.shared.console import say, say_json
 from srt_jax.commands.shared.options import JsonOption

@@ -18,7 +18,7 @@ from srt_jax.formats.shared.whole_files import PathLike, make_folder
 from srt_jax.instances.generate import generate
 from srt_jax.scale.manifest import read_manifest, settle
 from srt_jax.scale.parts import as_part
-from srt_jax.tolls.options import toll_of_each
+from srt_jax.tolls.toll_option import toll_of_each
 
 MANIFEST = "dataset.json"
 VERSION = 1

@@ -19,13 +19,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.engine.buckets import batch_bucket
 from srt_jax.engine.packing import unpack
 from srt_jax.many_tasks import solve_many
 from srt_jax.moves import octile_distance
 from srt_jax.obstacles import all_cells_of, all_open_cells
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.task import stack, unstack
 from srt_jax.types import Array, Solution, Task
 

@@ -11,7 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from sign_model.ground.extras import install_command
+from sign_model.foundation.extras import install_command
 from srt_jax.formats.containers.arrays import read_arrays, read_header
 from srt_jax.formats.shared.whole_files import atomic_write, draft_of, read_bytes, require_regular
 from srt_jax.types import FREE

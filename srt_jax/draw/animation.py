@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.draw.notebook import picture_html
 from srt_jax.draw.parts.canvas import Canvas, save_gif
 from srt_jax.draw.parts.colours import Kind

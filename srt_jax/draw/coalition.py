@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.legible import legible
-from srt_jax.coalition.records import CoalitionSolution
+from sign_model.foundation.legible import legible
 from srt_jax.coalition.task import CoalitionTask
+from srt_jax.coalition.types import CoalitionSolution
 from srt_jax.draw.parts.canvas import save_gif
 from srt_jax.draw.parts.colours import PALETTE, Kind, shrunk
 from srt_jax.draw.picture import page

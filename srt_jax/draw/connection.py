@@ -9,13 +9,13 @@ from typing import IO
 
 import numpy as np
 
-from sign_model.ground.legible import legible
+from sign_model.foundation.legible import legible
+from srt_jax.connecting.connect import Connection
 from srt_jax.draw.parts.colours import Kind
 from srt_jax.draw.parts.content import Scene, cell_kinds, free_without, own_labels
 from srt_jax.draw.parts.legend import MARKS
 from srt_jax.draw.picture import draw_cells, label_axes, page
 from srt_jax.geometry.frame import Frame
-from srt_jax.joining.connect import Connection
 from srt_jax.types import Array, Cell, Task
 
 _SIDE = 7.0

@@ -10,8 +10,8 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from sign_model.ground.files import opened_for
-from sign_model.ground.legible import legible
+from sign_model.foundation.files import opened_for
+from sign_model.foundation.legible import legible
 from srt_jax.draw.parts.badges import draw_badges
 from srt_jax.draw.parts.colours import APPROACH, BADGE, PALETTE, leg_colour, shrunk
 from srt_jax.draw.parts.content import Scene, scene_of

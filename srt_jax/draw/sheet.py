@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Sequence
 
-from sign_model.ground.legible import legible
+from sign_model.foundation.legible import legible
 from srt_jax.draw.parts.content import length_in, scene_of
 from srt_jax.draw.parts.legend import handles
 from srt_jax.draw.picture import draw_map, page

@@ -20,7 +20,7 @@ from srt_jax.draw.parts.content import (
     require_single,
 )
 from srt_jax.paths.contour import contour
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.paths.seed import seed_cell
 from srt_jax.types import Solution, Task
 

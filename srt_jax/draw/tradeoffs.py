@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sign_model.ground.legible import legible
+from sign_model.foundation.legible import legible
 from srt_jax.draw.parts.colours import leg_colour
 from srt_jax.draw.parts.content import scene_of
 from srt_jax.draw.parts.legend import MARKS

@@ -1,7 +1,7 @@
 """A batch of maps in one kernel: one map after the other in a marked call, and vmap folded into the
 batch axis.
 
-How a call is marked, and what the compiler refuses inside one: `sign_model.ground.marks`.
+How a call is marked, and what the compiler refuses inside one: `sign_model.foundation.marks`.
 """
 
 from collections.abc import Callable
@@ -11,8 +11,8 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.loops import hidden_zero
-from sign_model.ground.marks import runs_in_place
+from sign_model.foundation.loops import hidden_zero
+from sign_model.foundation.marks import runs_in_place
 from srt_jax.engine.devices import device_by_device
 from srt_jax.types import Array
 

@@ -1,6 +1,6 @@
 """To which sizes an eager call pads its maps and its batch, so that few shapes are compiled."""
 
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.sizes import next_power_of_two
 
 _SIZES = (8, 16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096)
 

@@ -23,7 +23,7 @@ import jax
 import numpy as np
 from jax import core
 
-from sign_model.ground.core_count import num_cores
+from sign_model.foundation.core_count import num_cores
 from srt_jax.types import Array
 
 

@@ -8,7 +8,7 @@ spreads arrays in three ways, each of which would otherwise reach into a kernel'
 - With explicit axes (`jax.make_mesh`) the kernel is called through `jax.shard_map`, split along its
   leading axis.
 - With automatic axes the compiler splits every step and joins the parts again. A call compiled as
-  one function (`marks`) cannot hold that: `sign_model.ground.marks.may_be_split` says when it
+  one function (`marks`) cannot hold that: `sign_model.foundation.marks.may_be_split` says when it
   stays plain.
 """
 
@@ -19,10 +19,10 @@ from typing import Any
 import jax
 from jax import lax
 
-from sign_model.ground.marks import manual_axes
+from sign_model.foundation.marks import manual_axes
 from srt_jax.types import Array
 
-# undocumented, like the marks of `sign_model.ground.marks`; without it shard_map accepts the
+# undocumented, like the marks of `sign_model.foundation.marks`; without it shard_map accepts the
 # kernels with check_vma=False only
 try:
     from jax._src.config import _check_vma as _varying_checked

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 from jax import core
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.engine import arguments, cores, packing
 from srt_jax.engine.buckets import batch_bucket, size_bucket
 from srt_jax.types import Array

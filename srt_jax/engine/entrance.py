@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jax import core
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.types import Solution, Task
 
 ONE_OR_MANY = "a task or a batch"

@@ -10,7 +10,7 @@ A loop over single cells (a queue, say) can be nearly as fast as native code, on
 
 from jax import lax
 
-from sign_model.ground.marks import apart
+from sign_model.foundation.marks import apart
 from srt_jax.types import Array
 
 

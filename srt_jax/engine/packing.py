@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.words import WORD, num_words
+from sign_model.foundation.words import WORD, num_words
 from srt_jax.engine.in_place import read
 from srt_jax.types import Array
 

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from sign_model.ground.extras import install_command
+from sign_model.foundation.extras import install_command
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.envs.relocation import EnvParams, SmartRelocation
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.extras import install_command
+from sign_model.foundation.extras import install_command
 from srt_jax.envs.relocation import EnvParams, SmartRelocation
 from srt_jax.envs.rules import NUM_ACTIONS, EnvState
 from srt_jax.types import Array, Record, record

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.words import contains, num_words, pack_members
+from sign_model.foundation.words import contains, num_words, pack_members
 from srt_jax.envs.levels import Levels
 from srt_jax.moves import MOVES, is_on_map
 from srt_jax.types import OUTSIDE, Array, Record, record

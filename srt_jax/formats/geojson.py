@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sign_model.ground.collector import paused_collector
+from sign_model.foundation.collector import paused_collector
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.notes import Notes
 from srt_jax.formats.outlines.coordinate_systems import from_web_map, unit_of

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from sign_model.ground.collector import paused_collector
+from sign_model.foundation.collector import paused_collector
 from srt_jax.formats.containers.json_text import fields_of, read_json
 from srt_jax.formats.shared.whole_files import PathLike, atomic_write
 from srt_jax.geometry.rings import Parts, as_rings, conflicts

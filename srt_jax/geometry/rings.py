@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sign_model.ground.extras import install_command
+from sign_model.foundation.extras import install_command
 
 UNITS_PER_METRE = 10**9
 _MAX_METRES = 1e9

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.geometry.rings import (
     UNITS_PER_METRE,
     Parts,

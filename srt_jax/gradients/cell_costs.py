@@ -17,11 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, runs_in_place
+from sign_model.foundation.marks import compiled_whole, runs_in_place
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.in_place import read_apart, write
-from srt_jax.fields.lengths import length_map
 from srt_jax.moves import MOVES, is_on_map
+from srt_jax.propagation.lengths import length_map
 from srt_jax.types import Array
 
 
@@ -82,7 +82,7 @@ def cost_of_move(costs: MoveCosts, move: int) -> Array:
 def cost_maps(free: Array, start: Array, cell_cost: Array) -> Array:
     """Returns the least costs from the start of a batch; inf where no path leads.
 
-    A map whose free cells all cost the same takes plain lengths (`fields.lengths`), times that
+    A map whose free cells all cost the same takes plain lengths (`propagation.lengths`), times that
     cost: faster, and exact.
 
     Args:

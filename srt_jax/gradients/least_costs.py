@@ -15,7 +15,7 @@ import numpy as np
 from jax import lax
 from jax.dtypes import float0
 
-from sign_model.ground.marks import jitted
+from sign_model.foundation.marks import jitted
 from srt_jax.engine import arguments, eager
 from srt_jax.gradients.cell_costs import cost_maps
 from srt_jax.gradients.path_tree import move_integral, parents, path_mask, path_sums

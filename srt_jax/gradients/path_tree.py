@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, runs_in_place
+from sign_model.foundation.marks import compiled_whole, runs_in_place
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.in_place import read_apart, write
 from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.marks import compiled_whole
+from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.engine.entrance import require_task

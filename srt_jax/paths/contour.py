@@ -6,7 +6,7 @@ from collections.abc import Callable
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.moves import is_on_map

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from srt_jax.engine import arguments
 from srt_jax.moves import max_path_cells
-from srt_jax.paths.distance import cost_to_come
+from srt_jax.paths.cost_to_come import cost_to_come
 from srt_jax.paths.path import trace_path
 from srt_jax.types import Array, Path
 

@@ -22,15 +22,15 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, runs_in_place
-from sign_model.ground.sizes import next_power_of_two
-from sign_model.ground.words import WORD, num_words
+from sign_model.foundation.marks import compiled_whole, runs_in_place
+from sign_model.foundation.sizes import next_power_of_two
+from sign_model.foundation.words import WORD, num_words
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.engine.in_place import read, read_apart, write
-from srt_jax.fields.lengths import UNREACHED, solve_map
 from srt_jax.moves import STRAIGHT_MOVES, is_on_map
 from srt_jax.paths.reach import fill_runs
+from srt_jax.propagation.lengths import UNREACHED, solve_map
 from srt_jax.types import Array
 
 

@@ -47,7 +47,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables

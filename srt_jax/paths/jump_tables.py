@@ -17,8 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.words import WORD
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.words import WORD
 from srt_jax.engine.in_place import read, write
 from srt_jax.types import Array
 

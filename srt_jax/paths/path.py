@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import arguments, eager
 from srt_jax.engine.batching import batch_kernel, each
-from srt_jax.fields import fixed_point
-from srt_jax.fields.lengths import UNREACHED, Field
 from srt_jax.moves import DIAGONAL_MOVES, MOVES, STRAIGHT_MOVES, is_on_map
+from srt_jax.propagation import fixed_point
+from srt_jax.propagation.lengths import UNREACHED, Field
 from srt_jax.types import Array, Path
 
 
@@ -72,7 +72,7 @@ def first_path(cost: Array, scale: Array, goal: Array, max_cells: int) -> tuple[
     defines, from the exact costs of one map; 0 where `goal` is not reached.
 
     Args:
-      cost, scale: int32 [H, W] and [], from `fields.lengths.solve_map`.
+      cost, scale: int32 [H, W] and [], from `propagation.lengths.solve_map`.
       goal: int32 [2].
     """
     straight, diagonal = fixed_point.pairs(scale)

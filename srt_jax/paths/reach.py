@@ -12,12 +12,12 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.loops import repeat
-from sign_model.ground.marks import apart, compiled_whole, runs_in_place
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
-from srt_jax.fields.word_queue import chosen, flood_rest
 from srt_jax.moves import is_on_map
+from srt_jax.propagation.word_queue import chosen, flood_rest
 from srt_jax.types import Array
 
 _MAX_ROUNDS = 4  # streets need three or four, the last of which finds that nothing changes

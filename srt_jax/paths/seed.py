@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.moves import octile_order

@@ -9,16 +9,16 @@ by the costs.
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole, runs_in_place
-from sign_model.ground.sizes import next_power_of_two
+from sign_model.foundation.marks import compiled_whole, runs_in_place
+from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
-from srt_jax.fields import fixed_point
-from srt_jax.fields.lengths import UNREACHED, solve_map
 from srt_jax.moves import is_on_map, max_path_cells
 from srt_jax.paths import jump_points
 from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front, first_path
+from srt_jax.propagation import fixed_point
+from srt_jax.propagation.lengths import UNREACHED, solve_map
 from srt_jax.types import Array, Path
 
 

@@ -23,7 +23,6 @@ import jax.numpy as jnp
 from jax import lax
 
 from srt_jax.engine.packing import dilate, unpack
-from srt_jax.fields.lengths import cheapest, cost_field
 from srt_jax.obstacles import (
     FAR,
     all_cells_of,
@@ -36,6 +35,7 @@ from srt_jax.paths.blockage import Blockage, find_blockage
 from srt_jax.paths.contour import obstacle_ahead
 from srt_jax.paths.path import trace_field
 from srt_jax.paths.reach import reach_words
+from srt_jax.propagation.lengths import cheapest, cost_field
 from srt_jax.types import Act, Array, Path, Task
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine.batching import each
 from srt_jax.types import Array
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sign_model.ground.files import PathLike, atomic_write, require_folder_of
+from sign_model.foundation.files import PathLike, atomic_write, require_folder_of
 from srt_jax.engine.entrance import require_one_answer
 from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of

@@ -9,7 +9,7 @@ a unit, never an array: each worker reads the inputs and writes the files itself
 
 from srt_jax.scale.job import Job, Outcome, attempt
 from srt_jax.scale.parts import Part
+from srt_jax.scale.progress import Standing, standing
 from srt_jax.scale.run import run
-from srt_jax.scale.standing import Standing, standing
 
 __all__ = ["Job", "Outcome", "Part", "Standing", "attempt", "run", "standing"]

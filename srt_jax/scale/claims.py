@@ -22,7 +22,7 @@ import socket
 import threading
 from typing import Any, NamedTuple
 
-from sign_model.ground.files import forget_draft, keep_draft
+from sign_model.foundation.files import forget_draft, keep_draft
 from srt_jax.formats.shared.whole_files import FileError
 
 FOLDER = ".claims"

@@ -5,8 +5,8 @@ obstacle, "pass" where it has left the obstacle's cells behind.
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.loops import in_a_loop
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.loops import in_a_loop
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine.batching import each
 from srt_jax.types import Act, Array
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from sign_model.map_algorithm.heuristics import OVERLAP
 from sign_model.map_algorithm.map_planner import plan_map
 from sign_model.relocation.domain import AGENT

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sign_model.relocation.coalition import (
+from sign_model.relocation.messages import (
     COALITION_DOMAIN,
     CoalitionScene,
     area_name,

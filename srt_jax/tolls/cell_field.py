@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from sign_model.ground.marks import compiled_whole, jitted
+from sign_model.foundation.marks import compiled_whole, jitted
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.gradients.cell_costs import cost_of_move, move_costs, shifted, solve_map
 from srt_jax.gradients.path_tree import move_integral, parents_by, path_sums

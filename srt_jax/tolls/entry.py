@@ -4,7 +4,8 @@ left does not lie in.
 A move needs every owner of the cell entered gone, and on a diagonal the owners of both cells beside
 it: that is the library's rule for an obstacle destroyed. So whoever walks inside an obstacle has
 paid for it, whoever leaves it and comes back pays again, and whoever cuts its corner pays without
-being in it. Numbers are whole: tolls in the units of the map's fixed point (`fields.fixed_point`).
+being in it. Numbers are whole: tolls in the units of the map's fixed point
+(`propagation.fixed_point`).
 """
 
 import jax.numpy as jnp

@@ -12,13 +12,13 @@ import numpy as np
 from jax import lax
 from jax.dtypes import float0
 
-from sign_model.ground.marks import compiled_whole, jitted
+from sign_model.foundation.marks import compiled_whole, jitted
 from srt_jax.engine import arguments, cores, eager
 from srt_jax.engine.batching import batch_kernel, each
 from srt_jax.engine.buckets import batch_bucket, map_bucket
 from srt_jax.engine.packing import pack
-from srt_jax.fields import fixed_point
 from srt_jax.padding import padded_labels
+from srt_jax.propagation import fixed_point
 from srt_jax.tolls import entry
 from srt_jax.tolls.cell_field import along_tree, cost_maps, toll_tree_of_costs, toll_tree_of_sums
 from srt_jax.tolls.spread import UNREACHED, Size, ground_of, sums_of

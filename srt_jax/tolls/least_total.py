@@ -10,13 +10,13 @@ import numpy as np
 from jax import lax
 
 from srt_jax import obstacles
-from srt_jax.fields import fixed_point
-from srt_jax.fields.lengths import UNREACHED as NO_PATH
 from srt_jax.obstacles import Labels
 from srt_jax.paths.shortest import exact_path_of_map
+from srt_jax.propagation import fixed_point
+from srt_jax.propagation.lengths import UNREACHED as NO_PATH
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
-from srt_jax.tolls.search import Found, search
+from srt_jax.tolls.break_or_round import Found, search
 from srt_jax.tolls.spread import UNREACHED, Size, ground_of
 from srt_jax.types import Array, Task
 

@@ -30,7 +30,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import apart
+from sign_model.foundation.marks import apart
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.tolls import entry
 from srt_jax.tolls.around import EVEN

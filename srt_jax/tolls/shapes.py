@@ -17,7 +17,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.ground.marks import apart, runs_in_place
+from sign_model.foundation.marks import apart, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.tolls import around

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from sign_model.ground.marks import apart, runs_in_place
+from sign_model.foundation.marks import apart, runs_in_place
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.moves import MOVES
 from srt_jax.tolls import entry

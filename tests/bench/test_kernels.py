@@ -7,7 +7,7 @@ import pytest
 import srt_jax
 from srt_jax.bench import envs, kernels, measured_maps, peers, scaling
 from srt_jax.bench.machine import machine
-from srt_jax.fields.lengths import UNREACHED, cost_field
+from srt_jax.propagation.lengths import UNREACHED, cost_field
 
 
 @pytest.mark.parametrize("kind", measured_maps.KINDS)

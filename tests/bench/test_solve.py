@@ -12,7 +12,7 @@ from srt_jax.bench.pipelines import pipelines
 from srt_jax.instances import maps
 from srt_jax.instances.paper_blockers import block, pick_start_goal
 from srt_jax.reference.astar import astar
-from srt_jax.reference.jps import jps
+from srt_jax.reference.jump_point_search import jps
 from srt_jax.reference.wall_following import follow_wall
 from tests.helpers.cut_off_maps import random_maps
 

@@ -4,7 +4,7 @@ import pytest
 
 import sign_model
 from experiments.campaigns.coalitions import _fast_downward, _pyperplan
-from sign_model.relocation.coalition import THEY, I
+from sign_model.relocation.messages import THEY, I
 from srt_jax import Status
 from srt_jax.coalition import (
     coalition_lines,

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 from experiments.campaigns.readers import SEEDS, Outcome, mutate, read_one
-from sign_model.ground import files as ground
-from sign_model.ground.legible import legible
+from sign_model.foundation import files as ground
+from sign_model.foundation.legible import legible
 from srt_jax import cli
 from srt_jax.cli import run
 from srt_jax.commands.shared import interrupts

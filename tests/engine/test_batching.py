@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from jax import lax
 
-from sign_model.ground import marks
+from sign_model.foundation import marks
 from srt_jax.engine import batching, in_place
 
 needs_marks = pytest.mark.skipif(
@@ -127,9 +127,9 @@ def test_an_error_with_and_without_marks_is_raised_and_the_marks_stay_on():
 
 def test_no_two_kernels_have_one_name_and_none_is_made_inside_a_function():
     from srt_jax.engine.eager import name_of
-    from srt_jax.fields.lengths import length_maps
     from srt_jax.paths.reach import reach_maps
     from srt_jax.paths.seed import seed_cells
+    from srt_jax.propagation.lengths import length_maps
 
     kernels = (length_maps, reach_maps, seed_cells)
     assert len({name_of(kernel) for kernel in kernels}) == len(kernels)

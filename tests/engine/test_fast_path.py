@@ -1,8 +1,8 @@
 """No size takes a kernel off the fast path: what XLA refuses inside a marked call is in none of
 them.
 
-The thresholds and how they were found: `sign_model.ground.marks`. Nothing here is run at full size,
-only traced or compiled.
+The thresholds and how they were found: `sign_model.foundation.marks`. Nothing here is run at full
+size, only traced or compiled.
 """
 
 import re
@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from sign_model.ground import marks
+from sign_model.foundation import marks
 from srt_jax.engine.packing import unpack
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk

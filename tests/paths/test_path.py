@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.fields.lengths import cost_field
 from srt_jax.moves import max_path_cells
 from srt_jax.paths.path import trace_field
+from srt_jax.propagation.lengths import cost_field
 from tests.helpers.maps import any_start, noise, random_maps, snake
 from tests.helpers.pictures import drawn
 

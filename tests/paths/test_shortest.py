@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import srt_jax
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import packing
 from srt_jax.engine.batching import each
 from srt_jax.moves import FIXED_POINTS, max_path_cells

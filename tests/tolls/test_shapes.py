@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sign_model.ground.marks import compiled_whole
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine.batching import each
 from srt_jax.tolls import shapes
 from srt_jax.tolls.spread import Size, ground_of

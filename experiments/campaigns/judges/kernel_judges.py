@@ -11,11 +11,11 @@ import srt_jax
 from experiments.campaigns.inputs import kernel_maps as maps
 from experiments.campaigns.judges import kernel_truth as truth
 from experiments.campaigns.judges.tally import Tally
-from srt_jax.fields import fixed_point
 from srt_jax.moves import max_path_cells
+from srt_jax.propagation import fixed_point
 from srt_jax.reference.astar import astar
 from srt_jax.reference.dijkstra import dijkstra
-from srt_jax.reference.jps import jps
+from srt_jax.reference.jump_point_search import jps
 from srt_jax.reference.wall_following import follow_wall
 
 Cell = tuple[int, int]

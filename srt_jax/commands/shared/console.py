@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from sign_model.ground.legible import legible
+from sign_model.foundation.legible import legible
 
 # rich takes longer to load than a small command takes to run: it is loaded where it is used
 if TYPE_CHECKING:

@@ -165,7 +165,7 @@ def _watch(reading: int) -> None:
 
 def _end() -> NoReturn:
     """Ends the process without unwinding anything; what was being written is removed."""
-    files = sys.modules.get("sign_model.ground.files")
+    files = sys.modules.get("sign_model.foundation.files")
     remove = getattr(files, "remove_open_drafts", None)
     if remove is not None:
         remove()

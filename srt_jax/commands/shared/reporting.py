@@ -11,8 +11,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from sign_model.ground.extras import install_command
-from sign_model.ground.files import require_folder_of
+from sign_model.foundation.extras import install_command
+from sign_model.foundation.files import require_folder_of
 from srt_jax.answers.results_file import as_record, write_results
 from srt_jax.check import check
 from srt_jax.commands.shared.console import (

@@ -8,8 +8,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from sign_model.ground.files import opened_for
-from sign_model.ground.legible import legible
+from sign_model.foundation.files import opened_for
+from sign_model.foundation.legible import legible
 from srt_jax.draw.parts.colours import (
     BADGE,
     GOAL,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sign_model.ground.legible import counted
+from sign_model.foundation.legible import counted
 from srt_jax.components import regions
 from srt_jax.draw.parts.colours import Kind
 from srt_jax.engine import entrance

@@ -5,13 +5,13 @@ import pathlib
 import re
 from typing import Any
 
-from sign_model.ground.extras import install_command
-from sign_model.ground.files import MOST_BYTES, PathLike
-from sign_model.ground.files import FileError as FileError
-from sign_model.ground.files import atomic_write as atomic_write
-from sign_model.ground.files import draft_of as draft_of
-from sign_model.ground.files import read_bytes as _read_bytes
-from sign_model.ground.files import require_regular as require_regular
+from sign_model.foundation.extras import install_command
+from sign_model.foundation.files import MOST_BYTES, PathLike
+from sign_model.foundation.files import FileError as FileError
+from sign_model.foundation.files import atomic_write as atomic_write
+from sign_model.foundation.files import draft_of as draft_of
+from sign_model.foundation.files import read_bytes as _read_bytes
+from sign_model.foundation.files import require_regular as require_regular
 
 
 def read_bytes(path: PathLike, kind: str, *, most: int = MOST_BYTES) -> bytes:

@@ -10,7 +10,7 @@ import queue
 import time
 from typing import Any
 
-from sign_model.ground.core_count import num_cores
+from sign_model.foundation.core_count import num_cores
 from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.scale.crews.crew import Cluster, Failed
 from srt_jax.scale.crews.environment import variables

@@ -10,7 +10,7 @@ import signal
 import time
 from typing import Any
 
-from sign_model.ground.core_count import num_cores
+from sign_model.foundation.core_count import num_cores
 from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.scale.claims import claims_of
 from srt_jax.scale.crews.crew import Cluster, Failed

@@ -45,7 +45,7 @@ def _listen(lines: "queue.Queue[str]") -> None:
     """In a thread, so that the end of the input is noticed while a unit is made."""
     for line in sys.stdin:
         lines.put(line)
-    from sign_model.ground.files import remove_open_drafts
+    from sign_model.foundation.files import remove_open_drafts
 
     remove_open_drafts()
     os._exit(0)

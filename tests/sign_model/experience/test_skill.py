@@ -12,7 +12,7 @@ from sign_model import Memory, PlanningRule, load, load_memory, plan, save_memor
 from sign_model.blocks import random_blocks_tasks
 from sign_model.experience.skill import Skill
 from sign_model.map_algorithm.heuristics import DEFAULTS
-from sign_model.ways.rule import UNLEARNED
+from sign_model.strategies.rule import UNLEARNED
 
 
 def hands(balls):

@@ -12,7 +12,7 @@ import pytest
 from experiments.campaigns.inputs.vehicle_tasks import roads, rooms
 from sign_model import Memory
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
-from sign_model.ground.words import pack_rows
+from sign_model.foundation.words import pack_rows
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.landmarks import landmark_table as host_landmarks
 from sign_model.map_algorithm.landmarks import relaxed_plan_table as host_plans

@@ -1,0 +1,246 @@
+"""Compiled programs kept on disk: what one process compiled, the next one loads.
+
+JAX can keep compiled code itself, but only by a setting that is global to the process, and it
+traces a function before it looks for it. Here a program is found by its name, its options and the
+shapes of its arguments, so that a later process neither traces nor compiles it. No setting of JAX
+is changed; programs inside a user's own jit are the user's.
+
+The folder is `SRT_JAX_PROGRAMS`, else `srt-jax/programs` where the system keeps caches of its user;
+`SRT_JAX_PROGRAMS=off` keeps nothing. Whoever can write there can run code as its user, as with
+every cache of compiled code, so the folder is made for its owner alone and left unused if it
+belongs to somebody else or others can write to it. Whatever else goes wrong, a program is compiled
+as if there were no folder.
+
+The name of a file is a digest of all that decides the program: the source of both packages, the
+versions of Python, JAX and jaxlib, the processor, the settings that change what is compiled, and
+what the caller gives. Files appear by renaming, so several processes may share the folder. When it
+holds more than `MOST_BYTES`, those not used for longest go first.
+"""
+
+import contextlib
+import functools
+import hashlib
+import os
+import pathlib
+import pickle
+import platform
+import stat
+import sys
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+import jax
+import numpy as np
+
+from sign_model.foundation.files import atomic_write
+
+MOST_BYTES = 1 << 30
+"""Of all programs in the folder; the solver for one size of map takes about 2 MB."""
+
+_OFF = "off"
+_PASSES = "xla_disable_hlo_passes"
+_SETTINGS = (
+    "jax_enable_x64",
+    "jax_default_matmul_precision",
+    "jax_debug_nans",
+    "jax_debug_infs",
+    "jax_enable_checks",
+    "jax_check_tracer_leaks",
+)
+"""Settings of JAX that change what is compiled."""
+
+
+class KeptProgram:
+    """A function of arrays whose programs are kept: called like the jitted function it is made
+    from.
+
+    Only for arguments that are arrays on the host or on the one device, never tracers.
+    """
+
+    def __init__(self, fun: Callable, name: tuple, options: dict[str, Any]) -> None:
+        """Args:
+        fun: a pure function of pytrees of arrays.
+        name: what decides the program besides the shapes and dtypes of the arguments; its `repr` is
+          the same in every process.
+        options: of the compiler.
+        """
+        self._fun, self._name, self._options = fun, name, options
+        self._loaded: dict[Any, tuple[Callable, Any]] = {}
+
+    def __call__(self, *args: Any) -> Any:
+        leaves, structure = jax.tree.flatten(args)
+        shapes = _shapes(leaves)
+        key = (structure, shapes, _settings())
+        if key not in self._loaded:
+            self._loaded[key] = self._load(args, structure, shapes)
+        program, out_structure = self._loaded[key]
+        return jax.tree.unflatten(out_structure, program(*leaves))
+
+    def is_kept(self, *args: Any) -> bool:
+        """Returns whether the program for such arguments, arrays or what only has their shapes and
+        dtypes, is loaded or on disk.
+        """
+        leaves, structure = jax.tree.flatten(args)
+        shapes = _shapes(leaves)
+        if (structure, shapes, _settings()) in self._loaded:
+            return True
+        file = _file_of(self._what(structure, shapes))
+        return file is not None and file.is_file()
+
+    def _what(self, structure: Any, shapes: tuple) -> tuple:
+        return self._name, str(structure), shapes, sorted(self._options.items())
+
+    def num_programs(self) -> int:
+        """Returns how many programs have been loaded or compiled in this process."""
+        return len(self._loaded)
+
+    def _load(self, args: tuple, structure: Any, shapes: tuple) -> tuple[Callable, Any]:
+        """Returns a program on flat arguments and the structure of its results: from disk, else
+        compiled, and kept.
+        """
+        # A result is kept as flat arrays and a pattern of them, numbers in the place of arrays:
+        # JAX cannot store the structure of classes that are not its own.
+        file = _file_of(self._what(structure, shapes))
+        if file is not None:
+            with contextlib.suppress(Exception):
+                return _read(file)
+
+        out_structure = None
+
+        def flat(*leaves: Any) -> tuple:
+            nonlocal out_structure
+            out, out_structure = jax.tree.flatten(self._fun(*jax.tree.unflatten(structure, leaves)))
+            return tuple(out)
+
+        options = _never_seen(self._options) if file is not None else self._options
+        jitted = jax.jit(flat, compiler_options=options or None)
+        compiled = jitted.lower(*jax.tree.leaves(args)).compile()
+        if file is not None:
+            with contextlib.suppress(Exception):
+                _write(file, compiled, out_structure)
+        return compiled, out_structure
+
+
+def _shapes(leaves: list[Any]) -> tuple:
+    return tuple((tuple(leaf.shape), np.dtype(leaf.dtype).str) for leaf in leaves)
+
+
+def folder() -> pathlib.Path | None:
+    """Returns the folder of kept programs, or None where none is to be used."""
+    wish = os.environ.get("SRT_JAX_PROGRAMS", "")
+    if wish == _OFF:
+        return None
+    if wish:
+        return pathlib.Path(wish)
+    home = os.path.expanduser("~")
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(home, ".cache")
+    return pathlib.Path(cache, "srt-jax", "programs") if os.path.isabs(cache) else None
+
+
+def is_on() -> bool:
+    """Returns whether programs can be kept: on one CPU, in a folder of the user's own."""
+    return jax.default_backend() == "cpu" and jax.device_count() == 1 and _safe_folder() is not None
+
+
+def _safe_folder() -> pathlib.Path | None:
+    place = folder()
+    return None if place is None or not _is_safe(str(place)) else place
+
+
+@functools.cache
+def _is_safe(place: str) -> bool:
+    """Returns whether the folder is there, or could be made, and is its user's alone."""
+    try:
+        os.makedirs(place, mode=0o700, exist_ok=True)
+        status = os.lstat(place)
+    except OSError:
+        return False
+    if not stat.S_ISDIR(status.st_mode) or not os.access(place, os.W_OK):
+        return False
+    is_own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
+    return is_own and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _settings() -> tuple:
+    values = tuple(getattr(jax.config, name, None) for name in _SETTINGS)
+    return (*values, os.environ.get("XLA_FLAGS", ""), os.environ.get("SRT_JAX_PLAIN", ""))
+
+
+@functools.cache
+def _world() -> str:
+    """A digest of what decides every program: our source, the versions and the processor."""
+    root = pathlib.Path(__file__).resolve().parents[2]
+    digest = hashlib.sha256()
+    for package in ("sign_model", "srt_jax"):
+        for path in sorted((root / package).rglob("*.py")):
+            digest.update(str(path.relative_to(root)).encode())
+            digest.update(path.read_bytes())
+    versions = (sys.version, jax.__version__, version("jaxlib"), platform.machine())
+    digest.update(repr((versions, _processor())).encode())
+    return digest.hexdigest()
+
+
+def _processor() -> str:
+    """The instructions that the processor knows: compiled code may use any of them."""
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
+        for line in file:
+            if line.startswith(("flags", "Features")):
+                return line
+    return platform.processor()
+
+
+def _file_of(what: Any) -> pathlib.Path | None:
+    place = _safe_folder()
+    if place is None:
+        return None
+    try:
+        key = repr((what, _settings(), _world()))
+    except OSError:  # our source cannot be read: run from an archive
+        return None
+    return place / f"{hashlib.sha256(key.encode()).hexdigest()[:40]}.program"
+
+
+def _never_seen(options: dict[str, Any]) -> dict[str, Any]:
+    """Returns the options with one that changes nothing and that no program had before.
+
+    Where JAX keeps compiled code as well, it would return a program that it loaded, and one that
+    was loaded cannot be stored again: parts of it are missing.
+    """
+    if getattr(jax.config, "jax_compilation_cache_dir", None) is None:
+        return options
+    passes = [options[_PASSES]] if _PASSES in options else []
+    return options | {_PASSES: ",".join([*passes, f"no-pass-{os.urandom(8).hex()}"])}
+
+
+def _read(file: pathlib.Path) -> tuple[Callable, Any]:
+    from jax.experimental.serialize_executable import deserialize_and_load
+
+    payload, num_args, pattern = pickle.loads(file.read_bytes())
+    out, out_structure = jax.tree.flatten(pattern)
+    trees = (tuple(range(num_args)), {}), tuple(out)
+    program = deserialize_and_load(payload, *map(jax.tree.structure, trees))
+    os.utime(file)  # used just now
+    return program, out_structure
+
+
+def _write(file: pathlib.Path, compiled: Any, out_structure: Any) -> None:
+    from jax.experimental.serialize_executable import serialize
+
+    payload, in_tree, _ = serialize(compiled)
+    pattern = jax.tree.unflatten(out_structure, range(out_structure.num_leaves))
+    content = pickle.dumps((payload, in_tree.num_leaves, pattern))
+    with atomic_write(file, "wb") as draft:
+        draft.write(content)
+    _make_room(file.parent)
+
+
+def _make_room(place: pathlib.Path) -> None:
+    """Removes the programs not used for longest until the others fit."""
+    files = sorted(place.glob("*.program"), key=lambda path: path.stat().st_mtime, reverse=True)
+    total = 0
+    for path in files:
+        total += path.stat().st_size
+        if total > MOST_BYTES:
+            with contextlib.suppress(OSError):
+                path.unlink()

@@ -1,0 +1,136 @@
+"""A queue of words whose cells have just been reached: what sweeps of a flood cannot finish in a
+few rounds.
+
+In a maze the flood turns back at every corner, and each turn would cost a sweep over the whole map;
+a queue visits only words that change. `open_cells` may be reached and are not yet; `due` are
+those of them beside a cell that has been. A word waits in the queue exactly while it has cells due,
+so the queue never holds more entries than there are words. Taking a word reaches the whole run of
+each due cell, inside the word, and makes the open cells beside these runs due. It ends, because
+every word taken loses at least one open cell.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jax import lax
+
+from sign_model.foundation.sizes import next_power_of_two
+from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.types import Array
+
+_ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
+
+
+class _Flood(NamedTuple):
+    """head, tail: uint32 [], counts of words taken and queued so far; queue: uint32 [room], a ring
+    of word indices; open_cells, due: uint32 [words], flat, see above.
+    """
+
+    head: Array
+    tail: Array
+    open_cells: Array
+    due: Array
+    queue: Array
+
+
+def flood_rest(
+    free: Array,
+    reached: Array,
+    *,
+    group: int,
+    through_corners: bool | Array,
+    fill_runs: Callable,
+) -> Array:
+    """Returns the flood of a group in lanes, [H, lanes], from what sweeps have reached.
+
+    Args:
+      free, reached: uint32 [H, lanes], see `packing`.
+      through_corners: whether cells that share only a corner are connected.
+      fill_runs: (free, reached) -> reached, spread over runs inside each word.
+    """
+    height, lanes = free.shape
+    # a border of empty rows: no word has a missing neighbour
+    beside = _beside(lanes, group, through_corners)
+    open_cells = jnp.pad(free & ~reached, ((1, 1), (0, 0)))
+    due = _due(jnp.pad(reached, ((1, 1), (0, 0))), beside, group).reshape(-1) & open_cells.reshape(
+        -1
+    )
+    num, queue = _nonzero(due, lanes)
+    mask = jnp.uint32(queue.shape[0] - 1)
+
+    def take(state: _Flood) -> _Flood:
+        head, tail, open_cells, due, queue = state
+        # reach the runs of the due cells of the next word
+        word = read_apart(queue, head & mask)
+        free_here = read_apart(open_cells, word)
+        due_here = read_apart(due, word) & free_here
+        new = fill_runs(free_here, due_here)
+        open_cells = write(open_cells, free_here & ~new, word)
+        # always 0, but written in this form it has to wait for the read
+        due = write(due, due_here & ~new, word)
+        # open cells beside these runs become due; a word that had none due is queued
+        for offset, moved in beside:
+            to = word + jnp.uint32(offset % 2**32)
+            had = read_apart(due, to)
+            gets = moved(new) & read_apart(open_cells, to)
+            due = write(due, had | gets, to)
+            queue = write(queue, to, tail & mask)
+            tail = tail + ((had == 0) & (gets != 0)).astype(jnp.uint32)
+        return _Flood(head + jnp.uint32(1), tail, open_cells, due, queue)
+
+    state = _Flood(jnp.uint32(0), num, open_cells.reshape(-1), due, queue)
+    # ends with an empty queue: each word taken loses at least one open cell
+    open_cells = lax.while_loop(lambda state: state.head != state.tail, take, state).open_cells
+    return free & ~open_cells.reshape(height + 2, lanes)[1:-1]
+
+
+def _beside(
+    lanes: int, group: int, through_corners: bool | Array
+) -> list[tuple[int, Callable[[Array], Array]]]:
+    """The neighbouring words, as offsets, and which of their cells touch given cells of a word."""
+    one, top = jnp.uint32(_ONE), jnp.uint32(_TOP)
+    to_left, to_right = (-group, lambda cells: cells << top), (group, lambda cells: cells >> top)
+    if through_corners is False:
+        return [(-lanes, lambda cells: cells), (lanes, lambda cells: cells), to_left, to_right]
+
+    def wide(cells: Array) -> Array:
+        return cells | chosen((cells << one) | (cells >> one), through_corners)
+
+    rows = [(-lanes, wide), (lanes, wide)]
+    corners = [
+        (row + side, lambda cells, moved=moved: chosen(moved(cells), through_corners))
+        for row in (-lanes, lanes)
+        for side, moved in (to_left, to_right)
+    ]
+    return [*rows, to_left, to_right, *corners]
+
+
+def chosen(words: Array, is_chosen: bool | Array) -> Array:
+    """Returns `words` where `is_chosen` (True, or bool []), else 0."""
+    return words if is_chosen is True else jnp.where(is_chosen, words, jnp.uint32(0))
+
+
+def _due(reached: Array, beside: list, group: int) -> Array:
+    """The cells that touch reached ones, uint32 [(H + 2) * lanes], from `reached` [H + 2, lanes];
+    what stands in the border has no meaning.
+    """
+    flat = jnp.pad(reached.reshape(-1), reached.shape[1] + group)
+    size, margin = reached.size, reached.shape[1] + group
+    due = jnp.zeros(size, jnp.uint32)
+    for offset, moved in beside:
+        due = due | moved(lax.dynamic_slice(flat, (margin - offset,), (size,)))
+    return due
+
+
+def _nonzero(words: Array, lanes: int) -> tuple[Array, Array]:
+    """How many words are not 0, and their indices, in a list whose length is a power of two."""
+    room = next_power_of_two(words.shape[0])
+
+    def step(i: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        num, queue = state
+        return num + (read(words, i) != 0).astype(jnp.uint32), write(queue, i, num)
+
+    # the border rows hold no cell
+    first, last = jnp.uint32(lanes), jnp.uint32(words.shape[0] - lanes)
+    return lax.fori_loop(first, last, step, (jnp.uint32(0), jnp.zeros(room, jnp.uint32)))

@@ -1,0 +1,107 @@
+"""Programs kept on disk: found again without tracing, safe with broken files, only in a folder of
+one's own.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from sign_model.foundation import kept_programs
+from sign_model.foundation.kept_programs import KeptProgram
+
+
+class Answer(NamedTuple):
+    total: jax.Array
+    parts: dict[str, jax.Array]
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    monkeypatch.setenv("SRT_JAX_PROGRAMS", str(tmp_path / "programs"))
+    return tmp_path / "programs"
+
+
+def program(traced):
+    """A program made again, as in a new process; `traced` grows whenever its function is traced."""
+
+    def fun(numbers, factor):
+        traced.append(numbers.shape)
+        return Answer(numbers.sum() * factor, {"doubled": numbers * 2, "negative": -numbers})
+
+    return KeptProgram(fun, ("a sum", 3), {})
+
+
+def answer_of(traced, numbers):
+    return program(traced)(numbers, numbers.dtype.type(2))
+
+
+def test_a_program_made_again_is_found_and_not_traced(place):
+    traced = []
+    numbers = np.arange(5, dtype=np.float32)
+    first, second = answer_of(traced, numbers), answer_of(traced, numbers)
+    assert len(traced) == 1 and isinstance(second, Answer)
+    assert float(second.total) == 20
+    jax.tree.map(np.testing.assert_array_equal, first, second)
+    assert place.stat().st_mode & 0o777 == 0o700
+
+
+def test_another_shape_dtype_or_setting_is_another_program(place):
+    traced = []
+    answer_of(traced, np.arange(5, dtype=np.float32))
+    answer_of(traced, np.arange(6, dtype=np.float32))
+    answer_of(traced, np.arange(5, dtype=np.float16))
+    with jax.debug_nans(True):
+        answer_of(traced, np.arange(5, dtype=np.float32))
+    assert len(traced) == 4 == len(list(place.glob("*.program")))
+
+
+@pytest.mark.parametrize("content", [b"", b"\x80no program", None])
+def test_a_broken_file_is_compiled_again(place, content):
+    traced = []
+    numbers = np.arange(5, dtype=np.float32)
+    answer_of(traced, numbers)
+    (file,) = place.glob("*.program")
+    file.write_bytes(file.read_bytes()[:1000] if content is None else content)
+    assert float(answer_of(traced, numbers).total) == 20 and len(traced) == 2
+    assert float(answer_of(traced, numbers).total) == 20 and len(traced) == 2  # whole again
+
+
+def test_nothing_is_kept_where_that_is_unsafe_unwanted_or_impossible(place, tmp_path, monkeypatch):
+    place.mkdir(mode=0o700)
+    place.chmod(0o777)
+    traced = []
+    answer_of(traced, np.arange(5, dtype=np.float32))
+    assert not list(place.iterdir())
+    monkeypatch.setenv("SRT_JAX_PROGRAMS", "off")
+    assert not kept_programs.is_on()
+    monkeypatch.setenv("SRT_JAX_PROGRAMS", str(tmp_path / "a file" / "folder"))
+    (tmp_path / "a file").write_text("")
+    answer_of(traced, np.arange(5, dtype=np.float32))
+    assert len(traced) == 2
+
+
+def test_the_programs_not_used_for_longest_go_first(place, monkeypatch):
+    traced = []
+    answer_of(traced, np.arange(5, dtype=np.float32))
+    (old,) = place.glob("*.program")
+    monkeypatch.setattr(kept_programs, "MOST_BYTES", old.stat().st_size * 3 // 2)
+    answer_of(traced, np.arange(6, dtype=np.float32))
+    (left,) = place.glob("*.program")
+    assert left != old
+
+
+def test_the_solver_answers_the_same_from_a_kept_program():
+    import srt_jax
+    from srt_jax import solver
+
+    free = np.ones((9, 11), bool)
+    free[:, 5] = False
+    task = srt_jax.make_task(free, (2, 0), (2, 10))
+    first = srt_jax.solve(task)
+    solver._solver.cache_clear()  # as in a new process
+    second = srt_jax.solve(task)
+    jax.tree.map(np.testing.assert_array_equal, first, second)
+    assert jnp.isfinite(first.cost)
