@@ -7,7 +7,7 @@ import pytest
 
 import srt_jax
 from srt_jax import connect, make_task
-from srt_jax.connecting import search
+from srt_jax.connecting import least_set
 from tests.helpers.labelled import random_tasks
 from tests.helpers.slow_kernels import reach_by_steps
 
@@ -46,7 +46,7 @@ def cases():
 
 @pytest.mark.parametrize("max_exact", [8, 1], ids=["by least trees", "by cuts"])
 def test_it_is_the_least_of_all_removals_and_proven(cases, max_exact, monkeypatch):
-    monkeypatch.setattr(search, "MAX_EXACT", max_exact)
+    monkeypatch.setattr(least_set, "MAX_EXACT", max_exact)
     for task, cells, least in cases:
         found = connect(task, cells)
         assert found.removal_cost == found.removal_bound == pytest.approx(least)
