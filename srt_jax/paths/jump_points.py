@@ -58,7 +58,7 @@ NO_COST = np.uint32(2**32 - 1)
 LONGEST_SIDE = 2**22 - 1
 """The longest side of a map that can be searched: a leg has room for so long a run."""
 
-_BUCKETS = 4096
+_LEAST_BUCKETS = 4096
 
 # A leg in a word; the least comes first. Bits 29 to 31: whence it comes to its end, in the order
 # of `jump_walk`; 7 to 28: LONGEST_SIDE less the length of its run; 5 and 6: its diagonal part, 0
@@ -118,7 +118,7 @@ class Best(NamedTuple):
 
 class _Queue(NamedTuple):
     """num, num_outside: uint32 [], entries in use, and corners that wait outside; first_spare:
-    uint32 [], the first entry not in use, 0 where there is none; first: uint32 [_BUCKETS], the
+    uint32 [], the first entry not in use, 0 where there is none; first: uint32 [buckets], the
     first entry of each bucket, or 0; after: uint32 [room], the next entry of the same bucket, or
     the next spare one; entry: uint32 [room], 16 times a cell plus the run that reached it, and its
     walls.
@@ -133,9 +133,9 @@ class _Queue(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """is_on: bool []; bucket: uint32 [], the one in work, not modulo _BUCKETS; next_cell: uint32
-    [], where corners that wait outside are looked for; cell, todo: uint32 [], to be expanded by
-    these moves.
+    """is_on: bool []; bucket: uint32 [], the one in work, not modulo their number; next_cell:
+    uint32 [], where corners that wait outside are looked for; cell, todo: uint32 [], to be expanded
+    by these moves.
     """
 
     is_on: Array
@@ -192,11 +192,9 @@ def search(
     """
     height = free.shape[0]
     num_cells = height * width
-    room = room or min(2**14, max(64, next_power_of_two(num_cells // 16)))
-    # a leg lengthens the least path through its end by no more than twice its own length
-    finest = moves.FIXED_POINTS[0]
-    most = 2 * (finest[0] * max(height, width) + finest[1] * min(height, width))
-    shift = np.uint32(max(12, (most // (_BUCKETS - 2)).bit_length()))
+    room = room or max(64, next_power_of_two(num_cells // 16))
+    buckets, wider = _buckets(height, width)
+    shift = np.uint32(31) - lax.clz(straight) + np.uint32(wider)
     is_open = _is_free(free, start, width) & _is_free(free, goal, width)
     start, goal = (jnp.where(is_open, cell, 0) for cell in (start, goal))
     tables = jump_tables(free, goal, width)
@@ -210,10 +208,10 @@ def search(
         low, high = jnp.minimum(down, across), jnp.maximum(down, across)
         return high * straight + low * (diagonal - straight)
 
-    one_run = _runner(tables, goal_row, goal_col, straight, to_goal, height, width, shift)
+    one_run = _runner(tables, goal_row, goal_col, straight, to_goal, height, width, shift, buckets)
     one_diagonal = _diagonal_walker(tables, goal_row, goal_col, diagonal, height, width)
     least = to_goal(start[0].astype(jnp.uint32), start[1].astype(jnp.uint32))
-    take = _taker(least >> shift, shift, num_cells)
+    take = _taker(least >> shift, shift, buckets, num_cells)
 
     def expand(search: _Search) -> _Search:
         row, col = search.cell // np.uint32(width), search.cell % np.uint32(width)
@@ -252,7 +250,7 @@ def search(
         zero,
         zero,
         jnp.uint32(_ONE),
-        jnp.zeros(_BUCKETS, jnp.uint32),
+        jnp.zeros(buckets, jnp.uint32),
         write(after, zero, zero),
         jnp.zeros(room, jnp.uint32),
     )
@@ -268,6 +266,25 @@ def search(
     )
     done = lax.while_loop(lambda search: search.is_on, expand, begin)
     return done.best, done.corners
+
+
+def _buckets(height: int, width: int) -> tuple[int, int]:
+    """Returns how many buckets the queue has, a power of two, and how many bits wider each is than
+    the highest power of two in a straight move's cost.
+
+    So buckets are about a cell side wide on maps of any size, whichever fixed point these take: in
+    wide ones too many corners would be expanded before their turn, with costs that fall again.
+    """
+    # a leg lengthens the least path through its end by no more than twice its own length
+    longest, shortest = max(height, width), min(height, width)
+    most = max(
+        2 * (straight * longest + diagonal * shortest) >> (straight.bit_length() - 1)
+        for straight, diagonal in moves.FIXED_POINTS
+    )
+    # on long narrow maps not more buckets than corners that the queue has room for
+    room = max(_LEAST_BUCKETS, next_power_of_two(height * width // 16))
+    buckets = min(room, max(_LEAST_BUCKETS, next_power_of_two(most + 3)))
+    return buckets, (most // (buckets - 2)).bit_length()
 
 
 def _is_free(free: Array, cell: Array, width: int) -> Array:
@@ -297,7 +314,8 @@ def _runner(
     to_goal: Callable[[Array, Array], Array],
     height: int,
     width: int,
-    shift: np.uint32,
+    shift: Array,
+    buckets: int,
 ) -> Callable[[_Expansion], _Expansion]:
     """A function that tries the lowest of the runs, and queues the corner where it stops."""
     tall, wide = groups_of(height, width)
@@ -359,7 +377,7 @@ def _runner(
                 write(corners.cost, jnp.where(is_less, cost, old), cell),
                 write(corners.leg, new, cell),
             )
-            bucket = (least >> shift) & np.uint32(_BUCKETS - 1)
+            bucket = (least >> shift) & np.uint32(buckets - 1)
             head, next_spare = read_apart(queue.first, bucket), read_apart(queue.after, spare)
             queue = _Queue(
                 queue.num + is_queued.astype(jnp.uint32),
@@ -435,12 +453,14 @@ def _diagonal_walker(
     return one_diagonal
 
 
-def _taker(first_bucket: Array, shift: np.uint32, num_cells: int) -> Callable[[_Search], _Search]:
+def _taker(
+    first_bucket: Array, shift: Array, buckets: int, num_cells: int
+) -> Callable[[_Search], _Search]:
     """A function that takes the next corner to expand out of the queue; when it is done with, one
     of those that wait outside.
     """
     moves_to_try = jnp.asarray(_moves_to_try())
-    ring = np.uint32(_BUCKETS - 1)
+    ring = np.uint32(buckets - 1)
 
     def take(search: _Search) -> _Search:
         queue, leg = search.queue, search.corners.leg

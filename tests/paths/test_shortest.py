@@ -123,6 +123,38 @@ def test_where_the_queue_is_too_short_corners_wait_outside():
         assert np.array_equal(got[0], cells) and np.array_equal(got[1], costs)
 
 
+@pytest.mark.parametrize(
+    "height, width", [(64, 64), (512, 512), (2048, 2048), (4096, 4096), (9, 900000)]
+)
+def test_the_ring_of_buckets_holds_any_leg_and_a_bucket_is_no_wider_than_a_cell(height, width):
+    buckets, wider = jump_points._buckets(height, width)
+    assert buckets & (buckets - 1) == 0 and (wider == 0 or height < 10)
+    for straight, diagonal in FIXED_POINTS:
+        one = 1 << (straight.bit_length() - 1 + wider)
+        most = 2 * (straight * max(height, width) + diagonal * min(height, width))
+        assert most // one + 1 < buckets and (one <= straight or wider > 0)
+
+
+def test_each_fixed_point_gives_its_own_first_path():
+    rng = np.random.default_rng(6)
+    free = np.stack([noise(rng, 60, 70, 0.2), rooms(rng, 60, 70), city(rng, 60, 70)])
+    starts, goals = ends_on(7, free)
+
+    def one_map(words, start, goal, pair):
+        best, corners = jump_points.search(words, start, goal, pair[0], pair[1], 70)
+        cells, num = walk_back(best, corners, goal, pair[0], pair[1], 70, 400)
+        is_there = best.cost != jump_points.NO_COST
+        return at_front(cells, num, is_there), jnp.where(is_there, num, 0)
+
+    run = jax.jit(compiled_whole(functools.partial(each, one_map)))
+    for pair in FIXED_POINTS[1::2]:
+        pairs = np.broadcast_to(np.array(pair, np.uint32), (3, 2))
+        cells, nums = jax.tree.map(np.asarray, run(packing.pack(free), starts, goals, pairs))
+        for i, (start, goal) in enumerate(zip(starts.tolist(), goals.tolist())):
+            _, own = first_path(free[i], tuple(start), tuple(goal), *pair)
+            assert list(map(tuple, cells[i, : nums[i]].tolist())) == own, (pair, i)
+
+
 def test_the_form_without_marks_gives_the_same_bits(monkeypatch):
     free, starts, _ = random_maps(91, 64, 40, 50)
     _, goals = ends_on(2, free)
