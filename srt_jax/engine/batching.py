@@ -28,7 +28,9 @@ def each(fun: Callable, *args: Any) -> Any:
     count = jax.tree.leaves(args)[0].shape[0]
     if count > 1:
         return lax.map(lambda entry: fun(*entry), args)
-    # one entry: `lax.map` written out, with a number of steps that the compiler does not know
+    # one entry: `lax.map` written out, with a number of steps that the compiler does not know; the
+    # jit is traced once for both, the shapes and the step
+    fun = jax.jit(fun, inline=True)
     entry = jax.tree.map(lambda leaf: leaf[0], args)
     empty = jax.tree.map(
         lambda leaf: jnp.zeros((1, *leaf.shape), leaf.dtype), jax.eval_shape(fun, *entry)
