@@ -3,11 +3,12 @@
     python -m experiments.campaigns.crews [--crews 1 2 dask ray] [--job dataset|solve]
     [--shards 8 16] [--rounds 1] [--size 64] [--shard-size 4096] [--seed 0]
 
-A crew is a number of plain workers, or an engine with two of its own. Each run starts in a folder
-of its own and is timed from the start of the command to its end, imports and the start of the
-engine included. The last columns compare: how many times as fast as the first crew, and what
-remains of a crew's time where it is taken apart into a constant and so much for each shard (with
-several --shards). Only an idle machine gives numbers that mean something: the load is told.
+A crew is a number of plain workers, or an engine with two of its own. One shard is made first and
+not timed: then all crews find the compiled programs on disk. Each run starts in a folder of its own
+and is timed from the start of the command to its end, imports and the start of the engine included.
+The last columns compare: how many times as fast as the first crew, and what remains of a crew's
+time where it is taken apart into a constant and so much for each shard (with several --shards).
+Only an idle machine gives numbers that mean something: the load is told.
 """
 
 import argparse
@@ -59,6 +60,8 @@ def main(arguments: list[str] | None = None) -> int:
     given = parse(arguments)
     seconds: dict[tuple[str, int], list[float]] = {}
     digests: dict[int, set[str]] = {}
+    with tempfile.TemporaryDirectory() as place:
+        timed(pathlib.Path(place, "out"), given, given.crews[0], 1)
     for number in range(given.rounds):
         for shards in given.shards:
             for crew in given.crews:
