@@ -31,7 +31,8 @@ def explain(
     in `explanation`, which has the same as data, and the same options: the paper's words, and the
     distance and the degrees that they stand for. Lengths are in cell sides; in metres where
     `cell_side` is given. An answer without a route to the goal says how near one gets, and by which
-    route.
+    route. With `what_if` it also names the other sets found when each obstacle destroyed has to
+    stay, among them those of the same cost.
 
     Raises:
       TypeError: no task or no solution. ValueError: the solution is of another map, or has other
@@ -68,7 +69,7 @@ def why(task: Task, solution: Solution, obstacle: int, *, cell_side: float | Non
     What would follow if it were otherwise is found by solving again. Lengths as in `explain`.
 
     Raises:
-      ValueError: no obstacle has that id.
+      TypeError: no whole number. ValueError: no obstacle has that id.
 
     Examples:
       >>> import numpy as np
@@ -122,7 +123,7 @@ def why_not(
     it were. Lengths as in `explain`.
 
     Raises:
-      ValueError: no obstacle has that id.
+      TypeError: no whole number. ValueError: no obstacle has that id.
 
     Examples:
       >>> import numpy as np
@@ -165,6 +166,11 @@ def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
 def _obstacle_title(task: Task, solution: Solution, obstacle: int, cell_side: float | None) -> str:
     require_one_answer("why or why_not", task, solution)
     known = np.shape(task.destroyable)[-1]
+    if not isinstance(obstacle, int | np.integer) or isinstance(obstacle, bool):
+        raise TypeError(
+            f"obstacle must be the id of one obstacle, such as 3, got {obstacle!r}: ask for each by"
+            " itself"
+        )
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     side, unit = (1.0, "cells") if cell_side is None else (cell_side, "m")
@@ -196,8 +202,9 @@ def _in_words(task: Task, data: dict[str, Any]) -> str:
     if not status.is_solved:
         lines.append(_how_near(data))
     for other in data.get("alternatives", ()):
+        same = "the same " if other["is_as_cheap"] else ""
         lines.append(
-            f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost"
+            f"Instead {' + '.join(map(str, other['destroyed']))} could go, at {same}cost"
             f" {other['removal_cost']:g}."
         )
     for other in data.get("if_firm", ()):
@@ -322,6 +329,8 @@ def _why_unsolvable(num_destroyable: int, separating: list[int]) -> str:
     named = ", ".join(map(str, separating[:6])) + (" and more" if len(separating) > 6 else "")
     keeps = "keep" if len(separating) > 1 else "keeps"
     proof = f": {named} alone {keeps} start and goal apart" if named else ""
+    if not num_destroyable:
+        return f"Unsolvable: nothing can be destroyed{proof}."
     return (
         f"Unsolvable: even with {counted(num_destroyable, 'destroyable obstacle')} gone there is"
         f" no path{proof}."
