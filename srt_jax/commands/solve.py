@@ -21,6 +21,7 @@ from srt_jax.commands.shared.console import (
     say_json,
     say_wrapped,
     show_progress,
+    took,
 )
 from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import JsonOption
@@ -267,7 +268,8 @@ def _solve_to_shards(
         say(
             f"{folder} holds {counted(sum(counts.values()), 'answer')} in"
             f" {counted(len(units), 'shard')},"
-            f" {len(made.outcomes)} of them made in {seconds:.2f} s: {told}; every answer replayed."
+            f" {len(made.outcomes)} of them made{took(seconds, compiles=False)}: {told};"
+            " every answer replayed."
         )
     return exit_code([{"status": status} for status in counts])
 

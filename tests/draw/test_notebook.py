@@ -13,7 +13,7 @@ import pytest
 import sign_model
 import srt_jax
 from srt_jax import Obstacle, World
-from srt_jax.draw import animate, draw, svg_tile
+from srt_jax.draw import animate, contact_sheet, draw, svg_tile
 
 
 @pytest.fixture(scope="module")
@@ -169,3 +169,14 @@ def test_what_other_functions_return_is_told_in_a_line(task, tmp_path):
     assert repr(sign_model.Memory().learned(planning, ["(push)"])) == "Memory(1 precedent)"
     with pytest.raises(TypeError, match=r"plan_batch takes a list of tasks, got a single one"):
         sign_model.plan_batch(planning)
+
+
+def test_a_sheet_and_a_picture_go_to_a_notebook_and_onto_axes(task, solution):
+    from matplotlib.figure import Figure
+
+    sheet = contact_sheet(iter([("a wall", task, solution)] * 2))
+    assert sheet.png.startswith(b"\x89PNG")
+    axes = Figure().subplots()
+    assert draw(task, solution, axes) is None and len(axes.images) == 1
+    with pytest.raises(ValueError, match="onto axes or to a path"):
+        draw(task, solution, "one.png", axes=axes)
