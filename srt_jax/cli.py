@@ -190,8 +190,20 @@ def _with_commands(
 ) -> typer.Typer:
     app = _new_app()
     for name in names:
-        app.command(name, epilog=examples(*_EXAMPLES[name]))(load(name))
+        function = load(name)
+        line = _in_a_line(function.__doc__ or "")
+        app.command(name, short_help=line, epilog=examples(*_EXAMPLES[name]))(function)
     return app
+
+
+def _in_a_line(text: str) -> str:
+    """Returns what the list of commands says of one: its first sentence without the exit codes,
+    which the command's own help has.
+    """
+    first = " ".join(text.split("\n\n")[0].split())
+    for codes in (": [bold]0", " Exit code"):
+        first = first.split(codes)[0]
+    return first.rstrip(".") + "."
 
 
 def _app_for(arguments: Sequence[str]) -> typer.Typer:

@@ -112,8 +112,9 @@ def solve(
     address: options.AddressOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
-    [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
+    """Says of the tasks in the files what blocks, what to destroy and how to go: [bold]0[/bold]
+    all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input, [bold]3[/bold] budget
+    spent.
     """
     require_page_name(page)
     worth = options.toll_for(mode, toll)
