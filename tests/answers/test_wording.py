@@ -18,6 +18,7 @@ from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
 from srt_jax.answers.what_if import if_gone
+from srt_jax.geometry.frame import Frame
 from srt_jax.symbols.scene_of_task import scene_of
 from tests.helpers.pictures import task_from
 
@@ -136,6 +137,18 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
     ] == pytest.approx(40 * 50**0.5)
     (x, y), side = large["goal"]["square"]  # holds the sector, hence the goal's own square
     assert abs(x - 7 * 40) <= (side - 40) / 2 + 1e-6 and abs(y + 40) <= (side - 40) / 2 + 1e-6
+
+
+def test_places_are_in_metres_where_the_map_has_a_frame():
+    task, solution = two_gates()
+    frame = Frame.over((-1.0, -1.0), 0.25, height=4, width=8)
+    text = explain(task, solution, frame=frame)
+    assert text.startswith("The goal (0.88 m, -0.38 m) lies to the east of (-0.88 m, -0.12 m),")
+    assert "Destroyed obstacle 0 from (" in text and " m); removal cost 2" in text
+    assert explain(task, solution, frame=Frame.of_cells(4, 8)) == explain(task, solution)
+    blocked = task.replace(destroyable=np.zeros(4, bool))
+    near = explain(blocked, solve(blocked), frame=frame)
+    assert "As near as one gets: (-0.62 m, -0.38 m), 1.50 m from the goal" in near
 
 
 def test_what_follows_if_it_were_otherwise_is_explained():

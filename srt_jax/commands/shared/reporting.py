@@ -87,8 +87,8 @@ def report(
                 )
             progress(1)
     records = [
-        as_record(name, task, solution, cell_side=side, approach=near)
-        for (name, task), solution, side, near in zip(tasks, solutions, sides, nears)
+        as_record(name, task, solution, cell_side=side, frame=frame, approach=near)
+        for (name, task), solution, side, frame, near in zip(tasks, solutions, sides, known, nears)
     ]
     # All files first: a standard output that is closed or full loses none of them.
     wrote: list[str] = []
