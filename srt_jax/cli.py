@@ -283,8 +283,10 @@ def _report(error: BaseException) -> int:
         if not format_message():  # no command at all: the help has been printed
             return BAD_INPUT
         context = getattr(error, "ctx", None)
-        hint = f"; see '{context.command_path} --help'" if context else ""
-        return error_line(format_message().rstrip(".") + hint)
+        said = format_message().rstrip(".")
+        joined = " See" if said.endswith("?") else "; see"
+        hint = f"{joined} '{context.command_path} --help'" if context else ""
+        return error_line(said + hint)
     if isinstance(error, BrokenPipeError):
         return PIPE_CLOSED  # as a shell reports it: its reader, such as `head`, has all it wants
     if isinstance(error, ImportError | ValueError):
