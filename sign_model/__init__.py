@@ -8,6 +8,8 @@ JAX.
 import importlib
 from typing import TYPE_CHECKING
 
+from sign_model.foundation.submodules import named_when_asked
+
 if TYPE_CHECKING:
     from sign_model.clock import OutOfTime
     from sign_model.description import describe, to_dot
@@ -81,10 +83,13 @@ _MODULES = {
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 
+_module_named, __dir__ = named_when_asked(__name__)
+
+
 def __getattr__(name: str) -> object:
-    """Returns a public name from the module it lives in."""
+    """Returns a public name from the module it lives in, or a module of the package."""
     if name not in _HOME:
-        raise AttributeError(f"module 'sign_model' has no attribute '{name}'")
+        return _module_named(name)
     value = getattr(importlib.import_module(f"sign_model.{_HOME[name]}"), name)
     globals()[name] = value
     return value

@@ -152,7 +152,8 @@ _SUBMODULES = ("coalition", "data", "dataset", "draw", "envs", "formats", "insta
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_SUBMODULES})
+    own = (name for name in globals() if name.startswith("__"))
+    return sorted({*own, *__all__, *_SUBMODULES})
 
 
 class _Package(ModuleType):

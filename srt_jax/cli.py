@@ -190,8 +190,20 @@ def _with_commands(
 ) -> typer.Typer:
     app = _new_app()
     for name in names:
-        app.command(name, epilog=examples(*_EXAMPLES[name]))(load(name))
+        function = load(name)
+        line = _in_a_line(function.__doc__ or "")
+        app.command(name, short_help=line, epilog=examples(*_EXAMPLES[name]))(function)
     return app
+
+
+def _in_a_line(text: str) -> str:
+    """Returns what the list of commands says of one: its first sentence without the exit codes,
+    which the command's own help has.
+    """
+    first = " ".join(text.split("\n\n")[0].split())
+    for codes in (": [bold]0", " Exit code"):
+        first = first.split(codes)[0]
+    return first.rstrip(".") + "."
 
 
 def _app_for(arguments: Sequence[str]) -> typer.Typer:
@@ -271,8 +283,10 @@ def _report(error: BaseException) -> int:
         if not format_message():  # no command at all: the help has been printed
             return BAD_INPUT
         context = getattr(error, "ctx", None)
-        hint = f"; see '{context.command_path} --help'" if context else ""
-        return error_line(format_message().rstrip(".") + hint)
+        said = format_message().rstrip(".")
+        joined = " See" if said.endswith("?") else "; see"
+        hint = f"{joined} '{context.command_path} --help'" if context else ""
+        return error_line(said + hint)
     if isinstance(error, BrokenPipeError):
         return PIPE_CLOSED  # as a shell reports it: its reader, such as `head`, has all it wants
     if isinstance(error, ImportError | ValueError):

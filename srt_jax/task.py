@@ -11,6 +11,7 @@ from srt_jax.components import label
 from srt_jax.engine.arguments import as_cells
 from srt_jax.engine.cores import empty
 from srt_jax.engine.entrance import (
+    how_to_make_a_task,
     require_answer,
     require_listed,
     require_task,
@@ -59,7 +60,8 @@ def make_task(
       TypeError: a wrong dtype. ValueError: a wrong rank, length or range.
 
     Warns:
-      UserWarning: integers that look like a mask of 0 and 1, or like an occupancy grid of ROS.
+      UserWarning: integers that look like a mask of 0 and 1, or like an occupancy grid of ROS, or
+        that leave no cell free.
 
     Examples:
       >>> import numpy as np
@@ -75,6 +77,9 @@ def make_task(
         (free_or_labels, start, goal, destroyable, removal_cost),
         inside="make the task outside, and use task.replace(start=..., goal=...) inside jit",
     )
+    if remedy := how_to_make_a_task(free_or_labels):
+        kind = type(free_or_labels).__name__
+        raise TypeError(f"make_task takes an array of cells, got a {kind}: {remedy}")
     labels, is_mask = _as_labels(np.asarray(free_or_labels))
     if not is_mask and (doubt := _doubt_of(np.asarray(free_or_labels))):
         warnings.warn(doubt, stacklevel=2)
@@ -100,10 +105,15 @@ def _doubt_of(labels: np.ndarray) -> str:
             "the map holds the integers 0 and 1 alone: they are ids of two obstacles, and no cell"
             " is free (-1); for a mask, True where the agent fits, write map.astype(bool)"
         )
-    if labels.dtype == np.int8 and labels.min() == -1 and labels.max() == 100:
+    if labels.dtype == np.int8 and labels.min() >= -1 and labels.max() == 100:
         return (
             "the map looks like an occupancy grid of ROS, but as labels -1 is free and 0 is an"
             " obstacle; for a mask, True where the agent fits, write map == 0"
+        )
+    if labels.ndim == 2 and labels.size >= _ENOUGH and labels.min() >= 0:
+        return (
+            "no cell of the map is free: as labels -1 is free and 0 is an obstacle; for a mask,"
+            " True where the agent fits, write map == 0, or whatever a free cell holds"
         )
     return ""
 

@@ -25,6 +25,30 @@ def test_the_package_shows_its_parts():
     shown = dir(srt_jax)
     for part in ("envs", "dataset", "draw", "formats", "instances", "coalition", "data"):
         assert part in shown and getattr(srt_jax, part).__name__ == f"srt_jax.{part}"
+    assert not {"importlib", "sys", "TYPE_CHECKING"} & set(shown)
+
+
+def test_one_import_is_enough_for_every_module_that_the_pages_name():
+    """In a new process: here other tests have imported them."""
+    asked = """
+import srt_jax, sign_model
+srt_jax.formats.ros_map.read_ros_map, srt_jax.formats.outlines.geometry.place_of
+srt_jax.instances.generate.generate, srt_jax.answers.results_file.read_results
+srt_jax.geometry.projection, srt_jax.draw.webpage, srt_jax.robots.inflate
+sign_model.blocks.random_blocks_tasks, sign_model.signs.sign.sequence
+sign_model.relocation.domain, sign_model.space.fuzzy_table
+assert {"reading", "writing", "ros_map"} <= set(dir(srt_jax.formats))
+assert {"plan", "Memory", "blocks"} <= set(dir(sign_model))
+for package in (srt_jax.formats, sign_model):
+    try:
+        package.nosuch
+    except AttributeError as error:
+        assert str(error) == f"module '{package.__name__}' has no attribute 'nosuch'"
+    else:
+        raise AssertionError
+"""
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("repository", [None, "https://example.org/srt"])

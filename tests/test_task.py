@@ -7,6 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from srt_jax.formats.gridmap import GridMap
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import World
 from srt_jax.solver import solve
 from srt_jax.task import make_task, stack, unstack
 from srt_jax.types import FREE, OUTSIDE, Task
@@ -192,8 +195,27 @@ def test_integers_that_look_like_a_mask_are_warned_of():
     mask[:, 3] = 0
     with pytest.warns(UserWarning, match=r"write map\.astype\(bool\)"):
         assert make_task(mask, (0, 0), (0, 2)).destroyable.shape == (2,)
-    with pytest.warns(UserWarning, match="write map == 0"):
-        make_task(np.array([[-1, 0, 100]], np.int8), (0, 0), (0, 2))
+    for grid in ([[-1, 0, 100]], [[0, 0, 100]]):
+        with pytest.warns(UserWarning, match=r"occupancy grid of ROS.*write map == 0"):
+            make_task(np.array(grid, np.int8), (0, 0), (0, 2))
+    with pytest.warns(UserWarning, match="no cell of the map is free"):
+        make_task(np.zeros((8, 8), int), (0, 0), (0, 2))
+
+
+def test_what_readers_return_is_refused_with_the_way_to_make_a_task_of_it():
+    found = GridMap(np.ones((3, 4), bool), np.zeros((3, 4), bool))
+    world = World(
+        bounds=(0, 0, 4, 4), obstacles=(), position=(1, 1), radius=0.4, goal=((3, 3), 1.0)
+    )
+    for record, remedy in (
+        (found, r"got a GridMap: write srt_jax\.make_task\(map\.free, start, goal\)"),
+        (world, r"got a World: srt_jax\.rasterize makes a task of a World"),
+        (Place((0, 0, 4, 4), ()), r"got a Place: it has no start and no goal"),
+        ("city.map", r"got a str: a file is read by srt_jax\.formats\.task_files\.read_tasks"),
+    ):
+        for refuse in (solve, lambda one: make_task(one, (0, 0), (1, 1))):
+            with pytest.raises(TypeError, match=remedy):
+                refuse(record)
 
 
 def test_solutions_of_a_batch_come_apart_as_the_answers_to_its_tasks():

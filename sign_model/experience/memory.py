@@ -30,6 +30,7 @@ from sign_model.experience.precedent import (
 from sign_model.experience.renaming import Atom, find_renaming, rename
 from sign_model.experience.skill import Skill, plain_skill, practise, skill_of
 from sign_model.foundation.files import atomic_write, read_text
+from sign_model.foundation.legible import counted
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.signs.from_tasks import fact_name
@@ -61,6 +62,12 @@ class Memory:
 
     precedents: tuple[Precedent, ...] = ()
     skills: tuple[Skill, ...] = ()
+
+    def __repr__(self) -> str:
+        """What it holds in a line."""
+        domains = ", ".join(skill.domain.split()[0] for skill in self.skills)
+        practised = f", practised in {domains}" if domains else ""
+        return f"Memory({counted(len(self.precedents), 'precedent')}{practised})"
 
     def practised(
         self,

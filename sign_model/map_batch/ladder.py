@@ -138,7 +138,8 @@ def plan_batch(
         planned but once, since compiling takes as long as planning some hundred tasks.
 
     Raises:
-      ValueError: `heuristic` is an empty sequence, or a weight of it is too large.
+      TypeError: a single task. ValueError: `heuristic` is an empty sequence, or a weight of it is
+        too large.
 
     Examples:
       >>> import sign_model
@@ -151,6 +152,8 @@ def plan_batch(
       >>> [result.actions for result in sign_model.plan_batch([task, task])]
       [('(push)', '(walk)'), ('(push)', '(walk)')]
     """
+    if isinstance(tasks, PlanningTask):
+        raise TypeError("plan_batch takes a list of tasks, got a single one: write [task], or plan")
     signs = (
         DEFAULTS
         if heuristic is None

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sign_model.foundation.legible import counted
 from sign_model.pddl.lifted import Atom, Domain, Problem
 
 
@@ -50,6 +51,17 @@ class PlanningTask:
     domain: Domain | None = None
     problem: Problem | None = None
     seconds: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """What it is in a line; `features` and `actions` hold the names."""
+        named = ""
+        if self.problem is not None and self.domain is not None:
+            named = f"{self.problem.name!r} of {self.domain.name!r}, "
+        return (
+            f"PlanningTask({named}{counted(self.num_features, 'feature')},"
+            f" {counted(self.num_actions, 'action')}, {int(self.start.sum())} true at the start,"
+            f" {int(self.goal.sum())} wanted)"
+        )
 
     @property
     def num_features(self) -> int:

@@ -26,6 +26,11 @@ class WorldModel:
     names: tuple[str, ...]
     matrices: Matrices
 
+    def __repr__(self) -> str:
+        """What it is in a line; `sign_model.describe` tells it all."""
+        shown = ", ".join(map(repr, self.names[:3])) + (", ..." if len(self.names) > 3 else "")
+        return f"WorldModel({len(self.names)} signs: {shown})"
+
     @functools.cached_property
     def _index(self) -> dict[str, int]:
         return {name: index for index, name in enumerate(self.names)}

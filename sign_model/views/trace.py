@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sign_model.foundation.legible import counted
 from sign_model.map_algorithm.heuristics import COUNTS, LANDMARKS, HeuristicSign
 from sign_model.map_algorithm.map_planner import BEAMS, fitting_actions, regress
 from sign_model.map_algorithm.rating import Rating, make_rating
@@ -78,6 +79,14 @@ class Trace:
     iterations: tuple[Iteration, ...]
     start: tuple[str, ...]
     plan: tuple[str, ...] | None
+
+    def __repr__(self) -> str:
+        """What it is in a line; `str` tells the iterations."""
+        found = "no plan" if self.plan is None else f"plan of {counted(len(self.plan), 'step')}"
+        return (
+            f"Trace(by the sign {self.sign!r}, {counted(len(self.iterations), 'iteration')},"
+            f" {found})"
+        )
 
     def __str__(self) -> str:
         """The iterations as text."""

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from sign_model.foundation.legible import finite_or_none
-from srt_jax.answers.what_if import if_flag
+from srt_jax.answers.what_if import exact_cost, if_flag
 from srt_jax.engine.entrance import require_answer
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.paths.cost_to_come import path_cost
@@ -75,9 +75,10 @@ def explanation(
     task is solved or no cell is free; plan [{act, obstacle, from, to, cells, relocation}];
     separating [ids]. With `what_if` also if_firm: for each obstacle destroyed how the task would
     end if it were indestructible {id, status, destroyed, removal_cost}; and alternatives: the other
-    sets of obstacles found so, cheapest first. What is seen is named from where the agent starts:
-    `away` and `turn` (radians leftwards of the heading) are of its nearest point, which the words
-    `seen_as` name; `sector` is four pairs (r, phi), `square` (centre (x, y), side).
+    sets of obstacles found so, cheapest first {status, destroyed, removal_cost, is_as_cheap}. What
+    is seen is named from where the agent starts: `away` and `turn` (radians leftwards of the
+    heading) are of its nearest point, which the words `seen_as` name; `sector` is four pairs
+    (r, phi), `square` (centre (x, y), side).
 
     Args:
       what_if: solve again for each obstacle destroyed.
@@ -307,10 +308,11 @@ def _what_if(task: Task, solution: Solution) -> dict[str, Any]:
         frozenset(outcome.destroyed): outcome for _, outcome in outcomes if outcome.status.is_solved
     }
     others.pop(frozenset(destroyed), None)
+    chosen = exact_cost(task, destroyed)
     return {
         "if_firm": [{"id": obstacle, **outcome.as_data()} for obstacle, outcome in outcomes],
         "alternatives": [
-            outcome.as_data()
+            {**outcome.as_data(), "is_as_cheap": exact_cost(task, outcome.destroyed) == chosen}
             for outcome in sorted(others.values(), key=lambda other: other.removal_cost)
         ],
     }

@@ -11,6 +11,7 @@ from sign_model.foundation.legible import finite_or_none
 from srt_jax.answers.wording import explain
 from srt_jax.formats.containers.json_text import read_json
 from srt_jax.formats.shared.whole_files import PathLike, atomic_write, read_bytes, require_module
+from srt_jax.geometry.frame import Frame
 from srt_jax.paths.approach import approach as approach_of
 from srt_jax.symbols.scene_of_task import planned_steps
 from srt_jax.types import Approach, Solution, Status, Task
@@ -25,14 +26,15 @@ def as_record(
     solution: Solution,
     *,
     cell_side: float | None = None,
+    frame: Frame | None = None,
     approach: Approach | None = None,
 ) -> dict[str, Any]:
     """Returns one task's answer as JSON types; cells are [row, col], and what has no finite value
     is None.
 
-    `cost` is in cell sides; `cell_side` is the side in metres, where the map has any. `approach`
-    {cells, cost, gap} is the way as near as one gets, None where the task is solved or no cell is
-    free.
+    `cost` is in cell sides; `cell_side` is the side in metres, where the map has any; with its
+    `frame` the explanation names places in metres too. `approach` {cells, cost, gap} is the way as
+    near as one gets, None where the task is solved or no cell is free.
     `plan` is a list of [action, obstacle or None, index into `cells` at which the step ends].
     """
     is_solved = Status(int(solution.status)).is_solved
@@ -63,7 +65,7 @@ def as_record(
         "separating": separating[separating >= 0].tolist(),
         "approach": None if near is None or not int(near.num_cells) else _approach(near),
         "cell_side": cell_side,
-        "explanation": explain(task, solution, cell_side=cell_side, approach=near),
+        "explanation": explain(task, solution, cell_side=cell_side, frame=frame, approach=near),
     }
 
 

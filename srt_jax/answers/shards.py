@@ -171,7 +171,7 @@ class SolveJob(Job):
                     f"{name}: a solution failed its replay, please report it: {'; '.join(problems)}"
                 )
             side = frame.side if frame is not None and frame.has_metres else None
-            yield as_record(name, task, solution, cell_side=side, approach=near)
+            yield as_record(name, task, solution, cell_side=side, frame=frame, approach=near)
 
 
 def _num_cells(record: dict[str, Any]) -> int:

@@ -2,6 +2,7 @@
 good that is.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -12,6 +13,7 @@ from srt_jax.answers.facts import NORTH, contour_of, explanation, obstacle_data
 from srt_jax.answers.measures import heading_text, length_text, seen_text
 from srt_jax.answers.what_if import Outcome, exact_cost, if_flag, if_gone
 from srt_jax.engine.entrance import require_answer, require_one_answer
+from srt_jax.geometry.frame import Frame
 from srt_jax.symbols import places
 from srt_jax.types import Approach, Array, Solution, Status, Task
 
@@ -23,6 +25,7 @@ def explain(
     what_if: bool = False,
     heading: float = NORTH,
     cell_side: float | None = None,
+    frame: Frame | None = None,
     approach: Approach | None = None,
 ) -> str:
     """Returns why the way was blocked and what was done about it; one line per task of a batch.
@@ -30,8 +33,10 @@ def explain(
     Compass directions are those of the map: north is towards row 0. Fuzzy ones are the agent's, as
     in `explanation`, which has the same as data, and the same options: the paper's words, and the
     distance and the degrees that they stand for. Lengths are in cell sides; in metres where
-    `cell_side` is given. An answer without a route to the goal says how near one gets, and by which
-    route.
+    `cell_side` is given, and places too where a `frame` in metres is: (x, y) of the middle of the
+    cell, instead of (row, col). An answer without a route to the goal says how near one gets, and
+    by which route. With `what_if` it also names the other sets found when each obstacle destroyed
+    has to stay, among them those of the same cost.
 
     Raises:
       TypeError: no task or no solution. ValueError: the solution is of another map, or has other
@@ -48,16 +53,19 @@ def explain(
       True
     """
     require_answer("explain", task, solution)
+    place = _place_in(frame)
+    if cell_side is None and frame is not None and frame.has_metres:
+        cell_side = frame.side
     data = explanation(
         task, solution, what_if=what_if, heading=heading, cell_side=cell_side, approach=approach
     )
     if isinstance(data, dict):
-        return _in_words(task, data)
+        return _in_words(task, data, place)
     batch = np.shape(solution.status)
     lines = []
     for index, part in zip(np.ndindex(batch), data):
         one = jax.tree.map(lambda array, i=index: np.asarray(array)[i], task)
-        lines.append(f"task {', '.join(map(str, index))}: {_in_words(one, part)}")
+        lines.append(f"task {', '.join(map(str, index))}: {_in_words(one, part, place)}")
     return "\n".join(lines)
 
 
@@ -68,7 +76,7 @@ def why(task: Task, solution: Solution, obstacle: int, *, cell_side: float | Non
     What would follow if it were otherwise is found by solving again. Lengths as in `explain`.
 
     Raises:
-      ValueError: no obstacle has that id.
+      TypeError: no whole number. ValueError: no obstacle has that id.
 
     Examples:
       >>> import numpy as np
@@ -122,7 +130,7 @@ def why_not(
     it were. Lengths as in `explain`.
 
     Raises:
-      ValueError: no obstacle has that id.
+      TypeError: no whole number. ValueError: no obstacle has that id.
 
     Examples:
       >>> import numpy as np
@@ -165,6 +173,11 @@ def _why_it_may_stand(task: Task, solution: Solution, obstacle: int) -> str:
 def _obstacle_title(task: Task, solution: Solution, obstacle: int, cell_side: float | None) -> str:
     require_one_answer("why or why_not", task, solution)
     known = np.shape(task.destroyable)[-1]
+    if not isinstance(obstacle, int | np.integer) or isinstance(obstacle, bool):
+        raise TypeError(
+            f"obstacle must be the id of one obstacle, such as 3, got {obstacle!r}: ask for each by"
+            " itself"
+        )
     if not 0 <= obstacle < known:
         raise ValueError(f"no obstacle has the id {obstacle}: ids are 0 to {known - 1}")
     side, unit = (1.0, "cells") if cell_side is None else (cell_side, "m")
@@ -173,15 +186,30 @@ def _obstacle_title(task: Task, solution: Solution, obstacle: int, cell_side: fl
     return f"Obstacle {_obstacle(data, unit)}"
 
 
-def _in_words(task: Task, data: dict[str, Any]) -> str:
+_Place = Callable[[Any], str]
+"""A cell -> how it is written."""
+
+
+def _place_in(frame: Frame | None) -> _Place:
+    if frame is None or not frame.has_metres:
+        return _cell
+
+    def place(cell: Any) -> str:
+        x, y = (np.round(frame.point_of(np.asarray(cell, np.int32)), 2) + 0.0).tolist()
+        return f"({x:.2f} m, {y:.2f} m)"
+
+    return place
+
+
+def _in_words(task: Task, data: dict[str, Any], place: _Place) -> str:
     status = Status[data["status"]]
     if status is Status.START_BLOCKED:
         cannot = (
-            f"The start {_cell(data['start'])} {_what_covers(task, task.start)}, so the agent"
+            f"The start {place(data['start'])} {_what_covers(task, task.start)}, so the agent"
             " cannot move."
         )
-        return f"{cannot} {_how_near(data)}"
-    lines = [_where_goal_is(data)]
+        return f"{cannot} {_how_near(data, place)}"
+    lines = [_where_goal_is(data, place)]
     if status is Status.PATH_EXISTS:
         lines.append(
             f"A path exists, {length_text(data['route']['length'], data['unit'])} long; nothing has"
@@ -190,14 +218,15 @@ def _in_words(task: Task, data: dict[str, Any]) -> str:
         if data["total"]:
             lines.append(f"Going round is cheaper than breaking through{_how_sure(data['total'])}.")
     elif status is Status.BROKE_THROUGH:
-        lines.append(_why_break(data))
+        lines.append(_why_break(data, place))
     else:
-        lines += [_what_blocks(data), _what_was_done(task, data, status)]
+        lines += [_what_blocks(data, place), _what_was_done(task, data, status, place)]
     if not status.is_solved:
-        lines.append(_how_near(data))
+        lines.append(_how_near(data, place))
     for other in data.get("alternatives", ()):
+        same = "the same " if other["is_as_cheap"] else ""
         lines.append(
-            f"Instead {' + '.join(map(str, other['destroyed']))} could go, at cost"
+            f"Instead {' + '.join(map(str, other['destroyed']))} could go, at {same}cost"
             f" {other['removal_cost']:g}."
         )
     for other in data.get("if_firm", ()):
@@ -207,47 +236,47 @@ def _in_words(task: Task, data: dict[str, Any]) -> str:
     return " ".join(lines)
 
 
-def _where_goal_is(data: dict[str, Any]) -> str:
+def _where_goal_is(data: dict[str, Any], place: _Place) -> str:
     goal = data["goal"]
     if goal["direction"] is None:
-        return f"The goal {_cell(goal['cell'])} is the start."
+        return f"The goal {place(goal['cell'])} is the start."
     return (
-        f"The goal {_cell(goal['cell'])} lies to the {goal['direction']} of {_cell(data['start'])},"
+        f"The goal {place(goal['cell'])} lies to the {goal['direction']} of {place(data['start'])},"
         f" {seen_text(goal, data['unit'])}, looking {heading_text(data['heading'])}."
     )
 
 
-def _how_near(data: dict[str, Any]) -> str:
+def _how_near(data: dict[str, Any], place: _Place) -> str:
     """The sentence on the way as near as one gets, of an answer without a route to the goal."""
     near, unit = data["approach"], data["unit"]
     if near is None:
         return "No cell of the map is free."
     is_moved = near["begin"] != data["start"]
-    begins = f" from {_cell(near['begin'])}, the free cell nearest the start," if is_moved else ""
+    begins = f" from {place(near['begin'])}, the free cell nearest the start," if is_moved else ""
     to = " to" if is_moved else ""
     long = f"{length_text(near['length'], unit)} long"
     if near["gap"] == 0:
         return f"As near as one gets:{begins} a path leads to the goal, {long}."
     return (
-        f"As near as one gets:{begins}{to} {_cell(near['end'])},"
+        f"As near as one gets:{begins}{to} {place(near['end'])},"
         f" {length_text(near['gap'], unit)} from the goal, by a route {long}."
     )
 
 
-def _what_blocks(data: dict[str, Any]) -> str:
+def _what_blocks(data: dict[str, Any], place: _Place) -> str:
     blockage, unit = data["blockage"], data["unit"]
     obstacles = blockage["obstacles"]
     named = ", ".join(_obstacle(one, unit) for one in obstacles[:6])
     more = f" and {len(obstacles) - 6} more" if len(obstacles) > 6 else ""
     return (
         f"No path leads there: the agent gets within {length_text(blockage['gap'], unit)} of the"
-        f" goal, to {_cell(blockage['seed'])}, where it is cut off along"
+        f" goal, to {place(blockage['seed'])}, where it is cut off along"
         f" {counted(blockage['contour_cells'], 'cell')} by {counted(len(obstacles), 'obstacle')}:"
         f" {named}{more}."
     )
 
 
-def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
+def _what_was_done(task: Task, data: dict[str, Any], status: Status, place: _Place) -> str:
     bound = data["removal_bound"]
     if status is Status.UNSOLVABLE:
         return _why_unsolvable(int(np.sum(task.destroyable)), data["separating"])
@@ -269,7 +298,7 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
             "Stopped short: what lies ahead is indestructible, though a way can be opened"
             f" (removal cost at least {bound:g})."
         )
-    steps = _steps(data)
+    steps = _steps(data, place)
     proven = "proven least" if data["is_proven_least"] else f"the least is at least {bound:g}"
     route = data["route"]
     moved = f", {route['relocation']['name']}" if route["relocation"]["name"] else ""
@@ -280,13 +309,13 @@ def _what_was_done(task: Task, data: dict[str, Any], status: Status) -> str:
     )
 
 
-def _steps(data: dict[str, Any]) -> str:
+def _steps(data: dict[str, Any], place: _Place) -> str:
     return ", then ".join(
-        f"obstacle {one['id']} from {_cell(one['from'])}" for one in data["destroyed"]
+        f"obstacle {one['id']} from {place(one['from'])}" for one in data["destroyed"]
     )
 
 
-def _why_break(data: dict[str, Any]) -> str:
+def _why_break(data: dict[str, Any], place: _Place) -> str:
     """What breaking saves where there is a way round."""
     total, length = data["total"], data["route"]["length"]
     saved, gained = total["way_round"] - length, total["way_round"] - total["total"]
@@ -294,7 +323,7 @@ def _why_break(data: dict[str, Any]) -> str:
     return (
         f"A path exists, {length_text(total['way_round'], unit)} long, but breaking {_names(data)}"
         f" saves {saved:.1f} of it for a toll of {total['toll']:.1f}: {gained:.1f} gained."
-        f" Destroyed {_steps(data)}; removal cost {data['removal_cost']:g}. Route"
+        f" Destroyed {_steps(data, place)}; removal cost {data['removal_cost']:g}. Route"
         f" {length_text(length, unit)} long."
         f" {_total_in_words(total)}"
     )
@@ -322,6 +351,8 @@ def _why_unsolvable(num_destroyable: int, separating: list[int]) -> str:
     named = ", ".join(map(str, separating[:6])) + (" and more" if len(separating) > 6 else "")
     keeps = "keep" if len(separating) > 1 else "keeps"
     proof = f": {named} alone {keeps} start and goal apart" if named else ""
+    if not num_destroyable:
+        return f"Unsolvable: nothing can be destroyed{proof}."
     return (
         f"Unsolvable: even with {counted(num_destroyable, 'destroyable obstacle')} gone there is"
         f" no path{proof}."

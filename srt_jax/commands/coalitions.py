@@ -14,7 +14,14 @@ from srt_jax.coalition.solve import solve_coalition
 from srt_jax.coalition.task import NamedCoalition, stack_coalitions
 from srt_jax.coalition.task_files import read_coalitions
 from srt_jax.coalition.types import CoalitionSolution
-from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, show_progress
+from srt_jax.commands.shared.console import (
+    fit_table,
+    printer,
+    say_json,
+    say_wrapped,
+    show_progress,
+    took,
+)
 from srt_jax.commands.shared.reporting import exit_code
 from srt_jax.draw.coalition import animate_coalition, draw_coalition
 from srt_jax.formats.shared.whole_files import atomic_write, make_folder
@@ -135,8 +142,8 @@ def _print(records: list[dict[str, Any]], seconds: float, out: pathlib.Path | No
     )
     say_wrapped(
         console,
-        f"{len(records)} task{'s' if len(records) > 1 else ''} of coalitions in {seconds:.2f} s,"
-        f" compiling included: {counts}; every answer replayed.",
+        f"{len(records)} task{'s' if len(records) > 1 else ''} of coalitions{took(seconds)}:"
+        f" {counts}; every answer replayed.",
     )
     if out:
         say_wrapped(console, f"Wrote {out / 'results.json'} and pictures.")

@@ -25,12 +25,10 @@ from srt_jax.commands.shared.console import (
     show_progress,
 )
 from srt_jax.commands.shared.options import JsonOption
-from srt_jax.formats.notes import Notes
+from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_tasks
 from srt_jax.many_tasks import solve_many
 from srt_jax.solver import MODES
-from srt_jax.task import NamedTask
 
 _MOST_ROWS = 40
 
@@ -38,6 +36,7 @@ _Sides = list[tuple[str, list[Answer]]]
 """The answers of each side with its name: the first is compared with every other."""
 
 
+@with_reading
 def compare(
     inputs: Annotated[
         list[str],
@@ -57,22 +56,26 @@ def compare(
             show_default=False,
         ),
     ] = None,
-    toll: Annotated[
-        float, typer.Option(metavar="CELLS", help="With mode shortest: as for solve.")
-    ] = 1.0,
-    limit: options.LimitOption = None,
+    toll: options.TollOption = None,
+    reading: Reading = AS_SET,
+    destroyable: options.DestroyableOption = None,
     show_all: Annotated[
         bool, typer.Option("--all", help="Show equal answers too, and every row.")
     ] = False,
     as_json: JsonOption = False,
 ) -> int:
     """Shows where two sets of answers differ, task by task and in sum: [bold]0[/bold] they are
-    equal, [bold]1[/bold] some differ.
+    equal, [bold]1[/bold] some differ. How tasks are read goes with [bold]--modes[/bold].
     """
     if modes is None:
+        if reading != AS_SET or destroyable is not None or toll is not None:
+            raise ValueError(
+                "compare reads answers as they are: what says how tasks are read or solved goes"
+                " with --modes"
+            )
         sides = _of_files(inputs)
     else:
-        sides = _of_modes(inputs, modes, toll, limit, as_json)
+        sides = _of_modes(inputs, modes, toll, reading, destroyable, as_json)
     (first, left), *others = sides
     documents, differing = [], 0
     for name, right in others:
@@ -108,18 +111,21 @@ def _of_files(inputs: list[str]) -> _Sides:
 
 
 def _of_modes(
-    inputs: list[str], text: str, toll: float, limit: int | None, as_json: bool
+    inputs: list[str],
+    text: str,
+    toll: float | None,
+    reading: Reading,
+    destroyable: str | None,
+    as_json: bool,
 ) -> _Sides:
     chosen = [mode.strip() for mode in text.split(",")]
     if len(chosen) < 2 or any(mode not in MODES for mode in chosen):
         raise ValueError(
             f"--modes must be two or more of {', '.join(MODES)}, such as least,paper: {text!r}"
         )
-
-    def read(path: str, notes: Notes) -> list[NamedTask]:
-        return read_tasks(path, reading=Reading(limit=limit), notes=notes)
-
-    tasks, _, failed = options.read_all(inputs, read, quiet=as_json)
+    if toll is not None and "shortest" not in chosen:
+        raise ValueError("--toll is for the mode shortest, which --modes does not name")
+    tasks, _, _, failed = read_framed(inputs, reading, destroyable, quiet=as_json)
     if failed:
         raise ValueError(f"{failed[0]} cannot be read: compare takes all tasks or none")
     sides = []
@@ -129,7 +135,7 @@ def _of_modes(
             solutions = solve_many(
                 [task.task for task in tasks],
                 mode=mode,
-                toll=toll if mode == "shortest" else 1.0,
+                toll=1.0 if toll is None or mode != "shortest" else toll,
                 progress=progress,
             )
             answers = [answer_of(task.name, one) for task, one in zip(tasks, solutions)]
@@ -175,28 +181,28 @@ def _row(pair: Pair) -> list[str]:
 
 
 def _print_sums(total: Sums, names: tuple[str, str]) -> None:
-    def change(left: float, right: float) -> str:
-        return "" if left == right else f"{right - left:+.6g}"
+    def change(left: float, right: float, shape: str = "g") -> str:
+        return "" if left == right else f"{right - left:+{shape}}"
 
     rows = [
         ["tasks", *map(str, total.tasks), change(*total.tasks), ""],
         ["solved", *map(str, total.solved), change(*total.solved), ""],
     ]
-    for name, (left, right), (less_left, less_right) in (
-        ("removal cost", total.removal_costs, total.cheaper),
-        ("length", total.lengths, total.shorter),
+    for name, shape, (left, right), (less_left, less_right) in (
+        ("removal cost", "g", total.removal_costs, total.cheaper),
+        ("length", ".2f", total.lengths, total.shorter),
     ):
         rows.append(
             [
                 name,
-                f"{left:.6g}",
-                f"{right:.6g}",
-                change(left, right),
+                f"{left:{shape}}",
+                f"{right:{shape}}",
+                change(left, right, shape),
                 f"{less_left} | {less_right}",
             ]
         )
     console = printer()
-    columns = [("sum", 0), (names[0], 1), (names[1], 1), ("change", 0), ("less in tasks", 2)]
+    columns = [("sum", 0), (names[0], 1), (names[1], 1), ("change", 0), ("tasks with less", 2)]
     console.print(fit_table(columns, rows, console.width))
     say_wrapped(
         console,

@@ -34,8 +34,8 @@ def plan(
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Plans: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable, [bold]2[/bold] bad input,
-    [bold]3[/bold] budget spent.
+    """Plans a PDDL task on the sign model: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable,
+    [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
     """
     if len(problem) > 1:
         raise ValueError(

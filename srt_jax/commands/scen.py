@@ -9,7 +9,7 @@ import typer
 from sign_model.foundation.legible import counted
 from srt_jax.answers.scenario_lengths import MATCH, optimal_lengths, relative_errors
 from srt_jax.commands.shared import options
-from srt_jax.commands.shared.console import aside, say, say_json, show_progress
+from srt_jax.commands.shared.console import aside, say, say_json, show_progress, took
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.formats.movingai import read_scen
 from srt_jax.formats.notes import Notes
@@ -55,8 +55,8 @@ def scen(
     else:
         seconds = time.perf_counter() - begin
         say(
-            f"{counted(len(wanted), 'row')}, {num_matches} match (relative error <= {MATCH:g}), max"
-            f" error {worst:.2e}, {seconds:.1f} s"
+            f"{counted(len(wanted), 'row')}{took(seconds, compiles=False)}, {num_matches} match"
+            f" (relative error <= {MATCH:g}), max error {worst:.2e}"
         )
         for index in np.flatnonzero(errors > MATCH)[:5].tolist():
             aside(

@@ -21,6 +21,7 @@ from srt_jax.commands.shared.console import (
     say_json,
     say_wrapped,
     show_progress,
+    took,
 )
 from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import JsonOption
@@ -111,8 +112,9 @@ def solve(
     address: options.AddressOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Solves the tasks in the files: [bold]0[/bold] all solved, [bold]1[/bold] some unsolvable,
-    [bold]2[/bold] bad input, [bold]3[/bold] budget spent.
+    """Says of the tasks in the files what blocks, what to destroy and how to go: [bold]0[/bold]
+    all solved, [bold]1[/bold] some unsolvable, [bold]2[/bold] bad input, [bold]3[/bold] budget
+    spent.
     """
     require_page_name(page)
     worth = options.toll_for(mode, toll)
@@ -267,7 +269,8 @@ def _solve_to_shards(
         say(
             f"{folder} holds {counted(sum(counts.values()), 'answer')} in"
             f" {counted(len(units), 'shard')},"
-            f" {len(made.outcomes)} of them made in {seconds:.2f} s: {told}; every answer replayed."
+            f" {len(made.outcomes)} of them made{took(seconds, compiles=False)}: {told};"
+            " every answer replayed."
         )
     return exit_code([{"status": status} for status in counts])
 

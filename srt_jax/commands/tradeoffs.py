@@ -8,11 +8,8 @@ import typer
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, waiting
 from srt_jax.commands.shared.options import JsonOption
-from srt_jax.commands.shared.reading_options import AS_SET, with_reading
-from srt_jax.formats.notes import Notes
+from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.reading import Reading
-from srt_jax.formats.task_files import read_tasks
-from srt_jax.task import NamedTask
 from srt_jax.tolls.front import Tradeoff
 from srt_jax.tradeoffs import tradeoffs as front_of_task
 
@@ -55,17 +52,15 @@ def tradeoffs(
     Exit code [bold]1[/bold] where there is no route.
     """
     chosen = _numbers(tolls)
-
-    def read(path: str, notes: Notes) -> list[NamedTask]:
-        return read_tasks(path, destroyable=destroyable, reading=reading, notes=notes)
-
-    tasks, _, _ = options.read_all([path], read, quiet=as_json)
+    tasks, frames, _, _ = read_framed([path], reading, destroyable, quiet=as_json)
     if len(tasks) != 1:
         raise ValueError(
             f"{path} holds {len(tasks)} tasks: tradeoffs takes one, choose it with --rows or"
             " --limit"
         )
     name, task = tasks[0]
+    frame = frames[0]
+    side = frame.side if frame is not None and frame.has_metres else None
     with waiting("weighing", quiet=as_json):
         front = front_of_task(task, tolls=chosen, max_destroyed=max_destroyed)
         if out and front:
@@ -73,7 +68,7 @@ def tradeoffs(
 
             draw_tradeoffs(task, front, out, title=name)
     if as_json:
-        say_json({"name": name, "front": [_record(point) for point in front]})
+        say_json({"name": name, "cell_side": side, "front": list(map(_record, front))})
         return int(not front)
     if not front:
         say_wrapped(
@@ -82,7 +77,7 @@ def tradeoffs(
         return 1
     if out:
         say_wrapped(printer(), f"Wrote {out}.")
-    printer().print(fit_table(_COLUMNS, [_row(point) for point in front], printer().width))
+    printer().print(fit_table(_COLUMNS, [_row(point, side) for point in front], printer().width))
     return 0
 
 
@@ -103,10 +98,10 @@ def _record(point: Tradeoff) -> dict[str, Any]:
     }
 
 
-def _row(point: Tradeoff) -> list[str]:
+def _row(point: Tradeoff, side: float | None) -> list[str]:
     low, high = point.tolls
     return [
-        f"{point.length:.2f}",
+        f"{point.length:.2f}" if side is None else f"{point.length * side:.2f} m",
         f"{point.removal_cost:g}",
         " ".join(map(str, point.destroyed)) or "nothing",
         f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}",

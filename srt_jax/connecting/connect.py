@@ -30,6 +30,15 @@ class Connection(NamedTuple):
     removal_bound: float
     joined: np.ndarray
 
+    def __repr__(self) -> str:
+        """What it says in a line; `joined` holds the cells."""
+        proven = self.removal_cost == self.removal_bound
+        sure = "proven least" if proven else f"at least {self.removal_bound:g}"
+        return (
+            f"Connection(destroyed {list(self.destroyed)}, removal cost {self.removal_cost:g},"
+            f" {sure}, {int(self.joined.sum())} cells joined)"
+        )
+
 
 def connect(
     task: Task,

@@ -88,6 +88,10 @@ class Batches(Iterator[dict[str, np.ndarray]]):
     def __init__(self, batches: Iterator[dict[str, np.ndarray]], count: int | None):
         self._batches, self._count = batches, count
 
+    def __repr__(self) -> str:
+        """How many there are in all, also of those already taken."""
+        return f"Batches({'without end' if self._count is None else self._count})"
+
     def __next__(self) -> dict[str, np.ndarray]:
         """Returns the next batch."""
         return next(self._batches)
@@ -110,7 +114,7 @@ class TaskSource(Sequence[dict[str, np.ndarray]]):
 
     Raises:
       ValueError: no data set, shards missing, or an unknown field.
-      IndexError: no task has that number.
+      IndexError: no task has that number. TypeError: a slice of them was asked for.
 
     Examples:
       >>> import tempfile
@@ -128,12 +132,22 @@ class TaskSource(Sequence[dict[str, np.ndarray]]):
         self.fields = _names(self.plan, fields)
         self._widths = _widths(self.folder, self.plan)
 
+    def __repr__(self) -> str:
+        """What it reads from, in a line."""
+        return (
+            f"TaskSource({str(self.folder)!r}, {len(self)} tasks, {len(self.fields)} fields each)"
+        )
+
     def __len__(self) -> int:
         """Returns the number of tasks."""
         return self.plan.count
 
     def __getitem__(self, index: Any) -> Any:
         """Returns a task; a shard that was read lately is still in memory."""
+        if isinstance(index, slice):
+            raise TypeError(
+                f"a task is taken by its number, such as 3, got {index}: dataset.load reads batches"
+            )
         number = operator.index(index)
         number += len(self) if number < 0 else 0
         if not 0 <= number < len(self):

@@ -6,6 +6,7 @@ anything is, the seed, the contour, the route with a colour per leg, and what is
 in order. Colour-blind people can tell the colours apart.
 """
 
+from sign_model.foundation.submodules import named_when_asked
 from srt_jax.draw.animation import animate
 from srt_jax.draw.connection import draw_connection
 from srt_jax.draw.parts.polar_frame import PolarFrame
@@ -27,3 +28,5 @@ __all__ = [
     "svg_tile",
     "time_against_size",
 ]
+
+__getattr__, __dir__ = named_when_asked(__name__)

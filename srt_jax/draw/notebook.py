@@ -8,11 +8,13 @@ from typing import Any
 import jax
 import numpy as np
 
-from srt_jax.draw.parts.colours import GOAL, PALETTE, START, Kind
+from srt_jax.draw.parts.colours import GOAL, PALETTE, START, Kind, shrunk
 from srt_jax.draw.parts.content import headline
-from srt_jax.draw.parts.tile import svg_tile
+from srt_jax.draw.parts.tile import png_of, svg_tile
 from srt_jax.engine.eager import fold
-from srt_jax.geometry.world import World
+from srt_jax.formats.gridmap import GridMap
+from srt_jax.geometry.place import Place
+from srt_jax.geometry.world import Obstacle, World
 from srt_jax.task import unstack
 from srt_jax.types import Solution, Status, Task
 
@@ -26,6 +28,8 @@ _MOST_ENTRIES = 6
 
 _WIDTH = 280
 """Pixels of a picture."""
+
+_Bounds = tuple[float, float, float, float]
 
 
 def task_html(task: Task) -> str:
@@ -82,38 +86,68 @@ def _short(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
+def grid_map_html(grid_map: GridMap) -> str:
+    """Returns a map of cells as a picture: what is blocked in the colour of obstacles, what is
+    unknown grey.
+    """
+    kinds = np.full(grid_map.free.shape, Kind.UNREACHED, np.uint8)
+    kinds[~grid_map.free] = Kind.DESTROYABLE
+    kinds[grid_map.unknown] = Kind.INDESTRUCTIBLE
+    style = f"width:{_WIDTH}px;image-rendering:pixelated;border:1px solid #888"
+    image = picture_html(png_of(shrunk(kinds, _WIDTH)), "png", "the map", style=style)
+    return _page(repr(grid_map), [image])
+
+
+def place_html(place: Place) -> str:
+    """Returns a place as a picture: y up, the obstacles in the colours of a task's."""
+    return _page(repr(place), [_outlines(place.bounds, place.obstacles, "")])
+
+
 def world_html(world: World) -> str:
-    """Returns a world in metres as a picture: y up, the obstacles in the colours of a task's."""
-    x_min, y_min, x_max, y_max = world.bounds
-    across, down = x_max - x_min, y_max - y_min
-    thin = max(across, down) / 300
+    """Returns a world in metres as a picture: a place with agent and goal square."""
+    x_min, y_max = world.bounds[0], world.bounds[3]
+    thin = _thin(world.bounds)
+    x, y = world.position
+    marks = (
+        f'<path d="{_ring(world.goal, world.bounds)}" fill="none" stroke="{GOAL}"'
+        f' stroke-width="{thin * 2:.3g}"/>'
+        f'<circle cx="{x - x_min:.6g}" cy="{y_max - y:.6g}" r="{max(world.radius, thin):.6g}"'
+        f' fill="{START}"/>'
+    )
+    return _page(repr(world), [_outlines(world.bounds, world.obstacles, marks)])
 
-    def ring(points: Iterable[tuple[float, float]]) -> str:
-        return "M" + "L".join(f"{x - x_min:.6g} {y_max - y:.6g}" for x, y in points) + "Z"
 
+def _outlines(bounds: _Bounds, obstacles: Iterable[Obstacle], marks: str) -> str:
+    """An SVG of polygons in metres, with marks on top."""
+    x_min, y_min, x_max, y_max = bounds
     colours = ["#" + bytes(PALETTE[kind]).hex() for kind in _FILLS]
     shapes = [
         f'<path fill-rule="evenodd" fill="{colours[not one.destroyable]}"'
-        f' d="{"".join(ring(r) for part in one.parts for r in part)}"/>'
-        for one in world.obstacles
+        f' d="{"".join(_ring(r, bounds) for part in one.parts for r in part)}"/>'
+        for one in obstacles
     ]
-    x, y = world.position
-    svg = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {across:.6g} {down:.6g}">'
-        f'<rect width="100%" height="100%" fill="#fff" stroke="#888" stroke-width="{thin:.3g}"/>'
-        + "".join(shapes)
-        + f'<path d="{ring(world.goal)}" fill="none" stroke="{GOAL}"'
-        f' stroke-width="{thin * 2:.3g}"/>'
-        f'<circle cx="{x - x_min:.6g}" cy="{y_max - y:.6g}" r="{max(world.radius, thin):.6g}"'
-        f' fill="{START}"/></svg>'
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg"'
+        f' viewBox="0 0 {x_max - x_min:.6g} {y_max - y_min:.6g}">'
+        '<rect width="100%" height="100%" fill="#fff" stroke="#888"'
+        f' stroke-width="{_thin(bounds):.3g}"/>' + "".join(shapes) + marks + "</svg>"
     )
-    return _page(repr(world), [svg])
 
 
-def picture_html(picture: bytes, kind: str, name: str) -> str:
+def _ring(points: Iterable[tuple[float, float]], bounds: _Bounds) -> str:
+    return "M" + "L".join(f"{x - bounds[0]:.6g} {bounds[3] - y:.6g}" for x, y in points) + "Z"
+
+
+def _thin(bounds: _Bounds) -> float:
+    """The width of a thin line, in metres."""
+    return max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 300
+
+
+def picture_html(picture: bytes, kind: str, name: str, *, style: str = "") -> str:
     """Returns a picture inside the page; kind: png or gif."""
     data = base64.b64encode(picture).decode()
-    return f'<img alt="{html.escape(name)}" src="data:image/{kind};base64,{data}"/>'
+    styled = f' style="{style}"' if style else ""
+    return f'<img alt="{html.escape(name)}"{styled} src="data:image/{kind};base64,{data}"/>'
 
 
 def _page(title: str, tiles: list[str]) -> str:

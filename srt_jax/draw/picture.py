@@ -25,6 +25,14 @@ FORMATS = (".png", ".svg", ".pdf")
 _SIDE = 7.0
 """Inches of the map's longer side."""
 
+_BESIDE, _AROUND = 0.62, 0.78
+"""Inches of a page beside the map, for the numbers of its axis, and above and below it, for those
+of the other axis, without what each line of the heading and the legend takes.
+"""
+
+_ENTRIES = 4
+"""Entries in a line of the legend."""
+
 _MOST_CELLS = 1050
 """Cells a side that a picture can show: one per pixel."""
 
@@ -66,7 +74,7 @@ def draw(
     Args:
       solution: None draws the task alone.
       path: a name, whose ending decides the format (.png, .svg, .pdf), or a file open for bytes.
-        None returns the picture.
+        None returns the picture. Matplotlib axes are taken as `axes`.
       title: written above it.
       polar: draws the agent's frame with the fuzzy sectors over the map.
       axes: matplotlib axes to draw on, without title and legend; nothing is written then.
@@ -97,6 +105,8 @@ def draw(
       b'\x89PNG'
     """
     options = {"frame": frame, "approach": approach}
+    if axes is None and is_axes(path):
+        path, axes = None, path
     if axes is not None:
         if path is not None:
             raise ValueError("a picture goes onto axes or to a path: give one of them")
@@ -114,21 +124,32 @@ def draw(
         *textwrap.wrap(scene.headline, 80),  # no line where it is empty
         *([caption(scene, polar)] if polar else []),
     ]
-    margins = 1.4 + 0.18 * len(heading)
-    size = (_SIDE, _SIDE * min(2.5, max(0.1, height / width)) + margins)
+    require_module("matplotlib", extra="draw", what="drawing")
+    entries = handles([scene])
+    margins = _AROUND + 0.18 * (len(heading) + -(-len(entries) // _ENTRIES))
+    size = (_SIDE, (_SIDE - _BESIDE) * min(2.5, max(0.1, height / width)) + margins)
     with page(path, size=size, kind=kind) as figure:
         axes = figure.add_subplot()
         draw_map(axes, scene)
         axes.set_title("\n".join(heading), fontsize=10, parse_math=False)
         label_axes(axes, scene)
         figure.legend(
-            handles=handles([scene]), loc="outside lower center", ncols=4, fontsize=8, frameon=False
+            handles=entries,
+            loc="outside lower center",
+            ncols=_ENTRIES,
+            fontsize=8,
+            frameon=False,
         )
         scale = settle(figure, axes, width)
         if polar:
             draw_frame(axes, scene, polar, scale)
         draw_badges(axes, scene, scale)
     return None
+
+
+def is_axes(place: Any) -> bool:
+    """Whether a place to draw at is matplotlib's axes, and no file."""
+    return hasattr(place, "imshow") and hasattr(place, "set_xlim")
 
 
 @contextlib.contextmanager

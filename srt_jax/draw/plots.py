@@ -5,13 +5,16 @@ They are as wide as a column of a paper and take what `srt_jax.table` returns.
 
 import io
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import IO, Any
 
 import numpy as np
 
 from srt_jax.draw.parts.column import COLOURS, COLUMN_WIDTH, MARKS, style
-from srt_jax.draw.picture import Picture, page
+from srt_jax.draw.picture import Picture, is_axes, page
+
+_ENOUGH = 5
+"""Answers from which on a box says more than points."""
 
 Place = str | os.PathLike | IO[bytes] | None
 
@@ -25,12 +28,14 @@ def boxes_by_kind(
     axes: Any = None,
 ) -> Picture | None:
     """Draws a box for each kind of task, and for each mode where there are several: quartiles, the
-    median, whiskers to 1.5 quartile ranges, and what lies beyond as points.
+    median, whiskers to 1.5 quartile ranges, and what lies beyond as points; of fewer than five
+    answers each one as a point.
 
     Args:
-      answers: from `srt_jax.table`, or its rows as dicts.
+      answers: from `srt_jax.table`, also as a pandas or polars frame, or its rows as dicts.
       column: the number shown; rows where it is null are left out.
-      path: .png, .svg or .pdf, or a file open for bytes; None returns the picture.
+      path: .png, .svg or .pdf, or a file open for bytes; None returns the picture. Matplotlib axes
+        are taken as `axes`.
       kinds: one for each row; by default what stands before the last "-" of its name, as
         `srt-jax generate` names tasks.
       axes: matplotlib axes to draw on instead.
@@ -80,6 +85,15 @@ def boxes_by_kind(
             for box in drawn["boxes"]:
                 box.set(facecolor=COLOURS[number % len(COLOURS)], alpha=0.75, linewidth=0.6)
             boxes.append(drawn["boxes"][0])
+            few = [(x, y) for x, group in zip(at, groups) if len(group) < _ENOUGH for y in group]
+            axes.plot(
+                *(zip(*few) if few else ((), ())),
+                MARKS[number % len(MARKS)],
+                color=COLOURS[number % len(COLOURS)],
+                markeredgecolor="white",
+                markeredgewidth=0.4,
+                zorder=3,
+            )
         is_crowded = sum(map(len, known)) > 34
         axes.set_xticks(
             range(len(known)),
@@ -182,13 +196,38 @@ _LABELS = {
 
 def _rows(answers: Any, *columns: str) -> list[dict[str, Any]]:
     """Returns the rows of a table; ValueError where a column is missing or holds no number."""
-    rows = answers.to_pylist() if hasattr(answers, "to_pylist") else list(answers)
+    rows = _as_dicts(answers)
     for column in columns:
-        if not any(row.get(column) is not None for row in rows):
+        if any(row.get(column) is not None for row in rows):
+            continue
+        known = sorted({name for row in rows for name in row})
+        if column not in known:
             raise ValueError(
-                f"no answer has {column!r}: give the table of srt_jax.table, with what the column"
-                " needs"
+                f"no column is called {column!r}: give what srt_jax.table returns; it has"
+                f" {', '.join(known) or 'no row'}"
             )
+        needs = {"seconds": ": give srt_jax.table seconds=", "length_m": ": give it cell_side="}
+        raise ValueError(f"the column {column!r} holds no number{needs.get(column, '')}")
+    return rows
+
+
+def _as_dicts(answers: Any) -> list[dict[str, Any]]:
+    """Returns the rows of a table as dicts: of pyarrow, polars, pandas, or a list of them."""
+    if hasattr(answers, "to_pylist"):
+        return answers.to_pylist()
+    if hasattr(answers, "to_dicts"):
+        return answers.to_dicts()
+    if hasattr(answers, "to_dict"):  # pandas says NaN where a table says null
+        rows = answers.to_dict("records")
+        return [
+            {name: None if value != value else value for name, value in row.items()} for row in rows
+        ]
+    rows = [] if isinstance(answers, str | Mapping) else list(answers)
+    if not rows or not all(isinstance(row, Mapping) for row in rows):
+        raise TypeError(
+            "a plot takes the table of srt_jax.table, a pandas or polars frame, or a list of its"
+            f" rows as dicts, got {type(answers).__name__}"
+        )
     return rows
 
 
@@ -221,6 +260,8 @@ def _scatter(axes: Any, rows: list[dict[str, Any]], across: str, up: str) -> Non
 
 def _drawn(paint: Callable[[Any], None], path: Place, axes: Any) -> Picture | None:
     """Paints on axes; else on a page of its own, into a file or as a picture."""
+    if axes is None and is_axes(path):
+        path, axes = None, path
     if axes is not None:
         if path is not None:
             raise ValueError("a plot goes onto axes or to a path: give one of them")

@@ -1,13 +1,15 @@
 """Many tasks on one page, small, with one legend."""
 
+import io
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import IO
 
 from sign_model.foundation.legible import legible
 from srt_jax.draw.parts.content import length_in, scene_of
 from srt_jax.draw.parts.legend import handles
-from srt_jax.draw.picture import draw_map, page
+from srt_jax.draw.picture import Picture, draw_map, page
 from srt_jax.geometry.frame import Frame
 from srt_jax.types import Solution, Status, Task
 
@@ -19,16 +21,17 @@ _LONGEST_NAME = 24
 
 
 def contact_sheet(
-    named: Sequence[tuple[str, Task, Solution]],
-    path: str | os.PathLike,
+    named: Iterable[tuple[str, Task, Solution]],
+    path: str | os.PathLike | IO[bytes] | None = None,
     *,
     title: str = "",
     frames: Sequence[Frame | None] | None = None,
-) -> None:
+) -> Picture | None:
     """Writes a sheet with a small picture of each (name, task, solution); the ending decides the
     format, as in `draw`.
 
     Args:
+      path: as in `draw`; None returns the sheet for a notebook.
       frames: where the map of each task lies, None where that is not known; then its route's length
         is told in metres.
 
@@ -51,6 +54,11 @@ def contact_sheet(
       >>> os.path.exists(path)
       True
     """
+    named = list(named)
+    if path is None:
+        buffer = io.BytesIO()
+        contact_sheet(named, buffer, title=title, frames=frames)
+        return Picture(buffer.getvalue())
     if not 0 < len(named) <= MOST_ON_SHEET:
         raise ValueError(
             f"a contact sheet holds 1 to {MOST_ON_SHEET} tasks, got {len(named)}: make several"
@@ -85,6 +93,7 @@ def contact_sheet(
             fontsize=7,
             frameon=False,
         )
+    return None
 
 
 def _outcome(status: Status | None, num_removals: int) -> str:

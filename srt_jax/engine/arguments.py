@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax import core, lax
 
@@ -49,6 +50,23 @@ def as_floats(name: str, value: Array, *, core_rank: int = 2) -> Array:
             f"{name} must be float32, got {array.dtype}: write {name}.astype('float32')"
         )
     return _with_rank(name, array, core_rank)
+
+
+def require_key(key: Any) -> None:
+    """Raises TypeError where `key` is no JAX random key: neither `jax.random.key(0)` nor the older
+    `jax.random.PRNGKey(0)`; ValueError where it is several.
+    """
+    dtype, shape = getattr(key, "dtype", None), tuple(getattr(key, "shape", ()))
+    is_typed = dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key)
+    is_old = dtype == np.uint32 and len(shape) >= 1 and not is_typed
+    if not is_typed and not is_old:
+        given = type(key).__name__ if dtype is None else f"an array of {dtype} {list(shape)}"
+        raise TypeError(f"key must be a JAX random key, such as jax.random.key(0), got {given}")
+    batch = shape if is_typed else shape[:-1]
+    if batch:
+        raise ValueError(
+            f"key must be one JAX random key, got {list(batch)} of them: take jax.vmap over keys"
+        )
 
 
 def mask_and_cells(**named: Any) -> tuple[tuple[Array, ...], tuple[int, ...]]:

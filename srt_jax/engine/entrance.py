@@ -5,6 +5,7 @@ Whatever has the fields of the record passes, so that nothing else than the two 
 told apart from lists, arrays and generators.
 """
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -37,12 +38,29 @@ def _remedy(task: object, takes: str) -> str:
     if _is_array(task):
         return "write srt_jax.make_task(free, start, goal) first"
     if not _is_list(task):
-        return "srt_jax.make_task makes one"
+        return how_to_make_a_task(task) or "srt_jax.make_task makes one"
     if takes == ONE_OR_MANY:
         return "srt_jax.solve_many solves a list, srt_jax.stack makes one batch of it"
     if takes in (A_BATCH, "one batch"):
         return "srt_jax.stack makes one batch of a list"
     return "call it for each, or make a batch with srt_jax.stack where it takes batches"
+
+
+def how_to_make_a_task(given: object) -> str:
+    """Returns how a task is made of something that a reader returns; "" of anything else."""
+    if hasattr(given, "obstacles"):
+        is_world = hasattr(given, "goal")
+        return (
+            "srt_jax.rasterize makes a task of a World"
+            if is_world
+            else "it has no start and no goal: srt_jax.World(...) with its obstacles has, and"
+            " srt_jax.rasterize makes a task of that"
+        )
+    if hasattr(given, "free"):
+        return "write srt_jax.make_task(map.free, start, goal)"
+    if isinstance(given, str | os.PathLike):
+        return "a file is read by srt_jax.formats.task_files.read_tasks"
+    return ""
 
 
 def require_tasks(caller: str, tasks: object) -> None:

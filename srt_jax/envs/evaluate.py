@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from srt_jax.engine.arguments import require_key
 from srt_jax.envs.relocation import EnvParams, SmartRelocation, oracle_score
 from srt_jax.envs.rules import EnvState
 from srt_jax.types import Array
@@ -49,6 +50,10 @@ class Evaluation(NamedTuple):
     removal_regret: np.ndarray
     length_regret: np.ndarray
 
+    def __repr__(self) -> str:
+        """What it says in a line."""
+        return f"Evaluation({len(self.success)} levels: {self.summary()})"
+
     def summary(self) -> str:
         """Returns one line: share of successes, mean score and regret; the successes' mean regrets
         in removal and length.
@@ -90,6 +95,7 @@ def evaluate(env: SmartRelocation, params: EnvParams, policy: Policy, key: Array
       >>> result.success.tolist()  # walks east up to the wall and stays there
       [False]
     """
+    require_key(key)
     scores = jax.tree.map(np.asarray, _play(env, params, policy, key))
     success, score, length, removal = scores
     levels = jax.tree.map(np.asarray, params.levels)

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from srt_jax.engine.arguments import require_key
 from srt_jax.envs.levels import Levels, make_levels
 from srt_jax.envs.observe import NUM_PLANES, action_mask, observation_bounds, observation_of
 from srt_jax.envs.render import render
@@ -267,6 +268,7 @@ class SmartRelocation:
         return stepped, reward, is_there, info
 
     def _fresh(self, key: Array, params: EnvParams) -> EnvState:
+        require_key(key)
         N = params.levels.start.shape[0]
         # even but for N parts in 2**32
         drawn = jax.random.bits(key, (), jnp.uint32) % jnp.uint32(N)

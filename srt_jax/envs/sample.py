@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from srt_jax.engine.arguments import require_key
 from srt_jax.envs.levels import Levels
 from srt_jax.types import FREE, Array
 
@@ -33,7 +34,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
       count, kind, size: static; size at least 12 cells.
 
     Raises:
-      ValueError: an unknown kind, or a number out of range.
+      TypeError: no key. ValueError: an unknown kind, or a number out of range.
 
     Examples:
       >>> import jax
@@ -42,6 +43,7 @@ def sample_levels(key: Array, *, count: int, kind: str = "rooms", size: int = 16
       >>> levels.labels.shape
       (2, 1, 12, 12)
     """
+    require_key(key)
     if kind not in KINDS:
         raise ValueError(
             f"unknown kind {kind!r} of sampled levels: choose one of {', '.join(KINDS)}"

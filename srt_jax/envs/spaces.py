@@ -7,6 +7,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from srt_jax.types import Array
 
@@ -16,6 +17,9 @@ class Discrete:
 
     def __init__(self, n: int):
         self.n, self.shape, self.dtype = n, (), jnp.int32
+
+    def __repr__(self) -> str:
+        return f"Discrete({self.n})"
 
     def sample(self, key: Array) -> Array:
         """Returns one of them, each as likely."""
@@ -33,6 +37,9 @@ class Box:
     def __init__(self, low: float, high: float, shape: tuple[int, ...], dtype: Any = jnp.float32):
         self.low, self.high, self.shape, self.dtype = low, high, shape, dtype
 
+    def __repr__(self) -> str:
+        return f"Box({self.low}, {self.high}, {self.shape}, {np.dtype(self.dtype)})"
+
     def sample(self, key: Array) -> Array:
         """Returns an array drawn evenly between the bounds."""
         return jax.random.uniform(key, self.shape, jnp.float32, self.low, self.high).astype(
@@ -49,6 +56,9 @@ class Dict:
 
     def __init__(self, spaces: dict[str, Any]):
         self.spaces, self.num_spaces = spaces, len(spaces)
+
+    def __repr__(self) -> str:
+        return f"Dict({self.spaces})"
 
     def sample(self, key: Array) -> dict[str, Array]:
         """Returns a sample of each."""

@@ -35,6 +35,12 @@ class Batch(NamedTuple):
     names: tuple[str, ...]
     optimum: np.ndarray
 
+    def __repr__(self) -> str:
+        """What it is in a line."""
+        known = int(np.isfinite(self.optimum).sum())
+        shown = ", ".join(map(repr, self.names[:3])) + (", ..." if len(self.names) > 3 else "")
+        return f"Batch({self.tasks!r}, names ({shown}), least removal known of {known})"
+
 
 def write_batch(
     path: PathLike,

@@ -5,6 +5,7 @@ first row there. Where a file writes x and y, x is the column and y the row.
 """
 
 import dataclasses
+import importlib
 
 import numpy as np
 
@@ -43,6 +44,24 @@ class GridMap:
     goal: tuple[int, int] | None = None
     yaw: float = 0.0
     has_metres: bool = False
+
+    def __repr__(self) -> str:
+        """What it is in a line; `free` and `unknown` hold the cells."""
+        height, width = self.free.shape
+        parts = [f"{height} x {width} cells"]
+        if self.has_metres:
+            parts[0] += f" of {self.cell_side:g} m"
+        parts.append(f"{int(self.free.sum())} of them free")
+        if num := int(self.unknown.sum()):
+            parts.append(f"{num} unknown")
+        for name in ("start", "goal"):
+            if (cell := getattr(self, name)) is not None:
+                parts.append(f"{name} {tuple(map(int, cell))}")
+        return f"GridMap({', '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        """A picture, for notebooks: made far above this module, and loaded only there."""
+        return importlib.import_module("srt_jax.draw.notebook").grid_map_html(self)
 
     @property
     def frame(self) -> Frame:

@@ -137,10 +137,27 @@ class Source(NamedTuple):
         return None if self.frame is None else self.frame.grid
 
 
-def read_source(path: str, how: Reading, notes: Notes) -> Source:
+def read_source(path: str, how: Reading | None = None, notes: Notes | None = None) -> Source:
     """Returns what a file holds, by the ending of its name; errors as for
     `task_files.read_tasks`.
+
+    Args:
+      how: what the options of the commands say; None for their defaults.
+      notes: receives what was odd.
+
+    Examples:
+      >>> import os
+      >>> import tempfile
+      >>> import numpy as np
+      >>> import srt_jax
+      >>> path = os.path.join(tempfile.mkdtemp(), "open.map")
+      >>> srt_jax.formats.movingai.write_map(path, np.ones((3, 4), bool))
+      >>> how = srt_jax.formats.reading.Reading(start=(0, 0), goal=(2, 3))
+      >>> srt_jax.formats.reading.read_source(path, how).map
+      GridMap(3 x 4 cells, 12 of them free, start (0, 0), goal (2, 3))
     """
+    how = Reading() if how is None else how
+    notes = Notes() if notes is None else notes
     require_file(path)
     name = pathlib.Path(path).name.lower()
     ending = max((ending for ending in _READERS if name.endswith(ending)), key=len, default=None)

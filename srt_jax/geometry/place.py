@@ -1,7 +1,9 @@
 """A place to set tasks in: polygons in metres, without a start or a goal."""
 
 import dataclasses
+import importlib
 
+from sign_model.foundation.legible import counted
 from srt_jax.geometry.projection import Projection
 from srt_jax.geometry.world import Obstacle, as_bounds
 
@@ -25,3 +27,17 @@ class Place:
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", as_bounds(self.bounds))
         object.__setattr__(self, "obstacles", tuple(self.obstacles))
+
+    def __repr__(self) -> str:
+        """What it is in a line; `obstacles` holds the outlines."""
+        x_min, y_min, x_max, y_max = self.bounds
+        num, gone = len(self.obstacles), sum(one.destroyable for one in self.obstacles)
+        whose = f", {self.attribution!r}" if self.attribution else ""
+        return (
+            f"Place({x_max - x_min:g} x {y_max - y_min:g} m, {counted(num, 'obstacle')},"
+            f" {gone} of them destroyable{whose})"
+        )
+
+    def _repr_html_(self) -> str:
+        """A picture, for notebooks: made far above this module, and loaded only there."""
+        return importlib.import_module("srt_jax.draw.notebook").place_html(self)

@@ -73,6 +73,16 @@ class Obstacle:
             raise ValueError(f"removal_cost of {called} is {cost}: it must be positive and finite")
         _set(self, destroyable=bool(self.destroyable), removal_cost=cost)
 
+    def __repr__(self) -> str:
+        """What it is in a line; `parts` holds the outlines."""
+        called = f"{self.name!r}, " if self.name else ""
+        kind = f"removal cost {self.removal_cost:g}" if self.destroyable else "indestructible"
+        points = sum(len(ring) for part in self.parts for ring in part)
+        return (
+            f"Obstacle({called}{kind}, {counted(len(self.parts), 'polygon')} of"
+            f" {counted(points, 'point')})"
+        )
+
     @classmethod
     def polygon(cls, outer: Any, *holes: Any, **options: Any) -> "Obstacle":
         """Returns the obstacle made of one polygon; options as in the class."""

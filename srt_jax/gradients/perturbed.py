@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+from srt_jax.engine.arguments import require_key
 from srt_jax.types import Array
 
 
@@ -64,6 +65,7 @@ def perturbed(
         )
 
     def smoothed(key: Array, costs: Array) -> Any:
+        require_key(key)
         # each noise and its opposite, as factors of mean 1
         half = jax.random.normal(key, (num_samples // 2, *costs.shape), costs.dtype)
         noise = jnp.concatenate([half, -half])

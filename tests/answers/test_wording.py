@@ -18,6 +18,7 @@ from sign_model.signs.matrix import Component
 from sign_model.signs.sign import sequence
 from srt_jax import explain, explanation, make_task, scene_pddl, solve, stack, story, why, why_not
 from srt_jax.answers.what_if import if_gone
+from srt_jax.geometry.frame import Frame
 from srt_jax.symbols.scene_of_task import scene_of
 from tests.helpers.pictures import task_from
 
@@ -58,6 +59,14 @@ def test_what_blocks_what_was_destroyed_and_how_good_that_is():
     assert "Destroyed obstacle 0 from (0, 1); removal cost 1, proven least." in text
 
 
+@pytest.mark.parametrize("obstacle", [[0], 0.0, True, "0"])
+def test_one_obstacle_is_asked_for_by_its_number(obstacle):
+    task, solution = two_gates()
+    for ask in (why, why_not):
+        with pytest.raises(TypeError, match=r"obstacle must be the id of one obstacle, such as 3"):
+            ask(task, solution, obstacle)
+
+
 @pytest.mark.parametrize(
     ("start", "goal", "destroyable", "expected"),
     [
@@ -71,10 +80,7 @@ def test_what_blocks_what_was_destroyed_and_how_good_that_is():
             (0, 0),
             (0, 3),
             False,
-            (
-                "Unsolvable: even with 0 destroyable obstacles gone there is no path: 0 alone keeps"
-                " start"
-            ),
+            "Unsolvable: nothing can be destroyed: 0 alone keeps start and goal apart.",
         ),
         ((0, 0), (0, 2), False, "Unsolvable: the goal lies in 0 (indestructible)."),
         ((0, 0), (0, 0), True, "The goal (0, 0) is the start."),
@@ -117,7 +123,9 @@ def test_the_data_is_json_and_says_where_all_is_seen():
         {"id": 0, "status": "UNSOLVABLE", "destroyed": [], "removal_cost": None},
         {"id": 1, "status": "SOLVED", "destroyed": [0, 2], "removal_cost": 2.0},
     ]
-    assert data["alternatives"] == [{"status": "SOLVED", "destroyed": [0, 2], "removal_cost": 2.0}]
+    assert data["alternatives"] == [
+        {"status": "SOLVED", "destroyed": [0, 2], "removal_cost": 2.0, "is_as_cheap": True}
+    ]
 
 
 def test_words_follow_the_heading_and_the_size_of_a_cell():
@@ -131,10 +139,27 @@ def test_words_follow_the_heading_and_the_size_of_a_cell():
     assert abs(x - 7 * 40) <= (side - 40) / 2 + 1e-6 and abs(y + 40) <= (side - 40) / 2 + 1e-6
 
 
+def test_places_are_in_metres_where_the_map_has_a_frame():
+    task, solution = two_gates()
+    frame = Frame.over((-1.0, -1.0), 0.25, height=4, width=8)
+    text = explain(task, solution, frame=frame)
+    assert text.startswith("The goal (0.88 m, -0.38 m) lies to the east of (-0.88 m, -0.12 m),")
+    assert "Destroyed obstacle 0 from (" in text and " m); removal cost 2" in text
+    assert explain(task, solution, frame=Frame.of_cells(4, 8)) == explain(task, solution)
+    blocked = task.replace(destroyable=np.zeros(4, bool))
+    near = explain(blocked, solve(blocked), frame=frame)
+    assert "As near as one gets: (-0.62 m, -0.38 m), 1.50 m from the goal" in near
+
+
 def test_what_follows_if_it_were_otherwise_is_explained():
     task, solution = two_gates()
     text = explain(task, solution, what_if=True)
-    assert text.endswith("Instead 0 + 2 could go, at cost 2. If 0 were indestructible: unsolvable.")
+    assert text.endswith(
+        "Instead 0 + 2 could go, at the same cost 2. If 0 were indestructible: unsolvable."
+    )
+    dearer = task.replace(removal_cost=np.array([1, 1, 1.5, 1], np.float32))
+    text = explain(dearer, solve(dearer), what_if=True)
+    assert "Instead 0 + 2 could go, at cost 2.5." in text
     assert why(task, solution, 0).endswith(
         "it is the first in the way. If 0 were indestructible: unsolvable."
     )

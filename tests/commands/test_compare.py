@@ -90,3 +90,18 @@ def test_what_cannot_be_compared_is_named(tasks, tmp_path, capsys):
     ):
         assert run(["compare", *arguments]) == 2
         assert says in capsys.readouterr().err
+
+
+def test_tasks_are_read_as_solve_reads_them(tasks, tmp_path, capsys):
+    assert run(["compare", tasks, "--modes", "least,shortest", "--rows", "1:2"]) == 0
+    assert "0 of 1 tasks differ" in capsys.readouterr().out
+    none = ["--destroyable", "none"]
+    assert run(["compare", tasks, "--modes", "least,shortest", *none, "--all"]) == 0
+    assert "BROKE_THROUGH" not in capsys.readouterr().out
+    first = str(tmp_path / "a.json")
+    assert run(["solve", tasks, "--results", first]) == 0
+    assert f"Wrote {first}: the answers." in capsys.readouterr().out.replace("\n", " ")
+    assert run(["compare", first, first, "--limit", "1"]) == 2
+    assert "how tasks are read or solved goes with --modes" in capsys.readouterr().err
+    assert run(["compare", tasks, "--modes", "least,least", "--toll", "3"]) == 2
+    assert "--toll is for the mode shortest, which --modes does not name" in capsys.readouterr().err

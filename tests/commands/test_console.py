@@ -165,3 +165,10 @@ def test_bash_completes_commands_options_and_values(typed, offered, tmp_path):
         [bash, "-c", script], capture_output=True, text=True, env=environment, timeout=60
     )
     assert set(done.stdout.split()) >= offered, done.stderr
+
+
+def test_quiet_results_do_not_say_how_long_they_took(monkeypatch):
+    assert console.took(1.234) == " in 1.23 s, compiling included"
+    assert console.took(1.234, compiles=False) == " in 1.23 s"
+    monkeypatch.setitem(console._QUIET, "is_quiet", True)
+    assert console.took(1.234) == ""

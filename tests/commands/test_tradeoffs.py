@@ -43,6 +43,8 @@ def test_tradeoffs_prints_the_front_and_draws_it(wall, tmp_path, capsys):
     assert run(["tradeoffs", wall, "--tolls", "3,30", "--json"]) == 0
     front = json.loads(capsys.readouterr().out)["front"]
     assert [point["destroyed"] for point in front] == [[0], []]
+    assert run(["tradeoffs", wall, "--tolls", "3,30", "--cell-side", "0.5"]) == 0
+    assert "2.00 m" in capsys.readouterr().out  # four cells of half a metre
 
 
 def test_tolls_that_are_no_numbers_are_refused(wall, capsys):

@@ -13,7 +13,7 @@ import pytest
 import sign_model
 import srt_jax
 from srt_jax import Obstacle, World
-from srt_jax.draw import animate, draw, svg_tile
+from srt_jax.draw import animate, contact_sheet, draw, svg_tile
 
 
 @pytest.fixture(scope="module")
@@ -126,3 +126,57 @@ def test_an_animation_goes_to_the_notebook(task, solution):
     animation = animate(task, solution)
     assert animation.gif.startswith(b"GIF8")
     assert 'src="data:image/gif;base64,' in animation._repr_html_()
+
+
+def test_maps_and_places_are_told_in_a_line_and_shown_as_a_picture():
+    place = srt_jax.data.helsinki()
+    assert len(repr(place)) < 200 and "446 obstacles, 446 of them destroyable" in repr(place)
+    assert repr(place.obstacles[0]).startswith("Obstacle(removal cost 1, 1 polygon of ")
+    named = Obstacle.polygon([(0, 0), (1, 0), (1, 1)], name="shed", destroyable=False)
+    assert repr(named) == "Obstacle('shed', indestructible, 1 polygon of 3 points)"
+    svg = re.search(r"<svg.*</svg>", place._repr_html_())[0]
+    assert xml.dom.minidom.parseString(svg).getElementsByTagName("path").length == 446
+
+    free, unknown = np.ones((2, 3), bool), np.zeros((2, 3), bool)
+    free[0, :2], unknown[0, 0] = False, True
+    found = srt_jax.formats.gridmap.GridMap(free, unknown, cell_side=0.05, has_metres=True)
+    assert repr(found) == "GridMap(2 x 3 cells of 0.05 m, 4 of them free, 1 unknown)"
+    assert "data:image/png;base64," in found._repr_html_()
+
+
+def test_what_other_functions_return_is_told_in_a_line(task, tmp_path):
+    assert repr(srt_jax.connect(task)) == (
+        "Connection(destroyed [0], removal cost 1, proven least, 180 cells joined)"
+    )
+    srt_jax.formats.batch.write_batch(tmp_path / "one.npz", srt_jax.stack([task]))
+    assert repr(srt_jax.formats.batch.read_batch(tmp_path / "one.npz")) == (
+        "Batch(Task(batch of 1, 12 x 15 cells, 1 layer, at most 1 obstacle), names ('0'), least"
+        " removal known of 0)"
+    )
+    door = """(define (domain door) (:predicates (closed) (open))
+      (:action push :precondition (closed) :effect (and (open) (not (closed)))))"""
+    wanted = "(define (problem out) (:domain door) (:init (closed)) (:goal (open)))"
+    planning = sign_model.load(door, wanted)
+    assert repr(planning) == (
+        "PlanningTask('out' of 'door', 2 features, 1 action, 1 true at the start, 1 wanted)"
+    )
+    assert re.fullmatch(
+        r"WorldModel\(\d+ signs: .*, \.\.\.\)", repr(sign_model.world_model_of(planning))
+    )
+    assert repr(sign_model.trace(planning)) == (
+        "Trace(by the sign 'landmarks', 1 iteration, plan of 1 step)"
+    )
+    assert repr(sign_model.Memory().learned(planning, ["(push)"])) == "Memory(1 precedent)"
+    with pytest.raises(TypeError, match=r"plan_batch takes a list of tasks, got a single one"):
+        sign_model.plan_batch(planning)
+
+
+def test_a_sheet_and_a_picture_go_to_a_notebook_and_onto_axes(task, solution):
+    from matplotlib.figure import Figure
+
+    sheet = contact_sheet(iter([("a wall", task, solution)] * 2))
+    assert sheet.png.startswith(b"\x89PNG")
+    axes = Figure().subplots()
+    assert draw(task, solution, axes) is None and len(axes.images) == 1
+    with pytest.raises(ValueError, match="onto axes or to a path"):
+        draw(task, solution, "one.png", axes=axes)

@@ -72,14 +72,33 @@ def test_a_plot_is_a_column_wide_and_its_text_is_legible(plot, tmp_path):
 
 
 def test_what_cannot_be_plotted_is_named():
-    with pytest.raises(ValueError, match="no answer has 'height_m'"):
+    with pytest.raises(
+        ValueError, match=r"no column is called 'height_m'.*it has height, is_solved, "
+    ):
         boxes_by_kind(answers(), "height_m")
     with pytest.raises(ValueError, match="24 answers and 1 kinds"):
         boxes_by_kind(answers(["least"]), kinds=["half"])
-    with pytest.raises(ValueError, match="no answer has 'seconds'"):
+    with pytest.raises(ValueError, match=r"'seconds' holds no number: give srt_jax.table sec"):
         time_against_size([row | {"seconds": None} for row in answers()])
+    with pytest.raises(
+        TypeError, match=r"a plot takes the table of srt_jax.table, a pandas or pol"
+    ):
+        boxes_by_kind("answers.csv")
     with pytest.raises(ValueError, match="onto axes or to a path"):
         bound_against_cost(answers(), "plot.png", axes=axes())
+
+
+def test_a_frame_is_as_good_as_the_table_and_axes_as_a_file():
+    pandas = pytest.importorskip("pandas")
+    frame, on_axes = pandas.DataFrame(answers()), axes()
+    assert isinstance(frame["length"][0], float)
+    boxes_by_kind(frame, "length", on_axes)
+    assert [text.get_text() for text in on_axes.get_xticklabels()] == [
+        "half",
+        "double-wall",
+        "bagel",
+    ]
+    assert boxes_by_kind(frame).png == boxes_by_kind(answers()).png
 
 
 def test_kinds_are_read_off_names():

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax import check, envs, make_task, shortest_path, solve, stack, unstack
+from srt_jax import check, envs, make_task, perturbed, shortest_path, solve, stack, unstack
 from srt_jax.envs.rules import act
 from srt_jax.instances.generate import generate
 from srt_jax.moves import MOVES
@@ -289,3 +289,20 @@ def test_what_is_given_wrongly_is_named_with_the_remedy():
         envs.make_levels(np.ones((4, 4), bool))
     with pytest.raises(ValueError, match=r"\[task\] for one"):
         envs.make_levels(jax.tree.map(lambda array: array[0], envs.to_tasks(levels)))
+
+
+def test_what_is_no_random_key_is_told_of_one():
+    env, params = envs.make()
+    smooth = perturbed(jnp.sum, num_samples=2, temperature=1.0)
+    for call in (
+        lambda key: envs.sample_levels(key, count=2, size=12),
+        lambda key: env.reset(key, params),
+        lambda key: envs.evaluate(env, params, lambda key, seen: 4, key),
+        lambda key: smooth(key, jnp.ones(3)),
+    ):
+        with pytest.raises(TypeError, match=r"random key, such as jax\.random\.key\(0\), got"):
+            call(0)
+        with pytest.raises(ValueError, match=r"one JAX random key, got \[2\] of them: take"):
+            call(jax.random.split(jax.random.key(0)))
+    assert repr(env.action_space()) == "Discrete(16)"
+    assert repr(envs.spaces.Box(0, 1, (2,))) == "Box(0, 1, (2,), float32)"

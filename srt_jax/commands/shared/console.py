@@ -39,6 +39,15 @@ def be_quiet(is_quiet: bool) -> None:
     _QUIET["is_quiet"] = is_quiet
 
 
+def took(seconds: float, *, compiles: bool = True) -> str:
+    """Returns how long it took, to be put into a line of results; nothing where it is to be
+    quiet.
+    """
+    if _QUIET["is_quiet"]:
+        return ""
+    return f" in {seconds:.2f} s" + (", compiling included" if compiles else "")
+
+
 def printer() -> "Console":
     """Returns the console for results; as wide as the terminal, and never narrower than a table
     needs when there is none.

@@ -166,7 +166,6 @@ def _reading(
             metavar="0..255",
             rich_help_panel=_PLACES,
             help="Shade from which on a pixel is light.",
-            show_default="128",
         ),
     ] = 128.0,
     unknown: Annotated[

@@ -23,6 +23,7 @@ from srt_jax.commands.shared.console import (
     say_json,
     say_wrapped,
     show_progress,
+    took,
 )
 from srt_jax.formats.shared.whole_files import make_folder
 from srt_jax.geometry.frame import Frame
@@ -86,8 +87,8 @@ def report(
                 )
             progress(1)
     records = [
-        as_record(name, task, solution, cell_side=side, approach=near)
-        for (name, task), solution, side, near in zip(tasks, solutions, sides, nears)
+        as_record(name, task, solution, cell_side=side, frame=frame, approach=near)
+        for (name, task), solution, side, frame, near in zip(tasks, solutions, sides, known, nears)
     ]
     # All files first: a standard output that is closed or full loses none of them.
     wrote: list[str] = []
@@ -97,6 +98,7 @@ def report(
         wrote += _write_page(html, tasks, solutions, records, nears, seconds, quiet=as_json)
     for file in (results,) if results else ():
         write_results(file, records)
+        wrote.append(f"Wrote {file}: the answers.")
     if path:
         name, task = tasks[0]
         write_path(path, task, solutions[0], known[0], approach=nears[0], name=name)
@@ -194,10 +196,7 @@ def _print_table(
         for status, count in Counter(record["status"] for record in records).most_common()
     )
     number = f"{len(records)} task{'s' if len(records) > 1 else ''}"
-    say_wrapped(
-        console,
-        f"{number} in {seconds:.2f} s, compiling included: {counts}; every answer replayed.",
-    )
+    say_wrapped(console, f"{number}{took(seconds)}: {counts}; every answer replayed.")
     if len(records) == 1:
         say_wrapped(console, records[0]["explanation"])
 
