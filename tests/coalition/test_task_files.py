@@ -9,11 +9,11 @@ import pytest
 
 from srt_jax.cli import run
 from srt_jax.coalition import (
-    files,
     helpers,
     make_coalition,
     read_coalitions,
     stack_coalitions,
+    task_files,
     write_coalitions,
 )
 from srt_jax.coalition.task_files import holds_coalitions
@@ -80,7 +80,7 @@ def test_a_document_of_a_coalition_is_recognised_by_its_members(tmp_path, conten
 def test_a_document_that_cannot_be_one_is_not_parsed(tmp_path, monkeypatch):
     path = tmp_path / "world.json"
     path.write_text(json.dumps({"format": "srt-jax world"}))
-    monkeypatch.setattr(files, "read_json", lambda *_: pytest.fail("parsed"))
+    monkeypatch.setattr(task_files, "read_json", lambda *_: pytest.fail("parsed"))
     assert not holds_coalitions(path)
 
 
