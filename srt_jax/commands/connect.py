@@ -8,6 +8,7 @@ import numpy as np
 import typer
 
 from sign_model.foundation.legible import counted
+from srt_jax.answers.doubts import doubts_of
 from srt_jax.check import check_connection
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import printer, say, say_json, say_wrapped, waiting
@@ -15,6 +16,7 @@ from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.connecting.connect import Connection
 from srt_jax.connecting.connect import connect as connect_task
+from srt_jax.formats.notes import Notes
 from srt_jax.formats.reading import Reading
 from srt_jax.geometry.frame import Frame
 from srt_jax.robots.ends import as_end, cell_in
@@ -71,6 +73,10 @@ def connect(
     problems = check_connection(task, found, cells, min_cells=min_cells)
     if problems:
         raise AssertionError(f"{name}: the replay says: {problems[0]}")
+    doubts = Notes()
+    if destroyable is None and reading.labels is None:
+        doubts = doubts_of(tasks, [found.destroyed], frames)
+        notes = [*notes, *doubts.records("answers")]
     if out:
         from srt_jax.draw.connection import draw_connection
 
@@ -81,6 +87,8 @@ def connect(
         say_wrapped(printer(), _sentence(name, found, cells, frame))
         if out:
             say(f"Wrote {out}.")
+        for doubt in doubts:
+            say_wrapped(printer(), f"Note: {doubt}.")
     return int(found.removal_cost == np.inf)
 
 

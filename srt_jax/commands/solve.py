@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from sign_model.foundation.legible import counted
@@ -179,7 +180,8 @@ def solve(
     seconds = time.perf_counter() - begin
     doubts = Notes()
     if destroyable is None and reading.labels is None and reading.block is None:
-        doubts = doubts_of(tasks, solutions, frames)
+        gone = [np.asarray(s.destroyed)[: int(s.num_destroyed)].tolist() for s in solutions]
+        doubts = doubts_of(tasks, gone, frames)
         notes = [*notes, *doubts.records("answers")]
     records = report(
         tasks,

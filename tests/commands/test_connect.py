@@ -37,6 +37,17 @@ def task():
     return make_task(labels, (0, 0), (0, 8), removal_cost=[1.0, 1.0, 5.0])
 
 
+def test_walls_up_to_the_edge_are_noted_unless_it_is_said_what_can_go(rooms, tmp_path, capsys):
+    walls = tmp_path / "walls.map"
+    walls.write_text(ROOMS.replace("..@...@..", "..@@@@@..", 1), encoding="ascii")
+    assert run(["connect", str(walls)]) == 0
+    assert "perhaps its walls" in capsys.readouterr().out
+    assert run(["connect", str(walls), "--json"]) == 0
+    assert "perhaps its walls" in json.loads(capsys.readouterr().out)["notes"][0]["what"]
+    assert run(["connect", rooms]) == 0  # either wall is no more than half of what is blocked
+    assert "perhaps its walls" not in capsys.readouterr().out
+
+
 def test_all_regions_or_those_named_are_joined_and_drawn(rooms, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     picture = tmp_path / "joined.png"
