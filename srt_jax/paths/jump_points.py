@@ -78,9 +78,9 @@ _DOWN = np.array([1, 1, -1, -1], np.int32).astype(np.uint32)
 _RIGHT = np.array([1, -1, 1, -1], np.int32).astype(np.uint32)
 
 
-def _moves_to_try() -> np.ndarray:
-    """uint32 [16]: the moves from a corner, by the run that reaches it and, bits 2 and 3, whether
-    there is a wall in the line before and behind.
+def moves_to_try() -> np.ndarray:
+    """Returns uint32 [16]: the moves from a corner, by the run that reaches it and, bits 2 and 3,
+    whether there is a wall in the line before and behind. Bits 0 to 3 are runs, 4 to 7 diagonals.
     """
     right, down, left, up, down_right, down_left, up_right, up_left = (1 << i for i in range(8))
     before = (up | up_right, left | down_left, up | up_left, left | up_left)
@@ -459,7 +459,7 @@ def _taker(
     """A function that takes the next corner to expand out of the queue; when it is done with, one
     of those that wait outside.
     """
-    moves_to_try = jnp.asarray(_moves_to_try())
+    table = jnp.asarray(moves_to_try())
     ring = np.uint32(buckets - 1)
 
     def take(search: _Search) -> _Search:
@@ -493,7 +493,7 @@ def _taker(
         leg = write(leg, jnp.where(is_outside, own & ~_WAITS, own), cell)
         # an entry is out of date where a shorter way has come by another run
         is_current = is_queued & ((own >> (entry & np.uint32(3))) & _ONE != 0)
-        todo = jnp.where(is_current, read(moves_to_try, entry & np.uint32(15)), jnp.uint32(0))
+        todo = jnp.where(is_current, read(table, entry & np.uint32(15)), jnp.uint32(0))
         num_outside = queue.num_outside - is_outside.astype(jnp.uint32)
         return _Search(
             is_queued | (queue.num_outside != 0),

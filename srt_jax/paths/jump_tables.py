@@ -63,7 +63,7 @@ def jump_tables(free: Array, goal: Array, width: int) -> JumpTables:
     margin = max(tall, wide) + 1
     both = jnp.zeros(2 * size + 2 * margin, jnp.uint32)
     both = lax.dynamic_update_slice(both, rows.reshape(-1), (margin,))
-    both = lax.dynamic_update_slice(both, _transposed(rows).reshape(-1), (margin + size,))
+    both = lax.dynamic_update_slice(both, transposed(rows).reshape(-1), (margin + size,))
 
     # squares have lines of one length in both layouts: one loop for all
     parts = [(tall, wide), (wide, tall)] if tall != wide else [(2 * tall, wide)]
@@ -81,9 +81,9 @@ def jump_tables(free: Array, goal: Array, width: int) -> JumpTables:
     return tables._replace(ahead=ahead)
 
 
-def _transposed(rows: Array) -> Array:
-    """The bit map by columns: each block of 32 lines by exchanging halves, halves of halves and so
-    on.
+def transposed(rows: Array) -> Array:
+    """Returns the bit map by columns of one by rows, uint32 [32 * tall, wide] -> [32 * wide, tall]:
+    each block of 32 lines by exchanging halves, halves of halves and so on.
     """
     lines, words = rows.shape
 

@@ -17,7 +17,8 @@ from srt_jax.propagation.lengths import UNREACHED as NO_PATH
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
 from srt_jax.tolls.break_or_round import Found, search
-from srt_jax.tolls.spread import UNREACHED, Size, ground_of
+from srt_jax.tolls.leaps import UNREACHED, most_labels
+from srt_jax.tolls.memory import Metric
 from srt_jax.types import Array, Task
 
 
@@ -46,7 +47,14 @@ class _Ways(NamedTuple):
 
 
 def least_total(
-    task: Task, toll: Array, room: Array, among: Array, *, capacity: int, max_nodes: int
+    task: Task,
+    toll: Array,
+    room: Array,
+    among: Array,
+    free: Array,
+    *,
+    capacity: int,
+    max_nodes: int,
 ) -> LeastTotal:
     """Returns the least total of every task in `among` (bool [B]), whose start is free and whose
     goal is on the map.
@@ -54,13 +62,14 @@ def least_total(
     Args:
       toll: float32 [B], what one unit of removal cost is worth in cell sides.
       room: int32 [B], how many of the `capacity` cells a route may use.
+      free: uint32 [B, H, words], the cells free with nothing gone, packed.
       max_nodes: searches, at most.
     """
     price = jnp.where(task.destroyable, task.removal_cost * toll[:, None], jnp.inf)
     one_map = functools.partial(_of_map, capacity=capacity, max_nodes=max_nodes)
     # As many as fit a map of the task's own size: padding changes nothing.
-    num_labels = ((task.size + 2).prod(axis=1, dtype=jnp.int32) // 2).astype(jnp.uint32)
-    args = (price, task.start, task.goal, room, among, num_labels)
+    num_labels = most_labels(task.size[:, 0], task.size[:, 1]).astype(jnp.uint32)
+    args = (price, task.start, task.goal, room, among, num_labels, free)
     return LeastTotal(*obstacles.of_all(one_map, task.labels, *args))
 
 
@@ -72,16 +81,17 @@ def _of_map(
     room: Array,
     is_requested: Array,
     num_labels: Array,
+    free: Array,
     *,
     capacity: int,
     max_nodes: int,
 ) -> tuple:
     """The answer on one map; price float32 [M]."""
     num_obstacles = len(price)
-    size = Size(*labels.all.shape[2:])
+    width = labels.all.shape[3]
     # The units, in which the longest route over whatever can be opened is held.
     openable = obstacles.open_cells(labels, price < jnp.inf)
-    scale = jnp.asarray(fixed_point.finest_scale_within(openable, size.width), jnp.int32)
+    scale = jnp.asarray(fixed_point.finest_scale_within(openable, width), jnp.int32)
     straight, diagonal = (cost.astype(jnp.uint32) for cost in fixed_point.pairs(scale))
     tolls = entry.in_units(price, straight)
 
@@ -95,9 +105,8 @@ def _of_map(
         is_first = phase == 0
 
         def look() -> Found:
-            own = lax.dynamic_index_in_dim(labels.all, labels.which, keepdims=False)
-            ground = ground_of(own, straight, diagonal, start, goal, size)
-            return search(ground, tolls, size, max_nodes, way_round, num_labels)
+            metric = Metric(straight, diagonal, start, goal)
+            return search(labels, free, tolls, metric, max_nodes, way_round, num_labels)
 
         # Whoever breaks goes as far as the octile distance and pays the least toll.
         way_round = state.found.total
@@ -108,9 +117,11 @@ def _of_map(
         is_new = is_requested & (is_first | (found.total < state.found.total))
 
         def walk() -> tuple[Route, Array, Array]:
-            free = obstacles.open_cells(labels, found.gone)
+            passable = lax.cond(
+                is_first, lambda: free, lambda: obstacles.open_cells(labels, found.gone)
+            )
             cells, num_cells, units, own_scale = exact_path_of_map(
-                free, start, goal, size.width, capacity
+                passable, start, goal, width, capacity
             )
             is_there = units != NO_PATH
             cost = fixed_point.length_where(is_there, units, own_scale)

@@ -1,0 +1,138 @@
+"""What a search remembers of the obstacles that it has paid for: a bit for each, and what having
+paid for it is worth.
+
+Where more than 32 obstacles need memory, some share a bit, as if they were one obstacle of the
+least of their tolls: whoever has paid for one of them enters the others free of charge.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from srt_jax.types import Array
+
+REMEMBERED = 32
+"""Bits of a label's memory."""
+
+_NO_TOLL = np.uint32(2**32 - 1)
+
+
+class Memory(NamedTuple):
+    """What labels remember. bits: uint32 [M + 2], of each label + 2, 0 where it is not remembered.
+    toll: uint32 [32], of each bit. boxes: int32 [32, 4], what it may pay for lies in: the least and
+    greatest rows, the least and greatest columns. beyond: uint32 [32], the length of a way from
+    there to the goal at least.
+    """
+
+    bits: Array
+    toll: Array
+    boxes: Array
+    beyond: Array
+
+
+class Metric(NamedTuple):
+    """straight, diagonal: uint32 [], lengths of moves. start, goal: int32 [2], cells."""
+
+    straight: Array
+    diagonal: Array
+    start: Array
+    goal: Array
+
+
+def octile(rows: Array, cols: Array, metric: Metric) -> Array:
+    """Returns the octile distance, uint32 of the common shape, of differences that are not
+    negative.
+    """
+    down, right = rows.astype(jnp.uint32), cols.astype(jnp.uint32)
+    low, high = jnp.minimum(down, right), jnp.maximum(down, right)
+    return high * metric.straight + low * (metric.diagonal - metric.straight)
+
+
+def to_boxes(row: Array, col: Array, boxes: Array, metric: Metric) -> Array:
+    """Returns the octile distance of a cell, int32 [] twice, to each box, int32 [N, 4]: uint32 [N].
+
+    A way that needs an obstacle gone comes to one of its cells, or passes it across a corner, a
+    straight move's distance off: so the box is taken as larger by a cell.
+    """
+    rows, cols = (
+        jnp.maximum(jnp.maximum(low - place, place - high) - 1, 0)
+        for low, high, place in ((boxes[:, 0], boxes[:, 1], row), (boxes[:, 2], boxes[:, 3], col))
+    )
+    return octile(rows, cols, metric)
+
+
+def memory_of(which: Array, tolls: Array, boxes: Array, metric: Metric) -> Memory:
+    """Returns the memory for the obstacles `which`, bool [M]: a bit for each, or, where there are
+    too many, for all at about the same depth.
+
+    Args:
+      tolls: uint32 [M]. boxes: int32 [M, 4], as in `shapes`.
+    """
+    rank = jnp.cumsum(which.astype(jnp.int32), dtype=jnp.int32) - 1
+    # How far along the way from start to goal: of those side by side a good way takes one.
+    ahead = jnp.sign(metric.goal - metric.start)
+    middles = (boxes[:, ::2] + boxes[:, 1::2]) // 2
+    depth = (middles * ahead[None]).sum(axis=1, dtype=jnp.int32)
+    least = jnp.min(jnp.where(which, depth, jnp.int32(2**20)))
+    most = jnp.max(jnp.where(which, depth, jnp.int32(-(2**20))))
+    part = (jnp.where(which, depth, least) - least) * REMEMBERED // jnp.maximum(most - least + 1, 1)
+    bit = jnp.where(jnp.max(rank) < REMEMBERED, rank, part).clip(0, REMEMBERED - 1)
+    bits = jnp.where(which, jnp.uint32(1) << bit.astype(jnp.uint32), jnp.uint32(0))
+    away = jnp.array(np.array([[1, -1, 1, -1]], np.int32))
+    far = jnp.int32(2**24)
+
+    def of_bit(k: Array) -> tuple[Array, Array]:
+        has = which & (bit == k)
+        box = jnp.min(jnp.where(has[:, None], boxes * away, far), axis=0) * away[0]
+        return jnp.min(jnp.where(has, tolls, _NO_TOLL)), box
+
+    toll, shared = lax.map(of_bit, jnp.arange(REMEMBERED, dtype=jnp.int32))
+    # One that stands for nothing lies beyond all limits.
+    is_used = toll < _NO_TOLL
+    shared = jnp.where(is_used[:, None], shared, 0)
+    beyond = to_boxes(metric.goal[0], metric.goal[1], shared, metric)
+    return Memory(
+        jnp.concatenate([jnp.zeros(2, jnp.uint32), bits]),
+        jnp.where(is_used, toll, jnp.uint32(0)),
+        shared,
+        beyond,
+    )
+
+
+def shared_of(memory: Memory) -> Array:
+    """Returns which obstacles share a bit with another one: bool [M]."""
+    bits = memory.bits[2:]
+    single = jnp.uint32(1) << jnp.arange(REMEMBERED, dtype=jnp.uint32)
+    has = bits[:, None] & single[None] != 0
+    is_shared = has.sum(axis=0, dtype=jnp.int32) > 1
+    return (has & is_shared[None]).any(axis=1)
+
+
+def useful(bits: Array, row: Array, col: Array, total: Array, limit: Array, own: "Bits") -> Array:
+    """Returns which of the bits may be worth something at a cell that `total` leads to: those of
+    obstacles that a way within the limit may still come to.
+    """
+    far = total + to_boxes(row, col, own.memory.boxes, own.metric) + own.memory.beyond
+    mask = jnp.sum(jnp.where(far <= limit, own.single, jnp.uint32(0)), dtype=jnp.uint32)
+    return bits & mask
+
+
+def worth(bits: Array, own: "Bits") -> Array:
+    """Returns the sum of the tolls of bits, uint32 []."""
+    has = bits & own.single != 0
+    return jnp.sum(jnp.where(has, own.memory.toll, jnp.uint32(0)), dtype=jnp.uint32)
+
+
+class Bits(NamedTuple):
+    """single: uint32 [32], each bit alone."""
+
+    memory: Memory
+    metric: Metric
+    single: Array
+
+
+def bits_of(memory: Memory, metric: Metric) -> Bits:
+    """Returns what `useful` and `worth` look up."""
+    return Bits(memory, metric, jnp.uint32(1) << jnp.arange(REMEMBERED, dtype=jnp.uint32))
