@@ -339,27 +339,28 @@ def _advancer(
 
     def door(row: Array, col: Array, to_row: Array, to_col: Array, paid: Array) -> tuple:
         """What the move pays, the bits of what it needs gone, and whether it needs any that the
-        cell before does not lie in and that is not paid for.
+        cell before does not lie in and that is not known to be paid for.
         """
         cells = ((row, col), (to_row, to_col), (row, to_col), (to_row, col))
         owners = [[owner_at(layer, *cell) for layer in range(num_layers)] for cell in cells]
         known, low, high = owners[0], jnp.uint32(0), jnp.uint32(0)
-        behind, is_new = jnp.uint32(0), jnp.bool_(False)
+        behind, is_door = jnp.uint32(0), jnp.bool_(False)
         for ids in owners[1:]:
             for i, owner in enumerate(ids):
                 place = (owner + 2).astype(jnp.uint32)
                 held = read(bits, place)
-                others = [*known, *ids[:i]]
-                is_one = (owner != -1) & (held & paid == 0)
-                for other in others:
-                    is_one = is_one & (owner != other)
-                # Obstacles that share a bit are paid for together.
-                toll = jnp.where(is_one & (held & behind == 0), read(asked, place), jnp.uint32(0))
+                is_new = owner != -1
+                for other in [*known, *ids[:i]]:
+                    is_new = is_new & (owner != other)
+                # Obstacles that share a bit are paid for together, but each is noted.
+                is_open = held & (paid | behind) != 0
+                toll = jnp.where(is_new & ~is_open, read(asked, place), jnp.uint32(0))
                 low, high = low + (toll & np.uint32(0xFFFF)), high + (toll >> np.uint32(16))
                 behind = behind | held
-                is_new = is_new | is_one
+                is_known = held & paid & ~own.memory.shared != 0
+                is_door = is_door | (is_new & ~is_known)
             known = [*known, *ids]
-        return entry.joined(low, high), behind, is_new
+        return entry.joined(low, high), behind, is_door
 
     def advance(
         leg: _Leg, held: _Labels, place: tuple, paid: Array, label: Array, bucket: Array

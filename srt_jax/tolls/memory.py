@@ -23,13 +23,14 @@ class Memory(NamedTuple):
     """What labels remember. bits: uint32 [M + 2], of each label + 2, 0 where it is not remembered.
     toll: uint32 [32], of each bit. boxes: int32 [32, 4], what it may pay for lies in: the least and
     greatest rows, the least and greatest columns. beyond: uint32 [32], the length of a way from
-    there to the goal at least.
+    there to the goal at least. shared: uint32 [], the bits of several obstacles.
     """
 
     bits: Array
     toll: Array
     boxes: Array
     beyond: Array
+    shared: Array
 
 
 class Metric(NamedTuple):
@@ -83,31 +84,30 @@ def memory_of(which: Array, tolls: Array, boxes: Array, metric: Metric) -> Memor
     away = jnp.array(np.array([[1, -1, 1, -1]], np.int32))
     far = jnp.int32(2**24)
 
-    def of_bit(k: Array) -> tuple[Array, Array]:
+    def of_bit(k: Array) -> tuple[Array, Array, Array]:
         has = which & (bit == k)
+        is_shared = has.sum(dtype=jnp.int32) > 1
         box = jnp.min(jnp.where(has[:, None], boxes * away, far), axis=0) * away[0]
-        return jnp.min(jnp.where(has, tolls, _NO_TOLL)), box
+        toll = jnp.min(jnp.where(has, tolls, _NO_TOLL))
+        return toll, box, jnp.where(is_shared, jnp.uint32(1) << k.astype(jnp.uint32), jnp.uint32(0))
 
-    toll, shared = lax.map(of_bit, jnp.arange(REMEMBERED, dtype=jnp.int32))
+    toll, own, shared = lax.map(of_bit, jnp.arange(REMEMBERED, dtype=jnp.int32))
     # One that stands for nothing lies beyond all limits.
     is_used = toll < _NO_TOLL
-    shared = jnp.where(is_used[:, None], shared, 0)
-    beyond = to_boxes(metric.goal[0], metric.goal[1], shared, metric)
+    own = jnp.where(is_used[:, None], own, 0)
+    beyond = to_boxes(metric.goal[0], metric.goal[1], own, metric)
     return Memory(
         jnp.concatenate([jnp.zeros(2, jnp.uint32), bits]),
         jnp.where(is_used, toll, jnp.uint32(0)),
-        shared,
+        own,
         beyond,
+        jnp.sum(shared, dtype=jnp.uint32),
     )
 
 
 def shared_of(memory: Memory) -> Array:
     """Returns which obstacles share a bit with another one: bool [M]."""
-    bits = memory.bits[2:]
-    single = jnp.uint32(1) << jnp.arange(REMEMBERED, dtype=jnp.uint32)
-    has = bits[:, None] & single[None] != 0
-    is_shared = has.sum(axis=0, dtype=jnp.int32) > 1
-    return (has & is_shared[None]).any(axis=1)
+    return memory.bits[2:] & memory.shared != 0
 
 
 def useful(bits: Array, row: Array, col: Array, total: Array, limit: Array, own: "Bits") -> Array:
