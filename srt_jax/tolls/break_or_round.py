@@ -1,8 +1,8 @@
 """Break or go round: the least sum of a route's length and of the tolls of what it destroys.
 
 The way round is the first answer. A search that remembers what is paid for (`leaps`) looks for a
-better one; not where no obstacle could be part of it, since its toll and the octile distance over it
-are too dear together (`shapes`). It finds and proves the least sum, unless more obstacles matter
+better one; not where no obstacle could be part of it, since its toll and the octile distance over
+it are too dear together (`shapes`). It finds and proves the least sum, unless more obstacles matter
 than it can remember one by one, or it runs out of room. Then branch and bound goes on:
 
 - a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is
@@ -111,7 +111,7 @@ def search(
         # Only a way that is better than the best so far; what could not be part of one stays.
         limit = jnp.where(paid < state.best, state.best - paid, jnp.uint32(0))
         places = places_of(labels, changes, asked, metric, limit)
-        matters = places.nearest < UNREACHED
+        matters = places.matters
 
         def look() -> _Look:
             # What may be entered twice.

@@ -26,24 +26,23 @@ from srt_jax.engine import packing
 from srt_jax.engine.in_place import read
 from srt_jax.obstacles import Labels
 from srt_jax.tolls import entry
-from srt_jax.tolls.memory import Metric, octile
+from srt_jax.tolls.memory import Metric, octile, to_boxes
 from srt_jax.tolls.stops import Changes
 from srt_jax.types import FREE, Array
 
-_ONE, _TOP, _ALL = np.uint32(1), np.uint32(31), np.uint32(2**32 - 1)
-_FAR = np.int32(2**31 - 1)
+_ONE, _TOP = np.uint32(1), np.uint32(31)
+_FAR = np.int32(2**30)
 
 
 class Places(NamedTuple):
     """Where a way within a limit may need each obstacle gone.
 
-    nearest: uint32 [M], the length that a way through it has at least; `entry.CLOSED` where there
-      is none within the limit.
+    matters: bool [M], whether one may at all.
     boxes: int32 [M, 4], the bounding box of the cells that such a way comes to: the least and
-      greatest rows, the least and greatest columns; all 0 where there is none.
+      greatest rows, the least and greatest columns; all 0 where it does not matter.
     """
 
-    nearest: Array
+    matters: Array
     boxes: Array
 
 
@@ -55,60 +54,31 @@ def places_of(
     A way through a cell is no shorter than the octile distances from the start to it and from there
     to the goal, but that a way that cuts a corner of a cell passes it at a straight move's
     distance, before and behind, instead of one diagonal: that much less. The cells for which that
-    and the least toll are within the limit are an interval of each row. Of an obstacle's cells
-    there only those of the rim are looked at, beside which labels differ: there lies the least, and
-    there the box ends, or at the end of an interval.
-
-    Without a way round there is no limit but `entry.CLOSED`. Then upper left and lower right corners
-    are enough: the first cells of the uppermost row and of the leftmost column are of the one kind,
-    the last ones of the other.
+    and the least toll are within the limit are an interval of each row. There the first and the
+    last cell of each piece that an obstacle has of the row are looked at.
 
     Args:
       tolls: uint32 [M], `entry.CLOSED` of what must stay.
       limit: uint32 [], at most `entry.CLOSED`; a way is within it whose sum is less.
     """
     num_obstacles, (height, width) = len(tolls), labels.all.shape[2:]
-    is_limited = limit < entry.CLOSED
-    less = 2 * metric.straight - metric.diagonal
-    sure = jnp.abs(metric.start - metric.goal)
-    sure = octile(sure[0], sure[1], metric)
+    inside = _intervals(metric, limit - jnp.minimum(limit, jnp.min(tolls)), height, width)
+    along, _, owned = changes
+    ends = along | _following(along) | (inside & ~(_following(inside) & _before(inside)))
+    first = jnp.array(np.arange(along.shape[1]) == 0).astype(jnp.uint32)
+    asked = inside & owned & (ends | first[None])
 
-    def through(row: Array, col: Array) -> Array:
-        """The octile distance from the start over a cell to the goal, less that, at least."""
-        over = sum(
-            octile(jnp.abs(row - cell[0]), jnp.abs(col - cell[1]), metric)
-            for cell in (metric.start, metric.goal)
-        )
-        return jnp.where(is_limited, over - jnp.minimum(over, less), sure)
-
-    inside = _intervals(through, metric, limit - jnp.minimum(limit, jnp.min(tolls)), height, width)
-    along, down, owned = changes
-    before = (along << _ONE) | jnp.pad(along[:, :-1] >> _TOP, ((0, 0), (1, 0)))
-    before = before | jnp.array(np.arange(along.shape[1]) == 0).astype(jnp.uint32)[None]
-    above = jnp.concatenate([jnp.full_like(down[:1], _ALL), down[:-1]])
-    corners = (above & before) | (down & along)
-    # The first and the last of each interval stand for the cells between changes beside its ends.
-    asked = jnp.where(is_limited, inside & (along | down | before | above | _ends(inside)), corners)
-    asked = asked & owned
-
-    def columns(row: Array, col: Array, owner: Array, is_one: Array) -> tuple[Array, Array]:
-        own = through(row, col)
-        toll = jnp.take(tolls, owner, mode="clip")
-        is_within = is_one & (toll < entry.CLOSED) & (own + toll < limit)
-        at = jnp.where(is_within, owner, num_obstacles).astype(jnp.uint32)
-        return at, jnp.stack([row, -row, col, -col, own.astype(jnp.int32), row, row, row], axis=-1)
-
-    least = jnp.full((num_obstacles + 1, 8), _FAR, jnp.int32)
+    least = jnp.full((num_obstacles + 1, 4), _FAR, jnp.int32)
     if runs_in_place():
 
         def visit(least: Array, row: Array, col: Array, is_set: Array) -> Array:
             row, col = row.astype(jnp.int32), col.astype(jnp.int32)
+            new = jnp.stack([row, -row, col, -col])[None]
             for layer in range(labels.all.shape[1]):
                 owner = labels.at(layer, row, col)
-                at, new = columns(row, col, owner, is_set & (owner >= 0))
+                at = jnp.where(is_set & (owner >= 0), owner, num_obstacles).astype(jnp.uint32)
                 old = apart(_row_of)(least, at)
-                new = jnp.minimum(old, new[None])
-                least = lax.dynamic_update_slice(least, new, (at, jnp.uint32(0)))
+                least = lax.dynamic_update_slice(least, jnp.minimum(old, new), (at, jnp.uint32(0)))
             return least
 
         least = _for_each_set(asked, visit, least)
@@ -116,57 +86,64 @@ def places_of(
         owner = labels.all[labels.which]
         is_one = packing.unpack(asked[None], width) & (owner >= 0)
         rows, cols = (jnp.broadcast_to(x, owner.shape) for x in jnp.indices((height, width)))
-        at, new = columns(rows.astype(jnp.int32), cols.astype(jnp.int32), owner, is_one)
-        least = least.at[at].min(new)
+        new = jnp.stack([rows, -rows, cols, -cols], axis=-1).astype(jnp.int32)
+        least = least.at[jnp.where(is_one, owner, num_obstacles)].min(new)
     least = least[:num_obstacles]
-    is_there = least[:, 4] < _FAR
-    nearest = jnp.where(is_there, least[:, 4].astype(jnp.uint32), jnp.uint32(entry.CLOSED))
+    is_there = (least[:, 0] < _FAR) & (tolls < entry.CLOSED)
     signs = jnp.array(np.array([[1, -1, 1, -1]], np.int32))
-    boxes = jnp.where(is_there[:, None], least[:, :4] * signs, 0)
-    return Places(nearest, boxes)
+    boxes = jnp.where(is_there[:, None], least * signs, 0)
+    # One whose toll is not the least may be too dear all the same.
+    over = sum(to_boxes(cell[0], cell[1], boxes, metric) for cell in (metric.start, metric.goal))
+    matters = is_there & (over + tolls < limit)
+    return Places(matters, jnp.where(matters[:, None], boxes, 0))
 
 
-def _intervals(through: Callable, metric: Metric, most: Array, height: int, width: int) -> Array:
-    """The cells through which a way may be no longer than `most`, uint32 [H, words]: an interval of
+def _before(mask: Array) -> Array:
+    """The mask moved by a column to the left: whether the next cell is in it."""
+    return (mask >> _ONE) | jnp.pad(mask[:, 1:] << _TOP, ((0, 0), (0, 1)))
+
+
+def _following(mask: Array) -> Array:
+    """The mask moved by a column to the right: whether the cell before is in it."""
+    return (mask << _ONE) | jnp.pad(mask[:, :-1] >> _TOP, ((0, 0), (1, 0)))
+
+
+def _intervals(metric: Metric, most: Array, height: int, width: int) -> Array:
+    """The cells through which a way may be less than `most` long, uint32 [H, words]: an interval of
     each row, since the length is convex.
     """
-    rows = jnp.arange(height, dtype=jnp.int32)
-    aside = [jnp.abs(rows - cell[0]) for cell in (metric.start, metric.goal)]
+    rows = jnp.arange(height, dtype=jnp.int32)[None]
+    ends = (metric.start, metric.goal)
+    less = 2 * metric.straight - metric.diagonal
+
+    def is_near(cols: Array) -> tuple[Array, Array]:
+        over = sum(
+            octile(jnp.abs(rows - cell[0]), jnp.abs(cols - cell[1]), metric) for cell in ends
+        )
+        return over, over - jnp.minimum(over, less) < most
+
     # Between its bends it is straight, so that it is least at one of these.
-    bends = [
-        (cell[1] + sign * by).clip(0, width - 1)
-        for cell, by in zip((metric.start, metric.goal), aside)
-        for sign in (-1, 0, 1)
-    ]
-    lengths = [through(rows, bend) for bend in bends]
-    least, middle = lengths[0], bends[0]
-    for length, bend in zip(lengths[1:], bends[1:]):
-        middle = jnp.where(length < least, bend, middle)
-        least = jnp.minimum(length, least)
+    bends = jnp.concatenate(
+        [cell[1] + sign * jnp.abs(rows - cell[0]) for cell in ends for sign in (-1, 0, 1)]
+    ).clip(0, width - 1)
+    over, are_near = is_near(bends)
+    is_least = over == jnp.min(over, axis=0, keepdims=True)
+    middle = jnp.min(jnp.where(is_least, bends, jnp.int32(width)), axis=0, keepdims=True)
+    is_any = are_near.any(axis=0)
 
     # How far it reaches to either side: bisection.
     steps = max(width - 1, 1).bit_length()
+    sides = jnp.array(np.array([[-1], [1]], np.int32))
 
-    def halve(i: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
-        by = jnp.int32(1) << (steps - 1 - i)
-        left, right = (jnp.where(j, end + by, end - by) for j, end in enumerate(ends))
-        return (
-            jnp.where((left >= 0) & (through(rows, left) <= most), left, ends[0]),
-            jnp.where((right < width) & (through(rows, right) <= most), right, ends[1]),
-        )
+    def halve(i: Array, reach: Array) -> Array:
+        farther = reach + (sides << (steps - 1 - i))
+        is_on_row = (farther >= 0) & (farther < width)
+        return jnp.where(is_on_row & is_near(farther)[1], farther, reach)
 
-    left, right = repeat(steps, halve, (middle, middle))
+    left, right = repeat(steps, halve, jnp.broadcast_to(middle, (2, height)))
     words = num_words(width)
     cells = packing.bits_inside(right + 1, words) & ~packing.bits_inside(left, words)
-    return jnp.where((least <= most)[:, None], cells, jnp.uint32(0))
-
-
-def _ends(inside: Array) -> Array:
-    """The first and the last of each row, and those that have none above or below."""
-    left = (inside << _ONE) | jnp.pad(inside[:, :-1] >> _TOP, ((0, 0), (1, 0)))
-    right = (inside >> _ONE) | jnp.pad(inside[:, 1:] << _TOP, ((0, 0), (0, 1)))
-    above, below = jnp.pad(inside[:-1], ((1, 0), (0, 0))), jnp.pad(inside[1:], ((0, 1), (0, 0)))
-    return inside & ~(left & right & above & below)
+    return jnp.where(is_any[:, None], cells, jnp.uint32(0))
 
 
 def rectangles_of(labels: Labels, changes: Changes, boxes: Array, among: Array) -> Array:

@@ -1,10 +1,10 @@
 """Where straight runs over labelled cells have to stop, as bit maps: where labels change, and at
 corners.
 
-Bit maps lie as those of `paths.jump_tables`, by rows and by columns, and runs are numbered as there.
-A run stops at the first cell whose labels are not those of the cell before, which may have to be
-paid for, or left; at a corner, beside which, to one side, obstacles have just ended or become
-others; at the goal; and outside the map.
+Bit maps lie as those of `paths.jump_tables`, by rows and by columns, and runs are numbered as
+there. A run stops at the first cell that obstacles cover which do not all cover the cell before,
+and may have to be paid for; at a corner, beside which, to one side, obstacles have just ended or
+become others; at the goal; and outside the map.
 """
 
 from typing import NamedTuple
@@ -108,7 +108,7 @@ def stops_of(changes: Changes, goal: Array, width: int) -> Stops:
 
     along, down = padded(changes.along, np.uint32(0)), padded(changes.down, np.uint32(0))
     owned = padded(changes.owned, _ALL) | beyond[None]
-    by_cols = [transposed(mask) for mask in (along, down, owned)]
+    by_cols = jnp.split(transposed(jnp.concatenate([along, down, owned], axis=1)), 3)
     # A line and the next one differ, so that no run goes on from one to the other.
     lines = in_both(_closed(along), _closed(by_cols[1]))
     across, owned = in_both(down, by_cols[0]), in_both(owned, by_cols[2])
@@ -161,10 +161,12 @@ def _strips(
             ((own >> _ONE) | (following << _TOP)) & side
             for (_, own, following), side in zip(walls, (above, below))
         ]
-        changed = (here << _ONE) | (near(along, 0, -1) >> _TOP)
+        # Who leaves an obstacle for a free cell pays nothing, and goes on.
+        own = near(owned, 0)
+        changed = ((here << _ONE) | (near(along, 0, -1) >> _TOP)) & own
         new = [
             (forth[0] | forth[1] | changed, *forth),
-            (back[0] | back[1] | here, *back),
+            (back[0] | back[1] | (here & own), *back),
         ]
         stop, before, behind = (
             _put(_put(table, own[0], place), own[1], place + half)

@@ -46,8 +46,7 @@ def found(labels, toll, start, goal, limit):
         metric = Metric(jnp.uint32(STRAIGHT), jnp.uint32(DIAGONAL), start, goal)
         changes = changes_of(own, free)
         places = shapes.places_of(own, changes, toll, metric, limit)
-        among = places.nearest < entry.CLOSED
-        return places, shapes.rectangles_of(own, changes, places.boxes, among)
+        return places, shapes.rectangles_of(own, changes, places.boxes, places.matters)
 
     def all_maps(labels, *args):
         free = compiled_whole(pack)((labels == -1).all(axis=1))
@@ -90,14 +89,15 @@ def test_within_a_limit_only_what_a_way_can_come_to_counts(is_plain, monkeypatch
         away = [np.sort(np.abs(cells - end[b]), axis=2) for end in (start, goal)]
         over = sum(a[..., 1] * STRAIGHT + a[..., 0] * (DIAGONAL - STRAIGHT) for a in away)
         over = over - np.minimum(over, 2 * STRAIGHT - DIAGONAL)
+        within = over + toll[b].min() < limit[b]
         for i in range(NUM):
             own = (labels[b] == i).any(axis=0)
-            near = own & (over + toll[b, i] < limit[b])
-            assert (places.nearest[b, i] < entry.CLOSED) == near.any()
-            if not near.any():
+            near = own & within
+            # None that could be entered within the limit is left out.
+            if not places.matters[b, i]:
+                assert not (own & (over + toll[b, i] < limit[b])).any()
                 continue
             num_seen += 1
-            assert places.nearest[b, i] == over[own].min()
             top, bottom, left, right = places.boxes[b, i].tolist()
             rows, cols = np.nonzero(near)
             assert [top, bottom, left, right] == [rows.min(), rows.max(), cols.min(), cols.max()]
