@@ -26,7 +26,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.removal.nodes import Decisions, decisions_of
 from srt_jax.tolls import entry
 from srt_jax.tolls.leaps import UNREACHED, Best, search_once
-from srt_jax.tolls.memory import Metric, bits_of, memory_of, octile, shared_of
+from srt_jax.tolls.memory import Metric, memory_of, octile, shared_of
 from srt_jax.tolls.shapes import places_of, rectangles_of
 from srt_jax.tolls.stops import changes_of, stops_of
 from srt_jax.types import Array
@@ -120,7 +120,7 @@ def search(
             memory = memory_of(own, asked, places.boxes, metric)
             stops = stops_of(changes, metric.goal, labels.all.shape[3])
             price = jnp.where(matters, asked, jnp.uint32(UNREACHED))
-            found = search_once(labels, stops, price, bits_of(memory, metric), limit - 1, room)
+            found = search_once(labels, stops, price, memory, metric, limit - 1, room)
             return _Look(found, shared_of(memory), own)
 
         # Without a way round it may be that nothing is in the way.

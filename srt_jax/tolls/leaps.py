@@ -43,7 +43,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.paths.jump_points import moves_to_try
 from srt_jax.paths.jump_tables import groups_of
 from srt_jax.tolls import entry
-from srt_jax.tolls.memory import Bits, octile, useful, worth
+from srt_jax.tolls.memory import Memory, Metric, octile, useful, worth
 from srt_jax.tolls.stops import Stops
 from srt_jax.types import Array
 
@@ -149,25 +149,30 @@ class _Candidate(NamedTuple):
 
 
 def search_once(
-    labels: Labels, stops: Stops, tolls: Array, own: Bits, limit: Array, room: Array
+    labels: Labels,
+    stops: Stops,
+    tolls: Array,
+    memory: Memory,
+    metric: Metric,
+    limit: Array,
+    room: Array,
 ) -> Best:
     """Returns the best way of one map. For use inside a marked call.
 
     Args:
       tolls: uint32 [M], CLOSED of what must stay.
-      own: what is remembered; from a free start to another cell.
+      memory: of those that may be entered twice.
+      metric: from a free start to another cell.
       limit: uint32 [], less than UNREACHED: no way dearer than that is looked for.
       room: uint32 [], how many labels may be made, at most `most_labels`.
     """
-    metric = own.metric
     height, width = labels.all.shape[2:]
     num_cells = height * width
     start, goal = (cell.astype(jnp.uint32) for cell in (metric.start, metric.goal))
-    known = own.memory.bits[2:]
-    shared = jnp.min(
-        jnp.where(known[:, None] & own.single[None] != 0, own.memory.toll[None], UNREACHED), axis=1
-    )
-    asked = jnp.where((known != 0) & (tolls < UNREACHED), shared, tolls)
+    # Of obstacles that share a bit, its toll.
+    bit = lax.population_count((memory.bits & -memory.bits) - _ONE)[2:]
+    shared = jnp.take(memory.toll, bit, mode="clip")
+    asked = jnp.where((memory.bits[2:] != 0) & (tolls < UNREACHED), shared, tolls)
     asked = entry.with_ends(asked)
     owner_at = _owner_reader(labels)
 
@@ -175,7 +180,7 @@ def search_once(
         rows, cols = (jnp.where(a > b, a - b, b - a) for a, b in ((row, goal[0]), (col, goal[1])))
         return octile(rows, cols, metric)
 
-    advance = _advancer(labels, owner_at, stops, asked, own, to_goal, room)
+    advance = _advancer(labels, owner_at, stops, asked, memory, metric, to_goal, room)
 
     def take(state: tuple[Array, _Labels]) -> tuple[Array, _Labels]:
         # The first label of the next bucket that has one leaves it.
@@ -249,7 +254,7 @@ def search_once(
         take,
         (bucket, held),
     )
-    return _best_of(labels, owner_at, tolls, held, own)
+    return _best_of(labels, owner_at, tolls, held, metric)
 
 
 def most_labels(height: Any, width: Any) -> Any:
@@ -292,14 +297,15 @@ def _advancer(
     owner_at: Callable,
     stops: Stops,
     asked: Array,
-    own: Bits,
+    memory: Memory,
+    metric: Metric,
     to_goal: Callable,
     room: Array,
 ) -> Callable:
     """A function that goes on by a run to its next stop, or by a diagonal move, and makes a label
     where one is due.
     """
-    metric, bits = own.metric, own.memory.bits
+    bits = memory.bits
     num_layers, height, width = labels.all.shape[1:]
     tall, wide = groups_of(height, width)
     size = np.uint32(32 * tall * wide)
@@ -307,7 +313,7 @@ def _advancer(
         jnp.asarray(table) for table in (_DOWN, _RIGHT, _COMPONENTS, moves_to_try())
     )
     goal = metric.goal.astype(jnp.uint32)
-    insert = _inserter(own, room, width)
+    insert = _inserter(memory, metric, room, width)
 
     def scan(move: Array, row: Array, col: Array) -> tuple[Array, Array, Array]:
         """The length of a run to its next stop, and whether there is a corner in the line before,
@@ -357,7 +363,7 @@ def _advancer(
                 toll = jnp.where(is_new & ~is_open, read(asked, place), jnp.uint32(0))
                 low, high = low + (toll & np.uint32(0xFFFF)), high + (toll >> np.uint32(16))
                 behind = behind | held
-                is_known = held & paid & ~own.memory.shared != 0
+                is_known = held & paid & ~memory.shared != 0
                 is_door = is_door | (is_new & ~is_known)
             known = [*known, *ids]
         return entry.joined(low, high), behind, is_door
@@ -426,18 +432,18 @@ def _advancer(
     return advance
 
 
-def _inserter(own: Bits, room: Array, width: int) -> Callable:
+def _inserter(memory: Memory, metric: Metric, room: Array, width: int) -> Callable:
     """A function that adds a label, if it is no worse than those of its cell."""
 
     def insert(held: _Labels, new: _Candidate, bucket: Array) -> _Labels:
         store = held.store
         cell = new.row * np.uint32(width) + new.col
         row, col = new.row.astype(jnp.int32), new.col.astype(jnp.int32)
-        paid = useful(new.paid, row, col, new.sum, held.limit, own)
+        paid = useful(new.paid, row, col, new.sum, held.limit, memory, metric)
 
         def rival(state: _Rivals) -> _Rivals:
             sums, has = read(store.sums, state.label), read(store.paid, state.label)
-            is_worse = sums + worth(paid & ~has, own) < new.sum
+            is_worse = sums + worth(paid & ~has, memory) < new.sum
             is_same = (sums == new.sum) & (has == paid)
             same = jnp.where(is_same, state.label, state.same)
             return _Rivals(read(store.others, state.label), same, is_worse)
@@ -496,7 +502,9 @@ class _Walk(NamedTuple):
     length: Array
 
 
-def _best_of(labels: Labels, owner_at: Callable, tolls: Array, held: _Labels, own: Bits) -> Best:
+def _best_of(
+    labels: Labels, owner_at: Callable, tolls: Array, held: _Labels, metric: Metric
+) -> Best:
     """Back from the goal: what the way needs, and what it costs."""
     width = labels.all.shape[3]
     num_obstacles, store = len(tolls), held.store
@@ -519,7 +527,7 @@ def _best_of(labels: Labels, owner_at: Callable, tolls: Array, held: _Labels, ow
                 needed = write(needed, jnp.uint32(1), place)
         # A leg is no longer than the octile distance of its ends.
         rows, cols = (jnp.where(a > b, a - b, b - a) for a, b in ((row, from_row), (col, from_col)))
-        return _Walk(origin, needed, walk.length + octile(rows, cols, own.metric))
+        return _Walk(origin, needed, walk.length + octile(rows, cols, metric))
 
     is_there = held.best != 0
     begin = _Walk(held.best, jnp.zeros(num_obstacles + 1, jnp.uint32), jnp.uint32(0))

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from srt_jax.engine.in_place import read
 from srt_jax.types import Array
 
 REMEMBERED = 32
@@ -110,29 +111,33 @@ def shared_of(memory: Memory) -> Array:
     return memory.bits[2:] & memory.shared != 0
 
 
-def useful(bits: Array, row: Array, col: Array, total: Array, limit: Array, own: "Bits") -> Array:
-    """Returns which of the bits may be worth something at a cell that `total` leads to: those of
-    obstacles that a way within the limit may still come to.
+def useful(
+    bits: Array, row: Array, col: Array, total: Array, limit: Array, memory: Memory, metric: Metric
+) -> Array:
+    """Returns which of the bits may be worth something at a cell, int32 [] twice, that `total`
+    leads to: those of obstacles that a way within the limit may still come to.
     """
-    far = total + to_boxes(row, col, own.memory.boxes, own.metric) + own.memory.beyond
-    mask = jnp.sum(jnp.where(far <= limit, own.single, jnp.uint32(0)), dtype=jnp.uint32)
-    return bits & mask
+
+    def look_at(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        left, kept = state
+        bit = _lowest(left)
+        box = lax.dynamic_slice(memory.boxes, (bit, jnp.uint32(0)), (1, 4))
+        far = total + to_boxes(row, col, box, metric)[0] + read(memory.beyond, bit)
+        lowest = left & -left
+        return left ^ lowest, jnp.where(far <= limit, kept, kept ^ lowest)
+
+    return lax.while_loop(lambda state: state[0] != 0, look_at, (bits, bits))[1]
 
 
-def worth(bits: Array, own: "Bits") -> Array:
+def worth(bits: Array, memory: Memory) -> Array:
     """Returns the sum of the tolls of bits, uint32 []."""
-    has = bits & own.single != 0
-    return jnp.sum(jnp.where(has, own.memory.toll, jnp.uint32(0)), dtype=jnp.uint32)
+
+    def add(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        left, total = state
+        return left & (left - np.uint32(1)), total + read(memory.toll, _lowest(left))
+
+    return lax.while_loop(lambda state: state[0] != 0, add, (bits, jnp.uint32(0)))[1]
 
 
-class Bits(NamedTuple):
-    """single: uint32 [32], each bit alone."""
-
-    memory: Memory
-    metric: Metric
-    single: Array
-
-
-def bits_of(memory: Memory, metric: Metric) -> Bits:
-    """Returns what `useful` and `worth` look up."""
-    return Bits(memory, metric, jnp.uint32(1) << jnp.arange(REMEMBERED, dtype=jnp.uint32))
+def _lowest(bits: Array) -> Array:
+    return lax.population_count((bits & -bits) - np.uint32(1))
