@@ -404,6 +404,12 @@ def _advancer(
         is_goal = (to_row == goal[0]) & (to_col == goal[1])
         is_due = is_near & (is_door | is_goal | (walls != 0))
         goes_on = is_near & ~is_due
+        # Most are worse than the label that their cell has got.
+        cell = jnp.where(is_due, to_row * np.uint32(width) + to_col, jnp.uint32(0))
+        first = read_apart(held.first, cell)
+        is_less = (first != 0) & (read_apart(held.store.sums, first) < total)
+        gives_up = (paid | behind) & ~read_apart(held.store.paid, first)
+        is_due = is_due & ~(is_less & (gives_up == 0))
         todo = jnp.where(
             is_run,
             read(to_try, move & np.uint32(3) | walls << np.uint32(2)),
