@@ -1,14 +1,10 @@
 """The kernel of tolls: the least sum of length and tolls from the start to the cells of a map.
 
-Label correcting on exact integers: it ends when no move can improve a cell that matters, and those
+Label correcting on exact integers: it ends when no move can improve a cell, and those
 sums are one set of numbers, whatever the order in which moves are tried. On CPU cell by cell, in
-buckets of the sum and of what is left to the goal at least (octile distance, as A* does), about the
-length of a move each; a bucket is a ring of cells linked both ways, so that a cell whose sum falls
-moves from one to another and every cell is in one at most. Elsewhere all cells at once, until
-nothing changes.
-
-A cell whose sum and octile distance to the goal exceed `limit` is left out: no way through it can
-matter. With a goal, sums beyond that of the goal are not exact; those that lead to it are.
+buckets of the sum, about the length of a move each; a bucket is a ring of cells linked both ways,
+so that a cell whose sum falls moves from one to another and every cell is in one at most. Elsewhere
+all cells at once, until nothing changes.
 """
 
 import functools
@@ -23,7 +19,7 @@ from sign_model.foundation.marks import apart, runs_in_place
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.moves import MOVES
 from srt_jax.tolls import entry
-from srt_jax.tolls.around import EVEN, seen_around
+from srt_jax.tolls.around import are_even
 from srt_jax.types import FREE, OUTSIDE, Array
 
 UNREACHED = entry.CLOSED
@@ -39,18 +35,15 @@ NUM_BUCKETS = 256
 class Ground(NamedTuple):
     """What does not change while tolls do: of a map with a border that is OUTSIDE, N cells in all.
 
-    labels: int32 [N, L]; no cell has one label in two layers. seen: uint8 [N], bits of `around`.
-      left: uint32 [N], the length of the way to the goal at least. straight, diagonal: uint32 [],
-      lengths of moves. start, goal: uint32 [], cells, 0 for none.
+    labels: int32 [N, L]; no cell has one label in two layers. is_even: bool [N], as of `around`.
+      straight, diagonal: uint32 [], lengths of moves. start: uint32 [], a cell, 0 for none.
     """
 
     labels: Array
-    seen: Array
-    left: Array
+    is_even: Array
     straight: Array
     diagonal: Array
     start: Array
-    goal: Array
 
 
 class Size(NamedTuple):
@@ -68,22 +61,15 @@ class Size(NamedTuple):
         return (self.height + 2) * self.stride
 
 
-def ground_of(
-    labels: Array, straight: Array, diagonal: Array, start: Array, goal: Array, size: Size
-) -> Ground:
-    """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]; goal likewise,
-    outside the map where there is none.
-    """
+def ground_of(labels: Array, straight: Array, diagonal: Array, start: Array, size: Size) -> Ground:
+    """Returns the ground of one map: labels int32 [L, H, W]; start int32 [2]."""
     bordered = bordered_layers(labels)
-    to = place(goal, size)
     return Ground(
         labels=jnp.stack([layer.reshape(-1) for layer in bordered], axis=1),
-        seen=seen_around(jnp.stack(bordered)).reshape(-1),
-        left=jnp.where(to != 0, octile(goal, straight, diagonal, size), jnp.uint32(0)),
+        is_even=are_even(jnp.stack(bordered)).reshape(-1),
         straight=straight,
         diagonal=diagonal,
         start=place(start, size),
-        goal=to,
     )
 
 
@@ -98,20 +84,6 @@ def bordered_layers(labels: Array) -> list[Array]:
     return [jnp.pad(layer, 1, constant_values=OUTSIDE) for layer in layers]
 
 
-def octile(goal: Array, straight: Array, diagonal: Array, size: Size) -> Array:
-    """Returns the octile distance of each cell to the goal, in units: uint32 [N]."""
-    rows = jnp.arange(size.height + 2, dtype=jnp.int32) - 1 - goal[0]
-    cols = jnp.arange(size.stride, dtype=jnp.int32) - 1 - goal[1]
-    return octile_of(rows[:, None], cols[None], straight, diagonal).reshape(-1)
-
-
-def octile_of(rows: Array, cols: Array, straight: Array, diagonal: Array) -> Array:
-    """Returns the octile distance, uint32 of the common shape, of differences int32 [...] each."""
-    down, right = jnp.abs(rows).astype(jnp.uint32), jnp.abs(cols).astype(jnp.uint32)
-    low, high = jnp.minimum(down, right), jnp.maximum(down, right)
-    return high * straight + low * (diagonal - straight)
-
-
 def place(cell: Array, size: Size) -> Array:
     """Returns a cell, int32 [2], as a place in the bordered map, uint32; 0 where it lies
     outside.
@@ -122,18 +94,17 @@ def place(cell: Array, size: Size) -> Array:
     return jnp.where(is_inside, at, 0).astype(jnp.uint32)
 
 
-def sums_of(ground: Ground, tolls: Array, limit: Array, size: Size) -> Array:
+def sums_of(ground: Ground, tolls: Array, size: Size) -> Array:
     """Returns the least sums, uint32 [(H + 2) * (W + 2)].
 
     Args:
       tolls: uint32 [M + 2], from `entry.with_ends`; CLOSED of what must stay.
-      limit: uint32 [], less than UNREACHED.
     """
     sums = jnp.full(size.num_cells, UNREACHED, jnp.uint32)
     is_there = ground.start != 0
     sums = write(sums, jnp.where(is_there, jnp.uint32(0), jnp.uint32(UNREACHED)), ground.start)
     solve = _spread if runs_in_place() else _relax_all
-    return solve(ground, tolls, limit, size, sums)
+    return solve(ground, tolls, size, sums)
 
 
 def nine_moves(ground: Ground) -> Array:
@@ -177,14 +148,12 @@ def tolls_at(labels: Array, tolls: Array) -> Array:
 
 
 class _Rings(NamedTuple):
-    """bucket: uint32 [], the one in work. num_waiting: uint32 []. limit: uint32 [], the dearest
-    bucket that may matter. sums: uint32 [N]. after, before: uint32 [N + buckets], the links; a cell
-    in no ring is linked to itself.
+    """bucket: uint32 [], the one in work. num_waiting: uint32 []. sums: uint32 [N]. after, before:
+    uint32 [N + buckets], the links; a cell in no ring is linked to itself.
     """
 
     bucket: Array
     num_waiting: Array
-    limit: Array
     sums: Array
     after: Array
     before: Array
@@ -202,7 +171,7 @@ class _Trial(NamedTuple):
     before: Array
 
 
-def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array) -> Array:
+def _spread(ground: Ground, tolls: Array, size: Size, sums: Array) -> Array:
     """Cell by cell, bucket by bucket."""
     N, one = jnp.uint32(size.num_cells), jnp.uint32(1)
     bits = entry.bucket_bits(ground.diagonal)
@@ -241,21 +210,19 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         after, before = unlinked(state.after, state.before, at)
         here = read_apart(state.sums, at)
 
-        # What each move leads to: the sum, and with what is left the whole way at least. Only where
-        # labels change a move may pay.
-        is_uneven = is_cell & (read(ground.seen, at) & jnp.uint8(EVEN) == 0)
+        # What each move leads to. Only where labels change a move may pay.
+        is_uneven = is_cell & ~read(ground.is_even, at)
         _, totals = lax.while_loop(
             lambda trial: trial[0],
             lambda trial: (jnp.bool_(False), add_doors(trial[1], ground.labels, tolls, at)),
             (is_uneven, here + lengths),
         )
-        keys = totals + square(ground.left, at, size)
 
         # The moves that improve a cell; one that is here early, from a bucket too far off, goes
         # back.
-        is_better = (totals < apart(square_of(size))(state.sums, at)) & (keys <= state.limit)
+        is_better = totals < apart(square_of(size))(state.sums, at)
         mask = jnp.sum((is_better & is_move).astype(jnp.uint32) << order, dtype=jnp.uint32)
-        is_early = (keys[MIDDLE] >> bits) > state.bucket
+        is_early = (here >> bits) > state.bucket
         mask = jnp.where(is_early, one << MIDDLE, mask)
         mask = jnp.where(is_cell, mask, jnp.uint32(0))
 
@@ -264,7 +231,7 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
             to = at + read(offset, move)
             is_new = read_apart(trial.after, to) == to
             after, before = unlinked(trial.after, trial.before, to)
-            ring = ring_of(read_apart(keys, move), state.bucket)
+            ring = ring_of(read_apart(totals, move), state.bucket)
             after, before = linked(after, before, to, ring)
             return _Trial(
                 trial.left & (trial.left - one),
@@ -278,20 +245,16 @@ def _spread(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array)
         num_waiting = state.num_waiting - is_cell.astype(jnp.uint32)
         trial = _Trial(mask, num_waiting, state.sums, after, before)
         trial = lax.while_loop(lambda trial: trial.left != 0, improve, trial)
-        limit = jnp.minimum(state.limit, read_apart(trial.sums, ground.goal))
         bucket = state.bucket + (~is_cell).astype(jnp.uint32)
-        return _Rings(bucket, trial.num_waiting, limit, trial.sums, trial.after, trial.before)
+        return _Rings(bucket, trial.num_waiting, trial.sums, trial.after, trial.before)
 
     links = jnp.arange(size.num_cells + NUM_BUCKETS, dtype=jnp.uint32)
-    key = read(ground.left, ground.start)
-    after, before = linked(links, links, ground.start, ring_of(key, key >> bits))
+    zero = jnp.uint32(0)
+    after, before = linked(links, links, ground.start, ring_of(zero, zero))
     num = (ground.start != 0).astype(jnp.uint32)
-    # Without a goal its sum is that of the border: UNREACHED.
-    begin = _Rings(key >> bits, num, limit, sums, after, before)
+    begin = _Rings(zero, num, sums, after, before)
     # Ends: sums only fall, and the bucket rises where no cell is left in it.
-    return lax.while_loop(
-        lambda state: (state.num_waiting != 0) & (state.bucket <= state.limit >> bits), step, begin
-    ).sums
+    return lax.while_loop(lambda state: state.num_waiting != 0, step, begin).sums
 
 
 class _Round(NamedTuple):
@@ -301,7 +264,7 @@ class _Round(NamedTuple):
     is_changing: Array
 
 
-def _relax_all(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Array) -> Array:
+def _relax_all(ground: Ground, tolls: Array, size: Size, sums: Array) -> Array:
     """All cells at once: as many rounds as the longest least way has moves."""
     shape = (size.height + 2, size.width + 2)
     lengths = entry.lengths_of_moves(ground.straight, ground.diagonal)
@@ -323,7 +286,7 @@ def _relax_all(ground: Ground, tolls: Array, limit: Array, size: Size, sums: Arr
         least = state.sums
         for move, (down, right) in enumerate(MOVES):
             offer = shifted(state.sums, down, right, UNREACHED) + doors[move]
-            least = jnp.minimum(least, jnp.where(offer <= limit, offer, jnp.uint32(UNREACHED)))
+            least = jnp.minimum(least, jnp.minimum(offer, jnp.uint32(UNREACHED)))
         return _Round(least, jnp.any(least < state.sums))
 
     begin = _Round(sums.reshape(shape), jnp.bool_(True))
