@@ -214,7 +214,8 @@ def search_once(
 
         # All legs from there.
         place = (row, col, here)
-        leg = _Leg(_NO_MOVE + 0 * row, *place, _NO_MOVE + 0 * row, *place, todo & _RUNS, todo >> 4)
+        nothing = jnp.uint32(_NO_MOVE)
+        leg = _Leg(nothing, *place, nothing, *place, todo & _RUNS, todo >> np.uint32(4))
         paid = read_apart(store.paid, label)
         _, held = lax.while_loop(
             lambda state: _goes_on(state[0]),
@@ -423,14 +424,18 @@ def _advancer(
             (is_due, held),
         )
         runs_on, walks_on = goes_on & is_run, goes_on & ~is_run
-        its = [jnp.where(walks_on, a, b) for a, b in zip((to_row, to_col, base), its)]
+        its_row, its_col, its_sum = (
+            jnp.where(walks_on, a, b) for a, b in zip((to_row, to_col, base), its)
+        )
         return _Leg(
             jnp.where(runs_on, move, _NO_MOVE),
             to_row,
             to_col,
             base,
             jnp.where(is_run | walks_on, diagonal, _NO_MOVE),
-            *its,
+            its_row,
+            its_col,
+            its_sum,
             jnp.where(walks_on, read(components, move), runs),
             diagonals,
         ), held

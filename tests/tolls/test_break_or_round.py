@@ -104,13 +104,22 @@ def test_all_cells_at_once_give_the_same_answers(cases, monkeypatch):
 def test_without_memory_branch_and_bound_finds_the_same_totals(cases, monkeypatch):
     tasks, tolls, answers, _ = cases
     monkeypatch.setattr(memory, "REMEMBERED", 1)
+    # The straight way through three bent walls pays for all three, though they share a bit.
+    labels = np.full((1, 12, 12), -1)
+    for i, col in enumerate((2, 5, 8)):
+        labels[0, 1:11, col] = labels[0, 1, col : col + 2] = i
+    walls = make_task(labels, (6, 0), (6, 11))
 
     def totals(task, toll):  # a number of branches that no other test compiles for
         return solve(task, mode="shortest", toll=toll, max_branches=255)
 
-    found = jax.jit(totals)(stack(tasks), tolls)
-    np.testing.assert_array_equal(found.total, answers.total)
-    np.testing.assert_array_equal(found.total_bound, answers.total_bound)
+    number, more = len(tasks), np.array([0.5, 1.5, 20], np.float32)
+    found = jax.jit(totals)(stack([*tasks, *[walls] * 3]), np.append(tolls, more))
+    np.testing.assert_array_equal(found.total[:number], answers.total)
+    np.testing.assert_array_equal(found.total_bound[:number], answers.total_bound)
+    for name in ("total", "total_bound"):
+        lengths = np.asarray(getattr(found, name))[number:]
+        np.testing.assert_allclose(lengths, [12.5, 15.5, 19.2426], atol=1e-3)
 
 
 def test_without_tolls_the_way_is_the_shortest_and_with_high_ones_the_removal_the_least(cases):
