@@ -11,14 +11,15 @@ than it can remember one by one, or it runs out of room. Then branch and bound g
 - of what it destroys the dearest obstacle that is not remembered by itself is gone in one child, at
   its toll, and stays in the other.
 
-The node of the least bound is next, the latest of several. If the nodes allowed do not suffice, the
-least bound of those left is proven all the same. Sums are whole numbers, so nothing is rounded but
-the tolls, to the units of the map's fixed point.
+The node of the least bound is next, the latest of several. If the nodes allowed do not suffice, or
+searches get too long, the least bound of those left is proven all the same. Sums are whole numbers,
+so nothing is rounded but the tolls, to the units of the map's fixed point.
 """
 
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from srt_jax.engine.in_place import write
@@ -30,6 +31,9 @@ from srt_jax.tolls.memory import Metric, memory_of, octile, shared_of
 from srt_jax.tolls.shapes import places_of, rectangles_of
 from srt_jax.tolls.stops import changes_of, stops_of
 from srt_jax.types import Array
+
+MORE_LABELS = np.uint32(2**15)
+"""Branch and bound ends once it has made so many labels more than a search has room for."""
 
 
 class Found(NamedTuple):
@@ -54,6 +58,7 @@ class _Nodes(NamedTuple):
 class _State(NamedTuple):
     """num: int32 [], searches done. low: uint32 [], the least bound of the open nodes. at: int32
     [], the node that is next. floor: uint32 [], the least bound of nodes that could not be settled.
+    num_labels: uint32 [], of all searches.
     """
 
     num: Array
@@ -63,6 +68,7 @@ class _State(NamedTuple):
     low: Array
     at: Array
     floor: Array
+    num_labels: Array
 
 
 class _Look(NamedTuple):
@@ -100,7 +106,9 @@ def search(
     num_places = 2 * max_nodes + 1
     changes = changes_of(labels, free)
     nobody = jnp.zeros(M, bool)
-    nowhere = Best(jnp.uint32(UNREACHED), nobody, jnp.uint32(UNREACHED), jnp.bool_(False))
+    nowhere = Best(
+        jnp.uint32(UNREACHED), nobody, jnp.uint32(UNREACHED), jnp.bool_(False), jnp.uint32(0)
+    )
 
     def step(state: _State) -> _State:
         node = state.at
@@ -159,7 +167,9 @@ def search(
         low = jnp.min(bounds)
         ids = jnp.arange(num_places, dtype=jnp.int32)
         after = jnp.max(jnp.where(bounds == low, ids, -1))
-        return _State(state.num + 1, _Nodes(decisions, bounds), best, best_gone, low, after, floor)
+        spent = state.num_labels + found.num_labels
+        nodes = _Nodes(decisions, bounds)
+        return _State(state.num + 1, nodes, best, best_gone, low, after, floor, spent)
 
     # No way is shorter than the octile distance.
     apart = jnp.abs(metric.start - metric.goal)
@@ -176,11 +186,16 @@ def search(
         low=far,
         at=jnp.int32(0),
         floor=jnp.uint32(UNREACHED),
+        num_labels=jnp.uint32(0),
     )
-    # Ends: no open node has a bound below the best answer, or `max_nodes` are searched.
-    end = lax.while_loop(
-        lambda state: (state.num < max_nodes) & (state.low < state.best), step, begin
-    )
+
+    # Ends: no open node has a bound below the best answer, `max_nodes` are searched, or so many
+    # labels are made that it would take too long.
+    def goes_on(state: _State) -> Array:
+        may_go_on = (state.num < max_nodes) & (state.num_labels < room + MORE_LABELS)
+        return may_go_on & (state.low < state.best)
+
+    end = lax.while_loop(goes_on, step, begin)
     return Found(end.best, jnp.minimum(jnp.minimum(end.low, end.floor), end.best), end.gone)
 
 

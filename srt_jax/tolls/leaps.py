@@ -68,13 +68,15 @@ _DOOR, _ORIGIN = np.uint32(8), np.uint32(4)
 class Best(NamedTuple):
     """total: uint32 [], of the way found, UNREACHED where none is within the limit. needed: bool
     [M], what it needs gone. bound: uint32 [], no way within the limit costs less; UNREACHED where
-    there is none. is_full: bool [], whether labels found no room; then the bound is 0.
+    there is none. is_full: bool [], whether labels found no room; then the bound is 0. num_labels:
+    uint32 [], as many as were made.
     """
 
     total: Array
     needed: Array
     bound: Array
     is_full: Array
+    num_labels: Array
 
 
 class _Store(NamedTuple):
@@ -549,4 +551,4 @@ def _best_of(
     total = jnp.where(is_there, jnp.minimum(total, UNREACHED), jnp.uint32(UNREACHED))
     bound = jnp.where(is_there, read(store.sums, held.best), jnp.uint32(UNREACHED))
     bound = jnp.where(held.is_full, jnp.uint32(0), bound)
-    return Best(total, needed & is_there, bound, held.is_full)
+    return Best(total, needed & is_there, bound, held.is_full, held.num)
