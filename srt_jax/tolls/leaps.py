@@ -94,12 +94,14 @@ class _Store(NamedTuple):
 
 
 class _Labels(NamedTuple):
-    """num, num_waiting: uint32 []. limit: uint32 [], the dearest sum that may matter. best: uint32
+    """num, num_more, num_waiting: uint32 [], of all, of those that are not the first of their cell,
+    and of those that wait. limit: uint32 [], the dearest sum that may matter. best: uint32
     [], the label of the best answer. is_full: bool [], whether one had no room. first: uint32
     [H * W], of each cell. heads: uint32 [_BUCKETS + 1], of each bucket, the last one of none.
     """
 
     num: Array
+    num_more: Array
     num_waiting: Array
     limit: Array
     best: Array
@@ -166,7 +168,8 @@ def search_once(
       memory: of those that may be entered twice.
       metric: from a free start to another cell.
       limit: uint32 [], less than UNREACHED: no way dearer than that is looked for.
-      room: uint32 [], how many labels may be made, at most `most_labels`.
+      room: uint32 [], how many labels may be made besides the first of each cell, at most
+        `most_labels`.
     """
     height, width = labels.all.shape[2:]
     num_cells = height * width
@@ -227,7 +230,7 @@ def search_once(
         return bucket, held
 
     # The start, by all eight moves.
-    num_places = most_labels(height, width)
+    num_places = num_cells + most_labels(height, width) + 2
     none = jnp.zeros(num_places, jnp.uint32)
     at_start = start[0] * np.uint32(width) + start[1]
     least = to_goal(start[0], start[1])
@@ -243,6 +246,7 @@ def search_once(
     )
     held = _Labels(
         num=jnp.uint32(2),
+        num_more=jnp.uint32(0),
         num_waiting=jnp.uint32(1),
         limit=limit,
         best=jnp.uint32(0),
@@ -261,8 +265,10 @@ def search_once(
 
 
 def most_labels(height: Any, width: Any) -> Any:
-    """Returns how many labels a map of this size has room for, of the common type."""
-    return (height + 2) * (width + 2) + 1024
+    """Returns how many labels a map of this size has room for besides the first of each cell, of
+    the common type.
+    """
+    return (height + 2) * (width + 2) // 2 + 1024
 
 
 def _ring_of(far: Array, bucket: Array) -> Array:
@@ -468,7 +474,7 @@ def _inserter(memory: Memory, metric: Metric, room: Array, width: int) -> Callab
             _Rivals(first, jnp.uint32(0), jnp.bool_(False)),
         )
         is_known = rivals.same != 0
-        is_full = ~rivals.is_worse & ~is_known & (held.num >= room)
+        is_full = ~rivals.is_worse & ~is_known & (first != 0) & (held.num_more >= room)
         is_kept = ~rivals.is_worse & ~is_full
         # Label 0, which is none, takes what is not kept.
         at = jnp.where(is_known, rivals.same, held.num)
@@ -495,6 +501,7 @@ def _inserter(memory: Memory, metric: Metric, room: Array, width: int) -> Callab
         is_best = is_made & new.is_goal
         return _Labels(
             held.num + is_made.astype(jnp.uint32),
+            held.num_more + (is_made & (first != 0)).astype(jnp.uint32),
             held.num_waiting + is_queued.astype(jnp.uint32),
             jnp.where(is_best, new.sum - _ONE, held.limit),
             jnp.where(is_best, at, held.best),
