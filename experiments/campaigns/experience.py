@@ -15,12 +15,17 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import Pddl, airlines, roads, rooms
 from experiments.campaigns.inputs.workshop_tasks import bar, snacks
+from experiments.data.pddl_domains import VISITING, visiting
 from sign_model import Memory, PlanningTask, PlanResult, load, plan, validate
 from sign_model.blocks import random_blocks_tasks
 
-SERIES = ("hands", "rooms", "airlines", "roads", "blocks", "snacks", "bar")
+SERIES = (
+    *("hands", "rooms", "airlines", "roads", "blocks", "snacks", "bar"),
+    *("ferry", "lifts", "pictures", "yards", "keys", "visiting"),
+)
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,12 @@ _TEXTS: dict[str, Callable[[int], Pddl]] = {
     "roads": lambda i: roads(i, 5 + i, 1 + i // 4, 2 + i // 2),
     "snacks": lambda i: snacks(i, 2 + i, 1 + i // 3, 2 + i // 4),
     "bar": lambda i: bar(i, 2 + i // 3, 1 + i // 2, 1),
+    "ferry": lambda i: ferry(i, 3 + i // 2, 2 + i),
+    "lifts": lambda i: lifts(i, 3 + i, 2 + i),
+    "pictures": lambda i: pictures(i, 1 + i // 3, 2 + i // 2, 4 + i, 3 + i),
+    "yards": lambda i: yards(i, 2 + i // 4, 1 + i // 5, 3 + i // 3, 2 + i),
+    "keys": lambda i: keys(i, 6 + 2 * i, 2 + i // 2, 1 + i // 4, 1 + i // 2),
+    "visiting": lambda i: (VISITING, visiting(2 + i)),
 }
 
 

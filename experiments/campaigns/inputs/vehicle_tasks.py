@@ -58,7 +58,7 @@ def roads(
     joined: set[tuple[int, int]] = set()
     for city in range(cities):
         own = [p for p in range(places) if p % cities == city]
-        joined |= _network(rng, own)
+        joined |= network(rng, own)
         if city:
             joined.add((int(rng.choice(own)), int(rng.integers(0, city))))
     start = [f"road p{a} p{b}" for a, b in sorted(joined)]
@@ -99,7 +99,7 @@ def rooms(seed: int, num_rooms: int, balls: int, robots: int) -> Pddl:
     """Robots with two hands carry balls between rooms; two rooms and one robot: all balls start in
     one and belong in the other."""
     rng = np.random.default_rng(seed)
-    doors = _network(rng, list(range(num_rooms)))
+    doors = network(rng, list(range(num_rooms)))
     start = [f"door r{a} r{b}" for a, b in sorted(doors)]
     start += [f"door r{b} r{a}" for a, b in sorted(doors)]
     for robot in range(robots):
@@ -158,7 +158,7 @@ def vehicle_tasks() -> Iterator[tuple[str, Pddl]]:
         yield f"rooms-{i + 1}", rooms(50 + i, places, balls, robots)
 
 
-def _network(rng: np.random.Generator, nodes: list[int]) -> set[tuple[int, int]]:
+def network(rng: np.random.Generator, nodes: list[int]) -> set[tuple[int, int]]:
     """Returns pairs that join all nodes: a random tree and half as many more."""
     pairs = set()
     for i in range(1, len(nodes)):
