@@ -15,6 +15,7 @@ from sign_model.map_algorithm.heuristics import (
     RELAXED_PLAN,
     HeuristicSign,
 )
+from sign_model.map_algorithm.map_planner import Regression
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import validate
 from sign_model.result import PlanResult, PlanStatus
@@ -29,14 +30,8 @@ _SIGNS = {sign.name: sign for sign in (OVERLAP, LANDMARKS, RELAXED_PLAN)}
 class Skill(Protocol):
     """How to plan the problems of a domain."""
 
-    @property
-    def rule(self) -> PlanningRule:
-        """Which ways of planning to take."""
-        ...
-
-    @property
-    def signs(self) -> Sequence[HeuristicSign]:
-        """The heuristics of the regression."""
+    def plan(self, task: PlanningTask, *, max_expansions: int, clock: Clock) -> Regression:
+        """The shortest plan found, a proof that there is none, or a spent budget."""
         ...
 
 
@@ -81,7 +76,7 @@ def plan(
         rest where None.
       rule: for map, which ways of planning take turns; the `UNLEARNED` one where None.
       memory: precedents, tried first; where none serves, planning continues without it. What it
-        learned of the domain serves as rule and heuristic where neither is given.
+        learned of the domain serves where neither rule nor heuristic is given.
       max_expansions: the most situations expanded.
       max_seconds: the most time for it all, the replay of a long plan included; unbounded where
         None.
@@ -110,14 +105,16 @@ def plan(
             task, PlanStatus.SOLVED, tuple(recalled), 1, began, time.perf_counter(), clock
         )
     if planner == "map":
-        signs = _signs(heuristic)
+        signs, skill = _signs(heuristic), None
         if memory is not None and rule is None and heuristic is None:
             # a memory of one's own need not have learned anything
             skill = memory.skill(task) if hasattr(memory, "skill") else None
-            rule, signs = (skill.rule, skill.signs) if skill is not None else (None, signs)
-        found = plan_by_rule(
-            task, signs, rule or UNLEARNED, max_expansions=max_expansions, clock=clock
-        )
+        if skill is not None:
+            found = skill.plan(task, max_expansions=max_expansions, clock=clock)
+        else:
+            found = plan_by_rule(
+                task, signs, rule or UNLEARNED, max_expansions=max_expansions, clock=clock
+            )
         actions = found.plan
     elif heuristic is not None and not isinstance(heuristic, str):
         raise ValueError(

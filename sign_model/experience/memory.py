@@ -20,6 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from sign_model.experience.practice import practise
 from sign_model.experience.precedent import (
     Precedent,
     domain_name,
@@ -28,7 +29,7 @@ from sign_model.experience.precedent import (
     without_plan,
 )
 from sign_model.experience.renaming import Atom, find_renaming, rename
-from sign_model.experience.skill import Skill, plain_skill, practise, skill_of
+from sign_model.experience.skill import Skill, plain_skill, skill_of
 from sign_model.foundation.files import atomic_write, read_text
 from sign_model.foundation.legible import counted
 from sign_model.pddl.planning_task import PlanningTask

@@ -1,26 +1,24 @@
-"""A skill: which way of planning serves a domain, by which heuristic signs, learned from a few
-small problems of it for larger ones (PY16 §3.1, metacognitive regulation).
+"""A skill: how to plan the problems of a domain with fewer expansions, learned from a few small
+problems of it for larger ones (PY16 §3.1, metacognitive regulation).
 
-A skill speaks of roles, never of objects: it weighs predicates and action schemas, and its rule
-names ways of planning. So it serves every problem of its domain. Candidates are tried on the
-problems practised, and compared with planning without experience. None is taken whose plan is
-longer on any of them, or that takes more than `SHARE` of the expansions; of the rest one that plans
-as the problems were planned without experience, but narrowly, and gives short plans.
+A skill speaks of roles, never of objects: its signs weigh predicates and action schemas, its rule
+names ways of planning, and it knows how many expansions a step of a plan took without experience.
+So it serves every problem of its domain:
 
-On another problem its plan is trusted only as far as experience goes. How long plans without
-experience are was seen on the problems practised, beside an estimate that costs nothing; a line
-through these lengths, raised by the greatest distance from it, tells how long they will be. A plan
-that is longer is not trusted, and planning without experience has its say too. Where the smaller
-problems would not have taught to trust the plan of the largest, nothing is learned.
+    its ways of planning have one turn each, and the shortest plan is taken
+    the plan is improved part by part, by narrow beams first, until `SHARE` of the expansions that
+      planning without experience would take are spent, and most of it was in vain at last
+    a plan far longer than such plans were, or none at all, is a case for planning without
+      experience; the shorter of both plans is kept, so none is lost
+
+`experience.practice` makes skills.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-
-from sign_model.clock import Clock
+from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.heuristics import (
     DEFAULTS,
     LANDMARKS,
@@ -28,17 +26,29 @@ from sign_model.map_algorithm.heuristics import (
     HeuristicSign,
     sign_of,
 )
+from sign_model.map_algorithm.map_planner import Regression
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.strategies.rule import UNLEARNED, WAYS, PlanningRule, rule_of
-from sign_model.strategies.turns import Outcome, outcome_of
+from sign_model.strategies.improve import Patience, improve
+from sign_model.strategies.rule import UNLEARNED, PlanningRule, rule_of
+from sign_model.strategies.turns import Outcome, outcome_of, plan_by_rule
 
-SHARE = 0.35
-"""The most expansions of a skill on the problems practised, as a share of those without it."""
+SHARE = 0.45
+"""The least expansions of a skill, as a share of those that planning without it would take."""
 
-_BEAMS = (4, 8, 16, 32)
-_EFFORTS = (0, 1000, 4000, 16000)
-_TURN = 8000
-"""Expansions before a skill gives up."""
+BOTH = HeuristicSign(
+    "landmarks and relaxed plan",
+    landmarks=LANDMARKS.landmarks,
+    plan=RELAXED_PLAN.plan,
+    held=LANDMARKS.held,
+    unmet=LANDMARKS.unmet,
+)
+"""The sum of the unlearned signs: alone about as good as both of them tried one by one."""
+
+_AT_LEAST = 1.2
+"""How many times the expansions that found a plan are spent at least, to improve it too."""
+
+_BEAMS = (4, 8, 16)
+"""How many situations are kept while a part of a plan is improved, pass by pass."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +57,10 @@ class Skill:
 
     Attributes:
       domain: names and arities of its predicates and schemas.
-      rule: which way of planning to take.
+      rule: which ways of planning to take.
       signs: the heuristics of the regression.
+      per_step: how many expansions a step of a plan takes without experience; None where nothing
+        was learned, so that the rule alone plans.
 
     Examples:
       >>> import sign_model
@@ -63,164 +75,75 @@ class Skill:
     domain: str
     rule: PlanningRule
     signs: tuple[HeuristicSign, ...]
+    per_step: float | None = None
+
+    def plan(
+        self, task: PlanningTask, *, max_expansions: int, clock: Clock = NO_LIMIT
+    ) -> Regression:
+        """Returns the shortest plan found, its actions numbered as in the task, a proof that there
+        is none, or a spent budget.
+
+        Args:
+          task: of the domain.
+          max_expansions: the most situations expanded in all.
+          clock: once its limit has passed, the best plan so far is returned.
+
+        Examples:
+          >>> import sign_model
+          >>> from sign_model.blocks import random_blocks_tasks
+          >>> task = random_blocks_tasks(4, 1)[0]
+          >>> memory = sign_model.Memory().practised([random_blocks_tasks(3, 1)[0]])
+          >>> found = memory.skill(task).plan(task, max_expansions=1000)
+          >>> len(found.plan) == len(sign_model.plan(task).actions)
+          True
+        """
+        options = {"max_expansions": max_expansions, "clock": clock}
+        if self.per_step is None:
+            return plan_by_rule(task, self.signs, self.rule, **options)
+        outcome, found = attempt(self, task, **options)
+        factor, more = self.rule.trust or (0.0, 0.0)
+        if found.is_proof or found.is_shortest or clock.is_over():
+            return found
+        if found.plan is not None and len(found.plan) <= factor * outcome.estimate + more:
+            return found
+
+        # Far from all experience: planning without it has its say too.
+        left = max_expansions - found.expansions
+        other = plan_by_rule(task, DEFAULTS, UNLEARNED, max_expansions=left, clock=clock)
+        is_longer = other.plan is None or (found.plan and len(found.plan) <= len(other.plan))
+        best = found if found.plan is not None and is_longer else other
+        return replace(best, expansions=found.expansions + other.expansions)
 
 
-def practise(
-    tasks: Sequence[PlanningTask],
-    domain: str,
-    *,
-    max_expansions: int,
-    max_seconds: float | None = None,
-    log: Callable[[str], None] | None = None,
-) -> Skill:
-    """Returns the skill that the problems teach; planning without experience where nothing serves
-    them better.
-
-    Args:
-      tasks: of one domain, from small to large, at least one; those that planning without
-        experience does not solve teach nothing.
-      domain: its names and arities.
-      max_expansions: of each attempt.
-      max_seconds: of each attempt.
-      log: called with a line of text to report progress.
+def attempt(
+    skill: Skill, task: PlanningTask, *, max_expansions: int, clock: Clock = NO_LIMIT
+) -> tuple[Outcome, Regression]:
+    """Returns what the ways of a skill make of a task, and that with the plan improved; arguments
+    as of `Skill.plan`.
     """
-    unlearned = [
-        outcome_of(
-            task, DEFAULTS, UNLEARNED, max_expansions=max_expansions, clock=Clock(max_seconds)
+    outcome = outcome_of(task, skill.signs, skill.rule, max_expansions=max_expansions, clock=clock)
+    found = outcome.regression
+    if not found.plan or outcome.mutex is None or skill.per_step is None:
+        return outcome, found
+    plan, spent = found.plan, found.expansions
+    least = int(max(SHARE * skill.per_step * len(plan), _AT_LEAST * spent))
+    patience = Patience(least, spent, spent, spent)
+    for beam in _BEAMS:
+        if patience.is_over:
+            break
+        plan, more = improve(
+            task,
+            outcome.mutex,
+            plan,
+            effort=UNLEARNED.improvement * max_expansions,
+            signs=(BOTH,),
+            beam=beam,
+            patience=patience,
+            max_expansions=max_expansions - spent,
+            clock=clock,
         )
-        for task in tasks
-    ]
-    teaching = [
-        (task, one) for task, one in zip(tasks, unlearned) if one.regression.plan is not None
-    ]
-    nothing = Skill(domain, UNLEARNED, DEFAULTS)
-    total = sum(one.regression.expansions for _, one in teaching)
-    best, best_key, most = nothing, None, SHARE * total
-    bounds = [len(one.regression.plan or ()) for _, one in reversed(teaching)]
-    usual = max(UNLEARNED.turns, key=[one.finder for _, one in teaching].count)
-    for rule, signs in _candidates() if teaching else ():
-        raw_length, before = None, None
-        for effort in _EFFORTS:
-            tried = replace(rule, effort=effort)
-            found = _trial(tried, signs, teaching, most, max_seconds)
-            if found is None:  # no plan, or too dear: more effort makes it no cheaper
-                break
-            is_useless, before = before == found.lengths, found.lengths
-            if effort > _EFFORTS[1] and is_useless:
-                break  # more effort brings nothing; a little is kept for larger problems
-            if found.is_longer:
-                continue  # more effort may help
-            length = sum(found.lengths)
-            raw_length = length if raw_length is None else raw_length
-            # First those found as they are without experience: what scales there scales here. Then
-            # the shortest plans, of those the least improved ones, and of those the most thorough
-            # way that there is room for: what is just enough for small problems fails on larger.
-            is_new = usual not in rule.turns
-            width = rule.beam * len(signs)
-            key = (is_new, length, raw_length, -width, -effort, found.expansions)
-            if best_key is None or key < best_key:
-                best_key = key
-                best = Skill(domain, replace(tried, trust=_trust(found.estimates, bounds)), signs)
-    # What is left of the share goes to other ways, so that the shortest of several plans is taken.
-    if best_key is not None:
-        for way in WAYS:
-            more = replace(best.rule, turns={**best.rule.turns, way: _TURN})
-            if way in best.rule.turns:
-                continue
-            found = _trial(more, best.signs, teaching, most, max_seconds)
-            if found and not found.is_longer and sum(found.lengths) <= best_key[1]:
-                best = replace(best, rule=replace(more, trust=_trust(found.estimates, bounds)))
-                best_key = (*best_key[:-1], found.expansions)
-    # Would the smaller problems have taught to trust the plan of the largest? If not, experience
-    # does not carry over here, and would only be paid for.
-    if best_key is not None and len(bounds) > 1:
-        found = _trial(best.rule, best.signs, teaching, most, max_seconds)
-        assert found is not None  # it was tried before
-        factor, more = _trust(found.estimates[1:], bounds[1:])
-        if found.lengths[0] > factor * found.estimates[0] + more:
-            best, best_key = nothing, None
-    if log is not None:
-        log(_report(best, best_key, total, teaching))
-    return best
-
-
-def _report(
-    skill: Skill,
-    key: tuple[int, ...] | None,
-    total: int,
-    teaching: Sequence[tuple[PlanningTask, Outcome]],
-) -> str:
-    if key is None:
-        return f"{len(teaching)} problems: nothing serves better than planning without experience"
-    ways, signs = ", ".join(skill.rule.turns), ", ".join(sign.name for sign in skill.signs)
-    return (
-        f"{len(teaching)} problems: {ways} (signs {signs}; beam {skill.rule.beam}, effort"
-        f" {skill.rule.effort}), {key[-1]} expansions for {total} without experience"
-    )
-
-
-def _candidates() -> Iterator[tuple[PlanningRule, tuple[HeuristicSign, ...]]]:
-    """Yields (rule, signs), without trust and effort."""
-    for ways in (
-        ("goal by goal",),
-        ("boldly",),
-        ("forwards",),
-        ("deferred",),
-        ("goal by goal", "boldly"),
-        ("goal by goal", "boldly", "deferred"),
-    ):
-        yield PlanningRule("practised", dict.fromkeys(ways, _TURN)), DEFAULTS
-    for signs in (DEFAULTS, (LANDMARKS,), (RELAXED_PLAN,)):
-        for beam in _BEAMS:
-            yield PlanningRule("practised", {"backwards": _TURN}, beam=beam), signs
-
-
-class _Tried(NamedTuple):
-    """What a candidate makes of the problems, from the largest down; it ends with the first plan
-    that is longer than without experience.
-    """
-
-    lengths: list[int]
-    expansions: int
-    estimates: list[int]
-    is_longer: bool
-
-
-def _trial(
-    rule: PlanningRule,
-    signs: tuple[HeuristicSign, ...],
-    teaching: Sequence[tuple[PlanningTask, Outcome]],
-    most: float,
-    max_seconds: float | None,
-) -> _Tried | None:
-    """Returns what a candidate makes of the problems; None where one gets no plan within `most`
-    expansions of all of them.
-    """
-    lengths, spent, estimates = [], 0, []
-    for task, one in reversed(teaching):  # the largest first: it soonest spends what there is
-        left = max(1, int(most) - spent)
-        found = outcome_of(task, signs, rule, max_expansions=left, clock=Clock(max_seconds))
-        spent += found.regression.expansions
-        plan = found.regression.plan
-        if plan is None or spent > most:
-            return None
-        lengths.append(len(plan))
-        estimates.append(found.estimate)
-        if len(plan) > len(one.regression.plan or ()):
-            return _Tried(lengths, spent, estimates, True)
-    return _Tried(lengths, spent, estimates, False)
-
-
-def _trust(estimates: Sequence[int], lengths: Sequence[int]) -> tuple[float, float]:
-    """Returns (a, b): a plan of more than a n + b steps, for an estimate n, is longer than
-    those made without experience.
-    """
-    n, length = np.array(estimates, float), np.array(lengths, float)
-    if len(set(estimates)) < 3:
-        return float((length / np.maximum(n, 1)).max()), 0.0
-    factor, more = np.polyfit(n, length, 1)
-    raised = more + (length - factor * n - more).max()
-    return float(factor), float(raised + 1e-6)  # lengths on the line are not above it
+        spent += more
+    return outcome, replace(found, plan=plan, expansions=spent)
 
 
 def plain_skill(skill: Skill) -> dict[str, Any]:
@@ -237,9 +160,10 @@ def skill_of(record: Mapping[str, Any], where: str) -> Skill:
       ValueError: a part is missing or of a wrong type; names `where`.
     """
     try:
-        if not isinstance(record["domain"], str):
-            raise TypeError("domain must be text")
+        per_step = record.get("per_step")  # files of earlier versions have none
+        if not isinstance(record["domain"], str) or not isinstance(per_step, float | int | None):
+            raise TypeError("domain must be text, per_step a number")
         signs = tuple(sign_of(entry) for entry in record["signs"])
-        return Skill(record["domain"], rule_of(record["rule"]), signs)
+        return Skill(record["domain"], rule_of(record["rule"]), signs, per_step)
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"{where}: not a skill ({error}): write it with save_memory") from None

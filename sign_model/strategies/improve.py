@@ -8,6 +8,8 @@ the result is the same on every machine unless the clock ends it.
 """
 
 import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +25,12 @@ from sign_model.strategies.windows import Rearranging, Window
 SIZES = (8, 14, 22, 32)
 """How many steps of a plan are replaced at once, pass by pass."""
 
-_BEAM = 32
+UNLEARNED_SIGNS, UNLEARNED_BEAM = (RELAXED_PLAN, LANDMARKS), 32
+"""By which signs a shorter way is looked for, and how many situations a step keeps."""
+
+_EXPANSION = 100
+"""What an expansion takes, in units of effort."""
+
 _STEPS_LEFT = HeuristicSign("steps left", plan={"*": 1})
 
 Parts = tuple[list[int], list[int], list[int]]
@@ -36,12 +43,39 @@ class Improved(NamedTuple):
     expansions: int
 
 
+@dataclass
+class Patience:
+    """When to stop: after `least`, once two thirds of all attempts to improve were in vain.
+
+    All are counted in expansions; what else an attempt takes counts as so many expansions.
+
+    least: expansions, those that found the plan included.
+    begun: how many had been spent when the attempts began.
+    spent: so far.
+    gained: when the plan last became shorter.
+    """
+
+    least: int
+    begun: int
+    spent: int
+    gained: int
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more is to be hoped for."""
+        in_vain = self.spent - self.gained
+        return self.spent >= self.least and 3 * in_vain >= 2 * (self.spent - self.begun)
+
+
 def improve(
     task: PlanningTask,
     mutex: np.ndarray,
     plan: list[int],
     *,
     effort: int,
+    signs: Sequence[HeuristicSign] = UNLEARNED_SIGNS,
+    beam: int = UNLEARNED_BEAM,
+    patience: Patience | None = None,
     max_expansions: int = 1 << 40,
     clock: Clock = NO_LIMIT,
 ) -> Improved:
@@ -52,10 +86,14 @@ def improve(
       mutex: bool [F, F], features of the task that never hold together.
       plan: action numbers in the order of execution.
       effort: the most effort, in units of about a microsecond.
+      signs: by which a shorter way is looked for, one after another.
+      beam: how many situations a step of that keeps.
+      patience: when to stop before the effort is spent; it goes on counting.
       max_expansions: the most situations expanded.
       clock: once its limit has passed, the plan stays as it is then.
     """
     improving = _Improving(task, mutex, plan, effort, max_expansions, clock)
+    improving.signs, improving.beam, improving.patience = signs, beam, patience
     with contextlib.suppress(OutOfTime):
         improving.run()
     return Improved(improving.plan, improving.expansions)
@@ -73,23 +111,31 @@ class _Improving:
     ) -> None:
         self.task, self.plan, self.effort, self.clock = task, plan, effort, clock
         self.max_expansions, self.expansions = max_expansions, 0
+        self.signs: Sequence[HeuristicSign] = UNLEARNED_SIGNS
+        self.beam = UNLEARNED_BEAM
+        self.patience: Patience | None = None
         self.rearranging = Rearranging(task, mutex)
         self.tried: set[tuple] = set()
 
     def run(self) -> None:
         """Goes through all sizes of parts until none brings anything, or the effort is spent."""
         length = -1
-        while length != len(self.plan) and self.effort > 0:
+        while length != len(self.plan) and not self.is_over:
             length = len(self.plan)
             for size in SIZES:
                 for is_wide in (False, True):
                     self._pass(size, is_wide)
 
+    @property
+    def is_over(self) -> bool:
+        is_vain = self.patience is not None and self.patience.is_over
+        return self.effort <= 0 or self.expansions >= self.max_expansions or is_vain
+
     def _pass(self, size: int, is_wide: bool) -> None:
         """Tries the parts of one size; begins again with the places of a part that was improved."""
         for object_ in self._objects():
             at = 0
-            while self.effort > 0:
+            while not self.is_over:
                 self.clock.check()
                 places = self._places(object_)
                 chosen = places[at : at + size]
@@ -103,7 +149,7 @@ class _Improving:
                     break
                 at += max(1, size // 2)
         at = 0
-        while at < len(self.plan) and self.effort > 0:
+        while at < len(self.plan) and not self.is_over:
             self.clock.check()
             part = self.plan[at : at + size]
             if self._try((self.plan[:at], part, self.plan[at + size :]), is_wide):
@@ -131,7 +177,10 @@ class _Improving:
         self.tried.add(key)
         window = self.rearranging.window(before, part, after, is_wide=is_wide)
         actions, features = window.space.conditions.shape
-        self.effort -= 3000 + 2 * actions + actions * features // 100
+        taken = 3000 + 2 * actions + actions * features // 100
+        self.effort -= taken
+        if self.patience is not None:
+            self.patience.spent += taken // (4 * _EXPANSION)
         shorter = self._shorter(window)
         if shorter is None:
             return False
@@ -146,19 +195,23 @@ class _Improving:
         left = make_rating(_STEPS_LEFT, space, start, goal, schemas, self.clock, tables)
         if left(goal[None])[0] >= length:
             return None
-        for sign in (RELAXED_PLAN, LANDMARKS):
+        for sign in self.signs:
             found = regress(
                 space,
                 start,
                 goal,
                 make_rating(sign, space, start, goal, schemas, self.clock, tables),
-                beam=_BEAM,
+                beam=self.beam,
                 max_expansions=self.max_expansions - self.expansions,
                 within=(length - 1, left),
                 clock=self.clock,
             )
             self.expansions += found.expansions
-            self.effort -= 100 * found.expansions
+            self.effort -= _EXPANSION * found.expansions
+            if self.patience is not None:
+                self.patience.spent += found.expansions
             if found.plan is not None and len(found.plan) < length:
                 best, length = found.plan, len(found.plan)
+        if self.patience is not None and best is not None:
+            self.patience.gained = self.patience.spent
         return None if best is None else [int(space.kept_actions[a]) for a in best]

@@ -106,11 +106,15 @@ class Outcome:
     regression: the plan, the proof or neither, and the expansions.
     estimate: how long a plan may be at least: an estimate, not a bound; 0 where there is none.
     finder: the way that found the shortest plan, before it was improved; "" without one.
+    spent: {way: its expansions}.
+    mutex: bool [F, F], features of the task that never hold together; None where it was not needed.
     """
 
     regression: Regression
     estimate: int
     finder: str
+    spent: Mapping[str, int]
+    mutex: np.ndarray | None
 
 
 def outcome_of(
@@ -124,13 +128,16 @@ def outcome_of(
     """Returns what the ways of a rule alone make of a task, whether it is trusted or not; arguments
     as in `plan_by_rule`.
     """
-    turns, estimate = _Turns(task, signs, rule, max_expansions, clock), 0
+    turns, estimate, mutex = _Turns(task, signs, rule, max_expansions, clock), 0, None
     with contextlib.suppress(OutOfTime):
         turns.run()
-        estimate = turns.estimate() if rule is not UNLEARNED else 0
+        if rule is not UNLEARNED:
+            estimate = turns.estimate()
+            mutex = turns.mutex() if turns.plan and not turns.is_shortest else None
     plan = turns.plan
     found = Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
-    return Outcome(found, estimate, turns.finder)
+    spent = {name: way.expansions for name, way in turns.ways.items()}
+    return Outcome(found, estimate, turns.finder, spent, mutex)
 
 
 def plan_by_rule(
@@ -275,24 +282,26 @@ class _Turns:
         effort = min(self.rule.improvement * self.budget, effort)
         if not self.rule.improvement or len(self.plan) < 3:
             return
-        task, way = self.task, self.ways.get("backwards")
-        if isinstance(way, _Backwards):
-            mutex = np.zeros((task.num_features, task.num_features), bool)
-            kept = way.rungs.space.kept_features
-            mutex[np.ix_(kept, kept)] = way.rungs.space.mutex
-        else:
-            mutex, _ = mutexes(
-                task.features,
-                task.conditions,
-                task.adds,
-                task.deletes,
-                task.start[None],
-                self.clock,
-            )
         left = self.budget - self.spent
         self.plan, self.improving = improve(
-            task, mutex, self.plan, effort=effort, max_expansions=left, clock=self.clock
+            self.task,
+            self.mutex(),
+            self.plan,
+            effort=effort,
+            max_expansions=left,
+            clock=self.clock,
         )
+
+    def mutex(self) -> np.ndarray:
+        """Returns which features never hold together, bool [F, F]."""
+        task, way = self.task, self.ways.get("backwards")
+        if not isinstance(way, _Backwards):
+            parts = (task.conditions, task.adds, task.deletes)
+            return mutexes(task.features, *parts, task.start[None], self.clock)[0]
+        mutex = np.zeros((task.num_features, task.num_features), bool)
+        kept = way.rungs.space.kept_features
+        mutex[np.ix_(kept, kept)] = way.rungs.space.mutex
+        return mutex
 
 
 class _Backwards:

@@ -7,11 +7,13 @@ import json
 
 import pytest
 
+from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import rooms
 from sign_model import Memory, PlanningRule, load, load_memory, plan, save_memory, validate
 from sign_model.blocks import random_blocks_tasks
-from sign_model.experience.skill import Skill
+from sign_model.experience.skill import Skill, attempt
 from sign_model.map_algorithm.heuristics import DEFAULTS
+from sign_model.strategies.improve import Patience
 from sign_model.strategies.rule import UNLEARNED
 
 
@@ -61,9 +63,44 @@ def test_what_experience_cannot_do_is_planned_without_it():
     distrusted = PlanningRule("distrusted", {"boldly": 1000}, effort=0, trust=(0.0, 0.0))
     domain = Memory().practised([hands(2)]).skills[0].domain
     for rule in (useless, distrusted):
-        memory = Memory(skills=(Skill(domain, rule, DEFAULTS),))
-        assert memory.skill(task).rule is rule
-        assert len(plan(task, memory=memory).actions) <= len(plan(task).actions)
+        for per_step in (None, 1.0):
+            memory = Memory(skills=(Skill(domain, rule, DEFAULTS, per_step),))
+            assert memory.skill(task).rule is rule
+            assert len(plan(task, memory=memory).actions) <= len(plan(task).actions)
+
+
+def test_experience_that_is_distrusted_pays_for_planning_without_it():
+    task = hands(6)
+    domain = Memory().practised([hands(2)]).skills[0].domain
+    rule = PlanningRule("distrusted", {"boldly": 1000}, improvement=0, trust=(0.0, 0.0))
+    known = Skill(domain, rule, DEFAULTS, 1.0)
+    _, alone = attempt(known, task, max_expansions=10_000)
+    both = plan(task, memory=Memory(skills=(known,)))
+    assert both.expansions == alone.expansions + plan(task).expansions
+
+
+def test_a_plan_is_improved_while_that_brings_something():
+    patience = Patience(least=100, begun=40, spent=99, gained=40)
+    assert not patience.is_over  # too soon
+    patience.spent = 100
+    assert patience.is_over  # all 60 were in vain
+    patience.gained = 70
+    assert not patience.is_over  # half of them
+    patience.spent = 130
+    assert patience.is_over  # two thirds: 60 of 90
+
+
+def test_errands_of_every_kind_get_plans():
+    for texts in (
+        ferry(0, 3, 2),
+        lifts(0, 3, 2),
+        pictures(0, 1, 2, 3, 2),
+        yards(0, 2, 1, 3, 2),
+        keys(1, 6, 2, 1, 2),
+    ):
+        task = load(*texts)
+        result = plan(task, max_seconds=10)
+        assert result.actions and validate(task, result.actions) == []
 
 
 def test_problems_that_are_not_solved_teach_nothing():
