@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from srt_jax import coalition, data, dataset, draw, envs, formats, instances  # noqa: F401
     from srt_jax.answers.facts import Explanation, explanation
-    from srt_jax.answers.story import scene_pddl, scene_problem, story
+    from srt_jax.answers.story import scene_model, scene_pddl, scene_problem, story
     from srt_jax.answers.table import table
     from srt_jax.answers.wording import explain, why, why_not
     from srt_jax.check import check
@@ -76,6 +76,7 @@ __all__ = [
     "polyline",
     "rasterize",
     "reach",
+    "scene_model",
     "scene_pddl",
     "scene_problem",
     "seed_cell",
@@ -97,7 +98,7 @@ __all__ = [
 # Names are loaded when first used, so that a command which needs no JAX does not wait for it.
 _MODULES = {
     "answers.facts": ("Explanation", "explanation"),
-    "answers.story": ("scene_pddl", "scene_problem", "story"),
+    "answers.story": ("scene_model", "scene_pddl", "scene_problem", "story"),
     "answers.table": ("table",),
     "answers.wording": ("explain", "why", "why_not"),
     "check": ("check",),

@@ -133,7 +133,7 @@ def plan_batch(
       num_threads: batches searched at once; if None the number of cores, at most SRT_JAX_CORES
         (environment).
       log: called with a line of text for each group: how many tasks, how they were planned, and
-        what it cost.
+        what it cost; and if there are several, with one for all of them.
       together: from so many tasks on a group is searched side by side; 512 where everything is
         planned but once, since compiling takes as long as planning some hundred tasks.
 
@@ -168,7 +168,7 @@ def plan_batch(
 
     # Small groups are planned one by one, unless a ladder is given.
     results: dict[int, PlanResult] = {}
-    members = groups_of(tasks)
+    members, began_all = groups_of(tasks), time.perf_counter()
     few = [] if ladder is not None else [one for one in members if len(one) < together]
     members = [one for one in members if ladder is not None or len(one) >= together]
     for numbers in few:
@@ -208,6 +208,10 @@ def plan_batch(
         results.update(zip(numbers, group.results(max_expansions)))
         spent = group.seconds["search"] + time.perf_counter() - began
         _tell(log, group.tasks, "side by side, what was compiled for it included", spent)
+    if log is not None and len(few) + len(members) > 1:
+        spent, solved = time.perf_counter() - began_all, sum(r.is_solved for r in results.values())
+        groups = counted(len(few) + len(members), "group")
+        log(f"{counted(len(tasks), 'task')} in {groups}: {solved} solved in {spent:.2f} s")
     return [results[i] for i in range(len(tasks))]
 
 

@@ -14,8 +14,10 @@ from sign_model.pddl.grounding import load
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import world_model_of
 from sign_model.signs.matrix import Component
-from sign_model.signs.sign import Sign, sequence
+from sign_model.signs.sign import Sign, sequence, with_elementary
 from sign_model.signs.world_model import WorldModel, from_signs
+from sign_model.space.fuzzy_table import FuzzyTable
+from sign_model.space.spatial_signs import spatial_signs
 
 AGENT = "i"
 DESTROY = "action destroy"
@@ -131,17 +133,22 @@ def scene_task(scene: Scene) -> PlanningTask:
     return load(DOMAIN, problem_text(scene))
 
 
-def scene_signs(scene: Scene) -> WorldModel:
+def scene_signs(scene: Scene, *, table: FuzzyTable | None = None) -> WorldModel:
     """Returns the scene as signs: those of its planning task, extended by "I" and by where things
     are seen.
 
+    Args:
+      scene: what is known.
+      table: leads the spatial signs down to degrees and metres; where None they are elementary.
+
     The personal meaning of the sign `i` is what I can do: one matrix for each kind of obstacle that
-    I can destroy. The image of an area or obstacle is where it is seen: a set of spatial signs
-    (`sign_model.space.spatial_signs` grounds them).
+    I can destroy. The image of an area or obstacle is where it is seen: a set of spatial signs.
     """
     model = with_self(world_model_of(scene_task(scene)), scene.abilities)
-    places = {name for names in scene.seen_as.values() for name in names}
-    model = model.with_signs(Sign(name) for name in sorted(places - set(model.names)))
+    places = sorted({name for names in scene.seen_as.values() for name in names})
+    grounded = {} if table is None else {sign.name: sign for sign in spatial_signs(table)}
+    signs = [grounded.get(name, Sign(name)) for name in places if name not in model.names]
+    model = model.with_signs(with_elementary(signs))
     for name, seen in scene.seen_as.items():
         model = model.grown(name, Component.IMAGE, sequence(set(seen)))
     return model

@@ -94,14 +94,15 @@ def _panel(
             boxes.append(svg.box(x, y, _WIDTH, _ROW - 3, fill="#f3f4f6", edge="#d1d5db"))
             boxes.append(svg.text(x + 4, y + 11, _short(names[i], kind), size=10))
 
-    # The links, from the side of a box that faces the other one.
+    # The links, from the side of a box that faces the other one; paler where there are many.
+    opacity = round(min(0.7, max(0.15, 40 / max(1, count))), 2)
     for one, other in np.argwhere(links).tolist():
         (x0, y0), (x1, y1) = place[one], place[other]
         begin = x0 + (_WIDTH if x1 > x0 else 0), y0 + _ROW / 2 - 1
         end = x1 + (0 if x1 > x0 else _WIDTH), y1 + _ROW / 2 - 1
         if x0 == x1:
             begin, end = (x0 + _WIDTH, begin[1]), (x1 + _WIDTH, end[1])
-        parts.append(svg.curve(begin, end, colour))
+        parts.append(svg.curve(begin, end, colour, opacity=opacity))
     parts += boxes  # above the links, so that names can be read
     tallest = max((len(members) for members in columns.values()), default=0)
     width = 32 + len(columns) * (_WIDTH + _GAP)

@@ -25,13 +25,16 @@ def box(x: float, y: float, width: float, height: float, *, fill: str, edge: str
     )
 
 
-def curve(begin: tuple[float, float], end: tuple[float, float], colour: str) -> str:
+def curve(
+    begin: tuple[float, float], end: tuple[float, float], colour: str, *, opacity: float = 0.55
+) -> str:
     """Returns an arc with an arrow head; one that ends where it begins in height is bent."""
     (x0, y0), (x1, y1) = begin, end
     bend = (x0 + x1) / 2, (y0 + y1) / 2 - (18 if abs(y1 - y0) < 4 else 0)
     return (
         f'<path d="M{x0:g},{y0:g} Q{bend[0]:g},{bend[1]:g} {x1:g},{y1:g}" fill="none"'
-        f' stroke="{colour}" stroke-width="1" stroke-opacity="0.55" marker-end="url(#head)"/>'
+        f' stroke="{colour}" stroke-width="1" stroke-opacity="{opacity:g}"'
+        ' marker-end="url(#head)"/>'
     )
 
 

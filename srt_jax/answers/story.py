@@ -2,23 +2,26 @@
 §3.1, plan specification).
 """
 
+import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from sign_model.foundation.legible import counted
-from srt_jax.answers.facts import NORTH
+from srt_jax.answers.facts import NORTH, explanation
 from srt_jax.engine.entrance import require_one_answer
 from srt_jax.formats.shared.whole_files import require_module
 from srt_jax.symbols import places
 from srt_jax.symbols.scene_of_task import (
     SPECIFY,
     PlannedStep,
+    obstacle_name,
     plan_lines,
     planned_steps,
     reached,
     scene_of,
+    scene_signs,
     scene_texts,
 )
 from srt_jax.types import Act, Solution, Status, Task
@@ -137,6 +140,41 @@ def _step(
         return
     yield f"{step.act.name.lower()}{about}"
     yield f"  {_stretch(step, cells, view, cell_side)}"
+
+
+def scene_model(
+    task: Task, solution: Solution, *, heading: float = NORTH, cell_side: float | None = None
+) -> Any:
+    """Returns one task as the agent's world model of signs, which `sign_model` describes and draws.
+
+    Its signs are those of the problem of `scene_pddl`; of the sign `i` and what it can destroy; and
+    of where the goal and the obstacles are seen, down to degrees and metres.
+
+    Args:
+      heading, cell_side: as in `explanation`.
+
+    Raises:
+      ValueError: a batch instead of one task.
+
+    Examples:
+      >>> import numpy as np
+      >>> import sign_model
+      >>> import srt_jax
+      >>> free = np.ones((5, 7), bool)
+      >>> free[:, 3] = False  # a wall from edge to edge
+      >>> task = srt_jax.make_task(free, (2, 0), (2, 6))
+      >>> model = srt_jax.scene_model(task, srt_jax.solve(task), heading=0)
+      >>> print(sign_model.describe(model, names="obstacle-0").splitlines()[4])
+          1. {ahead, close}
+    """
+    require_one_answer("scene_model", task, solution)
+    scene = scene_of(task, solution)
+    known = explanation(task, solution, heading=heading, cell_side=cell_side)
+    seen = {scene.goal: known["goal"]["seen_as"]}
+    for obstacle in (known["blockage"] or {"obstacles": []})["obstacles"]:
+        seen[obstacle_name(obstacle["id"])] = obstacle["seen_as"]
+    shown = {name: tuple(seen[name]) for name in (*scene.areas, *scene.obstacles) if name in seen}
+    return scene_signs(dataclasses.replace(scene, seen_as=shown), table=places.DEFAULT_TABLE)
 
 
 def _stretch(

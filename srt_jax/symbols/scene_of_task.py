@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sign_model.map_algorithm.plan_specification import SPECIFY, Step
-from sign_model.relocation.domain import AGENT, DOMAIN, Scene, problem_text
+from sign_model.relocation.domain import AGENT, DOMAIN, Scene, problem_text, scene_signs
 from sign_model.relocation.scenes import chain_scene, contour_scene, reached
 from sign_model.relocation.working_memory import BREAKABLE, area
 from srt_jax.types import Act, Array, Solution, Status, Task
@@ -17,10 +17,12 @@ __all__ = [
     "SPECIFY",
     "Scene",
     "Step",
+    "obstacle_name",
     "plan_lines",
     "planned_steps",
     "reached",
     "scene_of",
+    "scene_signs",
     "scene_texts",
 ]
 
@@ -62,7 +64,7 @@ def scene_of(
     """
     status, steps = Status(int(solution.status)), planned_steps(solution)
     if status.is_solved:
-        destroyed = [_name(step.obstacle) for step in steps if step.act is Act.DESTROY]
+        destroyed = [obstacle_name(step.obstacle) for step in steps if step.act is Act.DESTROY]
         if not steps:  # start and goal are one cell
             return Scene(area(0), area(0), seen_as=seen_as or {})
         if _is_chain(steps):
@@ -73,8 +75,8 @@ def scene_of(
     ids = [i for i in np.asarray(solution.blocking).tolist() if i >= 0]
     flags = np.asarray(task.destroyable)
     return contour_scene(
-        [_name(i) for i in ids if flags[i]],
-        [_name(i) for i in ids if not flags[i]],
+        [obstacle_name(i) for i in ids if flags[i]],
+        [obstacle_name(i) for i in ids if not flags[i]],
         seen_as=seen_as,
     )
 
@@ -93,7 +95,7 @@ def plan_lines(solution: Solution) -> list[str]:
 def _lines(steps: list[PlannedStep], is_chain: bool) -> Iterator[str]:
     here = 0
     for step in steps:
-        name = _name(step.obstacle)
+        name = obstacle_name(step.obstacle)
         if step.act is Act.APPROACH:
             yield f"(approach {AGENT} {name} {area(here)})"
         elif step.act is Act.DESTROY:
@@ -112,8 +114,9 @@ def _is_chain(steps: list[PlannedStep]) -> bool:
 
 
 def _names(ids: Array) -> list[str]:
-    return [_name(i) for i in np.asarray(ids).tolist() if i >= 0]
+    return [obstacle_name(i) for i in np.asarray(ids).tolist() if i >= 0]
 
 
-def _name(obstacle: int) -> str:
+def obstacle_name(obstacle: int) -> str:
+    """Returns what an obstacle is called in a scene."""
     return f"obstacle-{obstacle}"

@@ -6,7 +6,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from srt_jax import Status, check, make_task, scene_pddl, scene_problem, solve, solve_many
+from srt_jax import (
+    Status,
+    check,
+    make_task,
+    scene_model,
+    scene_pddl,
+    scene_problem,
+    solve,
+    solve_many,
+)
 from srt_jax.symbols.acts import left_behind
 from srt_jax.symbols.planning import first_act
 from srt_jax.types import Act
@@ -53,6 +62,18 @@ def test_a_scene_is_a_problem_of_unified_planning_that_the_plan_carried_out_solv
     with shortcuts.PlanValidator(name="sequential_plan_validator") as validator:
         assert validator.validate(problem, plan).status.name == "VALID"
     assert len(plan.actions) == 6
+
+
+def test_a_scene_is_a_world_model_whose_places_lead_down_to_measurements():
+    task, _ = task_from(TWO_WALLS)
+    solution = solve(task)
+    model = scene_model(task, solution, heading=0)
+    for name in ("situation goal", "action destroy", "i", "obstacle-0", "area-2"):
+        assert name in model.names
+    (seen,) = model.sign("obstacle-0").image
+    assert seen.features == {"ahead", "close"}
+    (direction,) = model.sign("ahead").image
+    assert all(model.sign(name).image == () for name in direction.features)
 
 
 @pytest.mark.slow
