@@ -57,8 +57,11 @@ class ForwardTask:
 class Search(Protocol):
     """A search that can be continued."""
 
-    plan: list[int] | None
-    expansions: int
+    @property
+    def plan(self) -> list[int] | None: ...
+
+    @property
+    def expansions(self) -> int: ...
 
     @property
     def is_exhausted(self) -> bool: ...

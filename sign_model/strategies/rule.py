@@ -7,6 +7,7 @@ round gives longer turns. So what one way solves quickly is never lost to anothe
 
     backwards     regression with a beam, as in reference [17] of PY16; gives up when no situation
                   was rated better for many steps
+    curiously     forwards, what is new first
     goal by goal  forwards, one goal after the other
     boldly        forwards, carrying out whole relaxed plans
     forwards      forwards, every situation rated before one is chosen; landmarks as a second rating
@@ -22,7 +23,7 @@ from typing import Any
 
 from sign_model.foundation.files import atomic_write, read_text
 
-WAYS = ("backwards", "goal by goal", "boldly", "forwards", "deferred")
+WAYS = ("backwards", "curiously", "goal by goal", "boldly", "forwards", "deferred")
 """The names of the ways of planning."""
 
 
@@ -84,7 +85,14 @@ def _is_real(value: object) -> bool:
 
 UNLEARNED = PlanningRule(
     "unlearned",
-    {"backwards": 8000, "goal by goal": 4000, "boldly": 1000, "forwards": 4000, "deferred": 4000},
+    {
+        "backwards": 8000,
+        "curiously": 16000,
+        "goal by goal": 4000,
+        "boldly": 1000,
+        "forwards": 4000,
+        "deferred": 4000,
+    },
 )
 """The rule of an agent without experience."""
 

@@ -6,10 +6,13 @@ import pytest
 from experiments.campaigns.inputs.vehicle_tasks import roads, rooms
 from experiments.campaigns.inputs.workshop_tasks import bar, orders, snacks
 from sign_model import PlanningRule, PlanStatus, load, plan, validate
+from sign_model.strategies import curiously
 from sign_model.strategies.alike import Alike
+from sign_model.strategies.curiously import Curiously
 from sign_model.strategies.forwards import Forwards, Scripts
 from sign_model.strategies.goal_by_goal import GoalByGoal
 from sign_model.strategies.landmarks_left import LandmarksLeft
+from sign_model.strategies.rule import WAYS
 from tests.helpers.strips import random_task, shortest_length
 
 
@@ -26,6 +29,7 @@ def searches(task, **options):
         {"landmarks": landmarks, "is_deferred": True},
     ):
         yield Forwards(scripts, task.start, task.goal, **given, **options)
+    yield Curiously(scripts, task.start, task.goal)
 
 
 def test_every_search_forwards_decides_random_tasks_like_breadth_first_search():
@@ -50,6 +54,24 @@ def test_a_search_continued_in_small_parts_finds_the_same_plan():
         parts.advance(10_000)
         assert whole.plan is not None and parts.plan is not None
         assert validate(task, names_of(task, parts.plan)) == []
+
+
+def test_curiosity_expands_little_where_goals_must_be_given_up_for_others():
+    task = load(*bar(2, 3, 3, 1))
+    search = Curiously(Scripts(task.conditions, task.adds, task.deletes), task.start, task.goal)
+    search.advance(20_000)
+    assert search.plan is not None and validate(task, names_of(task, search.plan)) == []
+    assert search.expansions < 3000
+
+
+def test_curiosity_that_may_remember_no_pairs_decides_all_the_same(monkeypatch):
+    monkeypatch.setattr(curiously, "_MAX_WORDS", 0)
+    for seed in range(60):
+        task = random_task(seed)
+        search = Curiously(Scripts(task.conditions, task.adds, task.deletes), task.start, task.goal)
+        search.advance(100_000)
+        assert (search.plan is not None) == (shortest_length(task) is not None), seed
+        assert search.plan is not None or search.is_exhausted
 
 
 def test_goal_by_goal_solves_what_goals_hardly_disturb():
@@ -93,7 +115,7 @@ def test_a_canonical_situation_is_the_same_for_all_exchanges_and_reachable_by_on
         assert (rows[0] == rows[1]).all()
 
 
-@pytest.mark.parametrize("way", ["backwards", "goal by goal", "boldly", "forwards", "deferred"])
+@pytest.mark.parametrize("way", WAYS)
 def test_each_way_alone_solves_a_small_delivery(way):
     task = load(*roads(0, 5, 2, 2))
     result = plan(task, rule=PlanningRule("one", {way: 1000}))
