@@ -72,8 +72,9 @@ def plan(
       planner: "map" (PY16 §3.1, counts steps) or a forward search: "astar" (the cheapest plan),
         "wastar" (weighs costs), "gbfs" (the first plan it meets).
       heuristic: for map a heuristic sign, several of them, or one's name; the unlearned `DEFAULTS`
-        where None. For the others blind, goals, hmax, hadd or ff; hmax for astar and ff for the
-        rest where None.
+        where None. For the others blind, goals, hmax, hadd or ff. Where None, ff for wastar and
+        gbfs; astar then first compares a plan of MAP with a bound of the landmarks, and searches
+        by hmax if that proves nothing.
       rule: for map, which ways of planning take turns; the `UNLEARNED` one where None.
       memory: precedents, tried first; where none serves, planning continues without it. What it
         learned of the domain serves where neither rule nor heuristic is given.
@@ -99,6 +100,7 @@ def plan(
     if max_expansions < 1:
         raise ValueError(f"max_expansions must be at least 1, got {max_expansions}")
     began, clock = time.perf_counter(), Clock(max_seconds)
+    is_plain_astar = planner == "astar" and heuristic is None
     recalled = memory.recall(task) if memory is not None else None
     if recalled is not None and not validate(task, recalled):
         return _finished(
@@ -122,7 +124,10 @@ def plan(
             " a sign"
         )
     else:
-        found = best_first(task, planner, max_expansions, clock, heuristic=heuristic, weight=weight)
+        found = _proven_at_once(task, max_expansions, clock) if is_plain_astar else None
+        found = found or best_first(
+            task, planner, max_expansions, clock, heuristic=heuristic, weight=weight
+        )
         actions = found.plan
     if not found.is_proof and (planner == "map" or actions is None):
         actions = _shorter(actions, _suggested(task, memory))
@@ -140,6 +145,18 @@ def plan(
         searched,
         clock,
     )
+
+
+def _proven_at_once(task: PlanningTask, max_expansions: int, clock: Clock) -> Regression | None:
+    """Returns the cheapest plan where the bound of the landmarks proves it; None where the search
+    has to.
+    """
+    from sign_model.strategies.proven import proven_cheapest
+
+    try:
+        return proven_cheapest(task, max_expansions=max_expansions, clock=clock)
+    except OutOfTime:
+        return None
 
 
 def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None:

@@ -99,7 +99,7 @@ def test_random_states_are_towers_and_equally_likely():
 
 def test_the_optimal_length_of_blocks_tasks_equals_that_of_astar():
     for task in random_blocks_tasks(4, 40, seed=4):
-        found = plan(task, planner="astar").actions
+        found = plan(task, planner="astar", heuristic="hmax").actions
         assert len(found) == optimal_length(
             state_of(task.problem.start, 4), state_of(task.problem.goal, 4)
         )
