@@ -4,6 +4,7 @@ replay.
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from sign_model.clock import Clock, OutOfTime
@@ -100,7 +101,6 @@ def plan(
     if max_expansions < 1:
         raise ValueError(f"max_expansions must be at least 1, got {max_expansions}")
     began, clock = time.perf_counter(), Clock(max_seconds)
-    is_plain_astar = planner == "astar" and heuristic is None
     recalled = memory.recall(task) if memory is not None else None
     if recalled is not None and not validate(task, recalled):
         return _finished(
@@ -124,10 +124,15 @@ def plan(
             " a sign"
         )
     else:
-        found = _proven_at_once(task, max_expansions, clock) if is_plain_astar else None
-        found = found or best_first(
-            task, planner, max_expansions, clock, heuristic=heuristic, weight=weight
-        )
+        found = Regression(None, 0, False)
+        if planner == "astar" and heuristic is None:
+            found = _proven_at_once(task, max_expansions, clock)
+        if found.plan is None and not found.is_proof:
+            spent = found.expansions
+            found = best_first(
+                task, planner, max_expansions - spent, clock, heuristic=heuristic, weight=weight
+            )
+            found = replace(found, expansions=found.expansions + spent)
         actions = found.plan
     if not found.is_proof and (planner == "map" or actions is None):
         actions = _shorter(actions, _suggested(task, memory))
@@ -147,16 +152,16 @@ def plan(
     )
 
 
-def _proven_at_once(task: PlanningTask, max_expansions: int, clock: Clock) -> Regression | None:
-    """Returns the cheapest plan where the bound of the landmarks proves it; None where the search
-    has to.
+def _proven_at_once(task: PlanningTask, max_expansions: int, clock: Clock) -> Regression:
+    """Returns the cheapest plan where the bound of the landmarks proves it; no plan where the
+    search has to.
     """
     from sign_model.strategies.proven import proven_cheapest
 
     try:
         return proven_cheapest(task, max_expansions=max_expansions, clock=clock)
     except OutOfTime:
-        return None
+        return Regression(None, 0, False)
 
 
 def _shorter(one: list[int] | None, other: list[int] | None) -> list[int] | None:
