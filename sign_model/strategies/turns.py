@@ -244,6 +244,8 @@ class _Turns:
             is_useful = name != "deferred" and not (name == "backwards" and words > _HUGE)
             if name not in self.ways and is_useful:
                 limit = effort // 16 if is_quick else 8 * most
+                if words > _LARGE:
+                    limit = min(limit, 2 * _QUICK.get(name, limit))
                 self._turn(name, min(self.rule.turns[name], limit))
         self._improve(is_quick)
 
