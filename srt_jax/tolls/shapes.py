@@ -85,7 +85,9 @@ def places_of(
     else:
         owner = labels.all[labels.which]
         is_one = packing.unpack(asked[None], width) & (owner >= 0)
-        rows, cols = (jnp.broadcast_to(x, owner.shape) for x in jnp.indices((height, width), jnp.int32))
+        rows, cols = (
+            jnp.broadcast_to(x, owner.shape) for x in jnp.indices((height, width), jnp.int32)
+        )
         new = jnp.stack([rows, -rows, cols, -cols], axis=-1).astype(jnp.int32)
         least = least.at[jnp.where(is_one, owner, num_obstacles)].min(new)
     least = least[:num_obstacles]
