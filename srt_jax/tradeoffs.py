@@ -8,7 +8,7 @@ import numpy as np
 from srt_jax.engine.entrance import require_single
 from srt_jax.solver import MAX_BRANCHES, solve
 from srt_jax.task import stack
-from srt_jax.tolls.front import Tradeoff, front_of
+from srt_jax.tolls.pareto_front import Tradeoff, front_of
 from srt_jax.types import Task
 
 NUM_TOLLS = 16

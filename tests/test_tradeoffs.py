@@ -5,7 +5,7 @@ import pytest
 
 from srt_jax import check, make_task, stack, tradeoffs
 from srt_jax.draw import draw_tradeoffs
-from srt_jax.tolls.front import front_of
+from srt_jax.tolls.pareto_front import front_of
 from srt_jax.tradeoffs import NUM_TOLLS, default_tolls
 
 

@@ -15,8 +15,8 @@ from sign_model.experience import cross_entropy
 from sign_model.experience.lifted_weights import learn_apart
 from sign_model.experience.precedent import require_one_domain
 from sign_model.foundation.sizes import next_power_of_two
+from sign_model.map_algorithm.a_step import kind_of
 from sign_model.map_algorithm.heuristics import LANDMARKS, HeuristicSign, weight_of
-from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_batch.grouping import share_matrices
 from sign_model.map_batch.iteration import regress
 from sign_model.map_batch.packed_tasks import pack_batch

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from sign_model.experience import cross_entropy
+from sign_model.map_algorithm.a_step import kind_of, make_rating
 from sign_model.map_algorithm.heuristics import (
     COUNTS,
     LANDMARKS,
@@ -18,7 +19,6 @@ from sign_model.map_algorithm.heuristics import (
     weight_of,
 )
 from sign_model.map_algorithm.map_planner import regress
-from sign_model.map_algorithm.rating import kind_of, make_rating
 from sign_model.map_algorithm.regression import regression_space
 from sign_model.pddl.planning_task import PlanningTask
 

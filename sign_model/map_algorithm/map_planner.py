@@ -25,8 +25,8 @@ import numpy as np
 
 from sign_model.bits import any_row, pack, popcount
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
+from sign_model.map_algorithm.a_step import Rating, make_rating
 from sign_model.map_algorithm.heuristics import HeuristicSign
-from sign_model.map_algorithm.rating import Rating, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.planning_task import PlanningTask
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sign_model.bits import any_row, pack, unpack
-from sign_model.map_algorithm.rating import kind_of
+from sign_model.map_algorithm.a_step import kind_of
 from sign_model.pddl.planning_task import PlanningTask
 
 

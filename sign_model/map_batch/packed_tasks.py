@@ -7,8 +7,8 @@ import jax
 import numpy as np
 
 from sign_model.foundation.words import pack_rows
+from sign_model.map_algorithm.a_step import kind_of
 from sign_model.map_algorithm.heuristics import HeuristicSign
-from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.map_algorithm.shorten import drop_detours
 from sign_model.map_batch.grouping import share_matrices

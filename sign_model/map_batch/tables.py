@@ -18,8 +18,8 @@ import numpy as np
 from sign_model.foundation.records import Array
 from sign_model.foundation.sizes import next_power_of_two
 from sign_model.foundation.words import WORD, num_words, pack_rows
+from sign_model.map_algorithm.a_step import kind_of
 from sign_model.map_algorithm.heuristics import HeuristicSign, Weights, weight_of
-from sign_model.map_algorithm.rating import kind_of
 from sign_model.map_algorithm.regression import RegressionSpace
 
 MAX_WEIGHT = 15

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
+from sign_model.map_algorithm.a_step import make_rating
 from sign_model.map_algorithm.heuristics import LANDMARKS, RELAXED_PLAN, HeuristicSign
 from sign_model.map_algorithm.map_planner import regress
-from sign_model.map_algorithm.rating import make_rating
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.strategies.windows import Rearranging, Window

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sign_model.foundation.legible import counted
+from sign_model.map_algorithm.a_step import Rating, make_rating
 from sign_model.map_algorithm.heuristics import COUNTS, LANDMARKS, HeuristicSign
 from sign_model.map_algorithm.map_planner import BEAMS, fitting_actions, regress
-from sign_model.map_algorithm.rating import Rating, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.signs.from_tasks import fact_name

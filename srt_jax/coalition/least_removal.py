@@ -26,7 +26,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from srt_jax.coalition import numbers, regions
-from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
+from srt_jax.coalition.joint_reach import Outcome, Powers, are_reached, fixpoint
 from srt_jax.coalition.regions import Graph
 from srt_jax.removal import sums
 from srt_jax.removal.nodes import (

@@ -12,7 +12,7 @@ from jax import lax
 
 from sign_model.foundation.marks import jitted
 from srt_jax.coalition import batches, regions
-from srt_jax.coalition.fixpoint import Outcome, Powers, are_reached, fixpoint
+from srt_jax.coalition.joint_reach import Outcome, Powers, are_reached, fixpoint
 from srt_jax.coalition.regions import Graph, Scratch
 from srt_jax.coalition.task import CoalitionTask
 from srt_jax.coalition.types import CoalitionReach, Help

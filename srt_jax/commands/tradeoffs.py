@@ -10,7 +10,7 @@ from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wr
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.reading import Reading
-from srt_jax.tolls.front import Tradeoff
+from srt_jax.tolls.pareto_front import Tradeoff
 from srt_jax.tradeoffs import tradeoffs as front_of_task
 
 _COLUMNS = (

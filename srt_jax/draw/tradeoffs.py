@@ -11,7 +11,7 @@ from srt_jax.draw.parts.colours import leg_colour
 from srt_jax.draw.parts.content import scene_of
 from srt_jax.draw.parts.legend import MARKS
 from srt_jax.draw.picture import draw_cells, page
-from srt_jax.tolls.front import Tradeoff
+from srt_jax.tolls.pareto_front import Tradeoff
 from srt_jax.types import Task
 
 _SIDE = 5.0

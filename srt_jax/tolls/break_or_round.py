@@ -1,9 +1,9 @@
 """Break or go round: the least sum of a route's length and of the tolls of what it destroys.
 
-The way round is the first answer. A search that remembers what is paid for (`leaps`) looks for a
-better one; not where no obstacle could be part of it, since its toll and the octile distance over
-it are too dear together (`shapes`). It finds and proves the least sum, unless more obstacles matter
-than it can remember one by one, or it runs out of room. Then branch and bound goes on:
+The way round is the first answer. A search that remembers what is paid for (`paid_search`) looks
+for a better one; not where no obstacle could be part of it, since its toll and the octile distance
+over it are too dear together (`shapes`). It finds and proves the least sum, unless more obstacles
+matter than it can remember one by one, or it runs out of room. Then branch and bound goes on:
 
 - a node says which obstacles are gone, and paid for, and which stay; its lower bound is what is
   paid and the least sum that the search finds with some obstacles paid for together;
@@ -26,8 +26,8 @@ from srt_jax.engine.in_place import write
 from srt_jax.obstacles import Labels
 from srt_jax.removal.nodes import Decisions, decisions_of
 from srt_jax.tolls import entry
-from srt_jax.tolls.leaps import UNREACHED, Best, search_once
-from srt_jax.tolls.memory import Metric, memory_of, octile, shared_of
+from srt_jax.tolls.paid_search import UNREACHED, Best, search_once
+from srt_jax.tolls.paid_sets import Metric, memory_of, octile, shared_of
 from srt_jax.tolls.shapes import places_of, rectangles_of
 from srt_jax.tolls.stops import changes_of, stops_of
 from srt_jax.types import Array

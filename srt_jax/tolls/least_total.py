@@ -17,8 +17,8 @@ from srt_jax.propagation.lengths import UNREACHED as NO_PATH
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
 from srt_jax.tolls.break_or_round import Found, search
-from srt_jax.tolls.leaps import UNREACHED, most_labels
-from srt_jax.tolls.memory import Metric
+from srt_jax.tolls.paid_search import UNREACHED, most_labels
+from srt_jax.tolls.paid_sets import Metric
 from srt_jax.types import Array, Task
 
 

@@ -26,7 +26,7 @@ from srt_jax.engine import packing
 from srt_jax.engine.in_place import read
 from srt_jax.obstacles import Labels
 from srt_jax.tolls import entry
-from srt_jax.tolls.memory import Metric, octile, to_boxes
+from srt_jax.tolls.paid_sets import Metric, octile, to_boxes
 from srt_jax.tolls.stops import Changes
 from srt_jax.types import FREE, Array
 

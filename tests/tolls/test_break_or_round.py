@@ -7,7 +7,7 @@ import pytest
 from experiments.campaigns.inputs.tolled_maps import KINDS, tolled_tasks
 from srt_jax import Status, check, explain, make_task, shortest_path, solve, solve_many, stack
 from srt_jax.reference.tolls import brute_force_total
-from srt_jax.tolls import memory
+from srt_jax.tolls import paid_sets
 
 SAME = ("status", "cost", "total", "total_bound", "removal_cost", "destroyed", "plan")
 
@@ -103,7 +103,7 @@ def test_all_cells_at_once_give_the_same_answers(cases, monkeypatch):
 @pytest.mark.slow
 def test_without_memory_branch_and_bound_finds_the_same_totals(cases, monkeypatch):
     tasks, tolls, answers, _ = cases
-    monkeypatch.setattr(memory, "REMEMBERED", 1)
+    monkeypatch.setattr(paid_sets, "REMEMBERED", 1)
     # The straight way through three bent walls pays for all three, though they share a bit.
     labels = np.full((1, 12, 12), -1)
     for i, col in enumerate((2, 5, 8)):

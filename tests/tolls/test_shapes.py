@@ -9,7 +9,7 @@ from sign_model.foundation.marks import compiled_whole
 from srt_jax import obstacles
 from srt_jax.engine.packing import pack
 from srt_jax.tolls import entry, shapes
-from srt_jax.tolls.memory import Metric
+from srt_jax.tolls.paid_sets import Metric
 from srt_jax.tolls.stops import changes_of
 
 SIDE, NUM = 12, 12

@@ -9,6 +9,7 @@ import pytest
 
 from sign_model.bits import pack, popcount, unpack
 from sign_model.blocks import random_blocks_tasks
+from sign_model.map_algorithm.a_step import kind_of, make_rating
 from sign_model.map_algorithm.heuristics import (
     DEFAULTS,
     LANDMARKS,
@@ -19,7 +20,6 @@ from sign_model.map_algorithm.heuristics import (
 )
 from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
 from sign_model.map_algorithm.mutex import mutex_groups, mutexes
-from sign_model.map_algorithm.rating import kind_of, make_rating
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from tests.helpers.strips import random_task, reachable_states
 

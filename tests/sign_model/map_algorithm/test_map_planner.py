@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.map_algorithm.a_step import make_rating
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
 from sign_model.map_algorithm.map_planner import regress
-from sign_model.map_algorithm.rating import make_rating
 from sign_model.map_algorithm.regression import regression_space
 from sign_model.map_algorithm.shorten import shorten
 from sign_model.pddl.grounding import load

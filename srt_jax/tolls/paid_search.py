@@ -8,11 +8,11 @@ moves. So legs go through obstacles, each paid for where it is first entered; co
 all obstacles, which holds those of what stays, whatever S may be.
 
 THE SEARCH. A label is a way to a cell: its sum, which of the obstacles on it have been paid for
-(`memory`), and the moves to try from there. Those paid for are free from there on, all others are
-paid at the door (`entry`). Of rectangles no least way enters one twice (`shapes`), so they need no
-memory. A leg ends with a label at a corner, where the moves of `jump_points` begin, and at a door,
-from where it goes on. Labels wait in buckets of the sum and the octile distance to the goal, and a
-leg ends as well where these are more than the best answer.
+(`paid_sets`), and the moves to try from there. Those paid for are free from there on, all others
+are paid at the door (`entry`). Of rectangles no least way enters one twice (`shapes`), so they need
+no memory. A leg ends with a label at a corner, where the moves of `jump_points` begin, and at a
+door, from where it goes on. Labels wait in buckets of the sum and the octile distance to the goal,
+and a leg ends as well where these are more than the best answer.
 
 WHICH LABELS ARE DROPPED. Of two labels of one cell, one is worse than the other if its sum is more
 than the other's with the tolls of what it alone has paid for added: whoever has the other may pay
@@ -43,7 +43,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.paths.jump_points import moves_to_try
 from srt_jax.paths.jump_tables import groups_of
 from srt_jax.tolls import entry
-from srt_jax.tolls.memory import Memory, Metric, octile, useful, worth
+from srt_jax.tolls.paid_sets import Memory, Metric, octile, useful, worth
 from srt_jax.tolls.stops import Stops
 from srt_jax.types import Array
 
