@@ -20,7 +20,6 @@ from typing import Any
 
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.heuristics import (
-    DEFAULTS,
     LANDMARKS,
     RELAXED_PLAN,
     HeuristicSign,
@@ -30,7 +29,7 @@ from sign_model.map_algorithm.map_planner import Regression
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.strategies.improve import Patience, improve
 from sign_model.strategies.rule import UNLEARNED, PlanningRule, rule_of
-from sign_model.strategies.turns import Outcome, outcome_of, plan_by_rule
+from sign_model.strategies.turns import Outcome, kept_or_unlearned, outcome_of, plan_by_rule
 
 SHARE = 0.45
 """The least expansions of a skill, as a share of those that planning without it would take."""
@@ -102,17 +101,7 @@ class Skill:
             return plan_by_rule(task, self.signs, self.rule, **options)
         outcome, found = attempt(self, task, **options)
         factor, more = self.rule.trust or (0.0, 0.0)
-        if found.is_proof or found.is_shortest or clock.is_over():
-            return found
-        if found.plan is not None and len(found.plan) <= factor * outcome.estimate + more:
-            return found
-
-        # Far from all experience: planning without it has its say too.
-        left = max_expansions - found.expansions
-        other = plan_by_rule(task, DEFAULTS, UNLEARNED, max_expansions=left, clock=clock)
-        is_longer = other.plan is None or (found.plan and len(found.plan) <= len(other.plan))
-        best = found if found.plan is not None and is_longer else other
-        return replace(best, expansions=found.expansions + other.expansions)
+        return kept_or_unlearned(task, found, factor * outcome.estimate + more, **options)
 
 
 def attempt(

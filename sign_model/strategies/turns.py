@@ -160,13 +160,31 @@ def plan_by_rule(
     """
     outcome = outcome_of(task, signs, rule, max_expansions=max_expansions, clock=clock)
     found = outcome.regression
-    if rule.trust is None or found.is_proof or found.is_shortest or clock.is_over():
+    if rule.trust is None:
         return found
+    trusted = rule.trust[0] * outcome.estimate + rule.trust[1]
+    return kept_or_unlearned(task, found, trusted, max_expansions=max_expansions, clock=clock)
 
-    # Experience is trusted as far as it goes: a plan that is longer than planning without it was
-    # found to make them, or none at all, is a case for planning without it.
-    factor, more = rule.trust
-    if found.plan is not None and len(found.plan) <= factor * outcome.estimate + more:
+
+def kept_or_unlearned(
+    task: PlanningTask,
+    found: Regression,
+    trusted: float,
+    *,
+    max_expansions: int,
+    clock: Clock = NO_LIMIT,
+) -> Regression:
+    """Returns what experience found where it is trusted as far as that, else the shorter plan of
+    that and of planning without experience.
+
+    Args:
+      trusted: the most steps of a plan that is kept as it is. One that is longer than planning
+        without experience was found to make them, or none at all, is a case for planning without.
+      max_expansions: the most situations expanded in all, those of `found` among them.
+    """
+    if found.is_proof or found.is_shortest or clock.is_over():
+        return found
+    if found.plan is not None and len(found.plan) <= trusted:
         return found
     left = max_expansions - found.expansions
     other = plan_by_rule(task, DEFAULTS, UNLEARNED, max_expansions=left, clock=clock)

@@ -50,7 +50,7 @@ from jax import lax
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
 from srt_jax.engine.in_place import read, read_apart, write
-from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables
+from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables, next_stop
 from srt_jax.types import Array
 
 NO_COST = np.uint32(2**32 - 1)
@@ -67,7 +67,7 @@ _LEAST_BUCKETS = 4096
 COMES, RUN, SIDE = (np.uint32(n) for n in (29, 7, 5))
 _WAITS, _LEG = np.uint32(16), np.uint32(2**32 - 32)
 
-_ONE, _LOW, _ALL = np.uint32(1), np.uint32(31), np.uint32(2**32 - 1)
+_ONE, _LOW = np.uint32(1), np.uint32(31)
 _NO_DIAGONAL = np.uint32(4)
 
 
@@ -318,33 +318,13 @@ def _runner(
     buckets: int,
 ) -> Callable[[_Expansion], _Expansion]:
     """A function that tries the lowest of the runs, and queues the corner where it stops."""
-    tall, wide = groups_of(height, width)
-    size = np.uint32(32 * tall * wide)
     ends_of_legs = jnp.asarray(_ends_of_legs())
 
     def one_run(state: _Expansion) -> _Expansion:
         place, corners, queue = state
         run, runs = _lowest(place.runs), place.runs & (place.runs - _ONE)
-        # the stops of this line, from the next cell on
-        is_vertical, is_forth = run & _ONE != 0, run < np.uint32(2)
-        line = jnp.where(is_vertical, place.col, place.row)
-        pos = jnp.where(is_vertical, place.row, place.col)
-        words = np.uint32(wide)
-        if tall != wide:
-            words = jnp.where(is_vertical, np.uint32(tall), words)
-        first = run * size + line * words + (pos >> np.uint32(5))
-        bit = pos & _LOW
-        mask = jnp.where(is_forth, np.uint32(_ALL - 1) << bit, (_ONE << bit) - _ONE)
-        by = jnp.where(is_forth, _ONE, _ALL)
-        at, word = lax.while_loop(
-            lambda scan: scan[1] == 0,
-            lambda scan: (scan[0] + by, read(tables.stop, scan[0] + by)),
-            (first, read_apart(tables.stop, first) & mask),
-        )
-        # the nearest of them
-        bit = _LOW - lax.clz(jnp.where(is_forth, word & -word, word))
-        to = (pos & ~_LOW) + (at - first) * np.uint32(32) + bit
-        length = jnp.where(is_forth, to - pos, pos - to)
+        at, bit, to, length = next_stop(tables.stop, run, place.row, place.col, height, width)
+        is_vertical = run & _ONE != 0
         row, col = jnp.where(is_vertical, to, place.row), jnp.where(is_vertical, place.col, to)
         cost = place.cost + length * straight
         leg = (np.uint32(LONGEST_SIDE) - length) << RUN

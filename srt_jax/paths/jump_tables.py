@@ -11,6 +11,7 @@ up. Even ones go along the lines of the layout by rows, odd ones along those by 
 they go backwards. So bit maps by run are in four parts of equal size, the layouts taking turns.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -19,11 +20,60 @@ from jax import lax
 
 from sign_model.foundation.loops import repeat
 from sign_model.foundation.words import WORD
-from srt_jax.engine.in_place import read, write
+from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.types import Array
 
 _ONE, _TOP = np.uint32(1), np.uint32(WORD - 1)
 _HALVES = ((16, 0xFFFF), (8, 0xFF00FF), (4, 0xF0F0F0F), (2, 0x33333333), (1, 0x55555555))
+
+
+class NextStop(NamedTuple):
+    """Where a run stops, all uint32 []. at, bit: the word and the bit of the bit map; to: the
+    column, or the row, of the cell; length: the moves that lead there.
+    """
+
+    at: Array
+    bit: Array
+    to: Array
+    length: Array
+
+
+def next_stop(
+    stop: Array,
+    run: Array,
+    row: Array,
+    col: Array,
+    height: int,
+    width: int,
+    is_asked: Array | None = None,
+) -> NextStop:
+    """Returns the first stop of a run from the next cell on; for use inside a marked call.
+
+    Args:
+      stop: of the tables. run, row, col: uint32 [].
+      is_asked: bool [], whether there is a run; else what is returned has no meaning. There always
+        is one where None.
+    """
+    tall, wide = groups_of(height, width)
+    is_vertical, is_forth = run & _ONE != 0, run < np.uint32(2)
+    line, pos = jnp.where(is_vertical, col, row), jnp.where(is_vertical, row, col)
+    words = np.uint32(wide)
+    if tall != wide:
+        words = jnp.where(is_vertical, np.uint32(tall), words)
+    first = run * np.uint32(WORD * tall * wide) + line * words + (pos >> np.uint32(5))
+    bit = pos & _TOP
+    mask = jnp.where(is_forth, np.uint32(2**32 - 2) << bit, (_ONE << bit) - _ONE)
+    by = jnp.where(is_forth, _ONE, np.uint32(2**32 - 1))
+    begin = read_apart(stop, first) & mask
+    at, word = lax.while_loop(
+        lambda scan: scan[1] == 0,
+        lambda scan: (scan[0] + by, read(stop, scan[0] + by)),
+        (first, begin if is_asked is None else jnp.where(is_asked, begin, _ONE)),
+    )
+    # the nearest of them
+    bit = _TOP - lax.clz(jnp.where(is_forth, word & -word, word))
+    to = (pos & ~_TOP) + (at - first) * np.uint32(WORD) + bit
+    return NextStop(at, bit, to, jnp.where(is_forth, to - pos, pos - to))
 
 
 class JumpTables(NamedTuple):
@@ -136,17 +186,30 @@ def _corners(
     return repeat(groups, strip, tables)
 
 
-def _with_goal(tables: JumpTables, goal: Array, size: int, tall: int, wide: int) -> JumpTables:
-    """Makes the goal a stop of every run."""
-    row, col = goal[0].astype(jnp.uint32), goal[1].astype(jnp.uint32)
+def place_in_parts(
+    cell: Array, size: int, tall: int, wide: int
+) -> Callable[[Array], tuple[Array, Array]]:
+    """Returns a function of a part, uint32 [], that returns the word of a cell, int32 [2], in that
+    part of a bit map by run, and its bit.
+    """
+    row, col = cell[0].astype(jnp.uint32), cell[1].astype(jnp.uint32)
     by_rows = row * jnp.uint32(wide) + (col >> np.uint32(5))
     by_cols = col * jnp.uint32(tall) + (row >> np.uint32(5))
 
-    def mark(i: Array, tables: JumpTables) -> JumpTables:
-        part = i.astype(jnp.uint32)
+    def place_of(part: Array) -> tuple[Array, Array]:
         is_by_rows = part & _ONE == 0
         place = part * jnp.uint32(size) + jnp.where(is_by_rows, by_rows, by_cols)
-        bit = _ONE << (jnp.where(is_by_rows, col, row) & _TOP)
+        return place, _ONE << (jnp.where(is_by_rows, col, row) & _TOP)
+
+    return place_of
+
+
+def _with_goal(tables: JumpTables, goal: Array, size: int, tall: int, wide: int) -> JumpTables:
+    """Makes the goal a stop of every run."""
+    place_of = place_in_parts(goal, size, tall, wide)
+
+    def mark(i: Array, tables: JumpTables) -> JumpTables:
+        place, bit = place_of(i.astype(jnp.uint32))
         stop, ahead = (
             write(table, read(table, place) | bit, place) for table in (tables.stop, tables.ahead)
         )

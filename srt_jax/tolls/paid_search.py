@@ -41,7 +41,7 @@ from jax import lax
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.obstacles import Labels
 from srt_jax.paths.jump_points import moves_to_try
-from srt_jax.paths.jump_tables import groups_of
+from srt_jax.paths.jump_tables import next_stop
 from srt_jax.tolls import entry
 from srt_jax.tolls.paid_sets import Memory, Metric, octile, useful, worth
 from srt_jax.tolls.stops import Stops
@@ -51,7 +51,7 @@ UNREACHED = entry.CLOSED
 """The sum of a way that does not exist, or is too dear to be held."""
 
 _BUCKETS, _SHIFT = 4096, np.uint32(9)
-_ONE, _LOW, _ALL = np.uint32(1), np.uint32(31), np.uint32(2**32 - 1)
+_ONE = np.uint32(1)
 
 # Moves: runs 0 right, 1 down, 2 left, 3 up, then diagonals 4 down right, 5 down left, 6 up right,
 # 7 up left. A set of moves has a bit for each; the bits above are those that have been tried.
@@ -316,8 +316,6 @@ def _advancer(
     """
     bits = memory.bits
     num_layers, height, width = labels.all.shape[1:]
-    tall, wide = groups_of(height, width)
-    size = np.uint32(32 * tall * wide)
     down_by, right_by, components, to_try = (
         jnp.asarray(table) for table in (_DOWN, _RIGHT, _COMPONENTS, moves_to_try())
     )
@@ -330,24 +328,7 @@ def _advancer(
         """
         is_run = move < np.uint32(4)
         run = move & np.uint32(3)
-        is_vertical, is_forth = run & _ONE != 0, run < np.uint32(2)
-        line, pos = jnp.where(is_vertical, col, row), jnp.where(is_vertical, row, col)
-        words = np.uint32(wide)
-        if tall != wide:
-            words = jnp.where(is_vertical, np.uint32(tall), words)
-        first = run * size + line * words + (pos >> np.uint32(5))
-        bit = pos & _LOW
-        mask = jnp.where(is_forth, np.uint32(_ALL - 1) << bit, (_ONE << bit) - _ONE)
-        by = jnp.where(is_forth, _ONE, _ALL)
-        begin = jnp.where(is_run, read_apart(stops.stop, first) & mask, _ONE)
-        at, word = lax.while_loop(
-            lambda state: state[1] == 0,
-            lambda state: (state[0] + by, read(stops.stop, state[0] + by)),
-            (first, begin),
-        )
-        bit = _LOW - lax.clz(jnp.where(is_forth, word & -word, word))
-        to = (pos & ~_LOW) + (at - first) * np.uint32(32) + bit
-        length = jnp.where(is_forth, to - pos, pos - to)
+        at, bit, _, length = next_stop(stops.stop, run, row, col, height, width, is_asked=is_run)
         before, behind = ((read(table, at) >> bit) & _ONE for table in (stops.before, stops.behind))
         walls = jnp.where(is_run, before | behind << _ONE, jnp.uint32(0))
         return jnp.where(is_run, length, _ONE), walls, is_run

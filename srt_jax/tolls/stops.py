@@ -18,7 +18,7 @@ from sign_model.foundation.words import WORD
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, write
 from srt_jax.obstacles import Labels
-from srt_jax.paths.jump_tables import groups_of, transposed
+from srt_jax.paths.jump_tables import groups_of, place_in_parts, transposed
 from srt_jax.types import FREE, Array
 
 _ONE, _TOP, _ALL = np.uint32(1), np.uint32(WORD - 1), np.uint32(2**32 - 1)
@@ -182,18 +182,13 @@ def _strips(
 
 def _with_ends(stop: Array, goal: Array, size: int, tall: int, wide: int) -> Array:
     """Makes the goal a stop of every run, and so the last cell of each part, which lies outside."""
-    row, col = goal[0].astype(jnp.uint32), goal[1].astype(jnp.uint32)
-    by_rows = row * jnp.uint32(wide) + (col >> np.uint32(5))
-    by_cols = col * jnp.uint32(tall) + (row >> np.uint32(5))
+    place_of = place_in_parts(goal, size, tall, wide)
 
     def mark(i: Array, stop: Array) -> Array:
         part = i.astype(jnp.uint32)
-        is_by_rows = part & _ONE == 0
-        first = part * jnp.uint32(size)
-        last = first + np.uint32(size - 1)
+        last = part * jnp.uint32(size) + np.uint32(size - 1)
         stop = write(stop, read(stop, last) | (_ONE << _TOP), last)
-        place = first + jnp.where(is_by_rows, by_rows, by_cols)
-        bit = _ONE << (jnp.where(is_by_rows, col, row) & _TOP)
+        place, bit = place_of(part)
         return write(stop, read(stop, place) | bit, place)
 
     return repeat(4, mark, stop)
