@@ -304,6 +304,11 @@ _SHORT_ROUTES = 1024
 compile, and answers take no longer. On 512 x 512 they would take half as long again.
 """
 
+_SMALL_BATCH = 1 << 16
+"""Cells of a batch up to which it is answered before its program is optimised: 16 maps of 64 x 64.
+One such map takes 0.9 ms then instead of 0.35, and the first answer a third less time.
+"""
+
 
 @functools.cache
 def _solver(
@@ -324,6 +329,7 @@ def _solver(
         is_large=True,
         level=2 if capacity <= _SHORT_ROUTES else None,
         name=("solve", mode, max_destroyed, capacity, max_branches, is_part),
+        most_in_tiers=0 if is_part else _SMALL_BATCH,
     )
 
 

@@ -15,20 +15,26 @@ The name of a file is a digest of all that decides the program: the source of bo
 versions of Python, JAX and jaxlib, the processor, the settings that change what is compiled, and
 what the caller gives. Files appear by renaming, so several processes may share the folder. When it
 holds more than `MOST_BYTES`, those not used for longest go first.
+
+TIERS. Half of the time to compile a large program goes into LLVM's optimisation, which a few small
+calls never earn back. So where the arguments are small, a program is compiled without it at first,
+and again with it once its calls have taken `PATIENCE` seconds. Both give the same bits.
 """
 
 import contextlib
 import functools
 import hashlib
+import math
 import os
 import pathlib
 import pickle
 import platform
 import stat
 import sys
+import time
 from collections.abc import Callable
 from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -38,7 +44,13 @@ from sign_model.foundation.files import atomic_write
 MOST_BYTES = 1 << 30
 """Of all programs in the folder; the solver for one size of map takes about 2 MB."""
 
+PATIENCE = 0.5
+"""Seconds that calls of a program compiled without optimisation may take: a quarter to a sixth of
+the time to compile it with.
+"""
+
 _OFF = "off"
+_LEVEL = "xla_backend_optimization_level"
 _PASSES = "xla_disable_hlo_passes"
 _SETTINGS = (
     "jax_enable_x64",
@@ -51,6 +63,17 @@ _SETTINGS = (
 """Settings of JAX that change what is compiled."""
 
 
+class _Program(NamedTuple):
+    """A compiled function of flat arrays, and the structure of its results; `lowered` is what it
+    was compiled from, where it is of the first tier and was compiled in this process.
+    """
+
+    run: Callable
+    out_structure: Any
+    is_first_tier: bool = False
+    lowered: Any = None
+
+
 class KeptProgram:
     """A function of arrays whose programs are kept: called like the jitted function it is made
     from.
@@ -58,15 +81,21 @@ class KeptProgram:
     Only for arguments that are arrays on the host or on the one device, never tracers.
     """
 
-    def __init__(self, fun: Callable, name: tuple, options: dict[str, Any]) -> None:
+    def __init__(
+        self, fun: Callable, name: tuple, options: dict[str, Any], most_in_tiers: int = 0
+    ) -> None:
         """Args:
         fun: a pure function of pytrees of arrays.
         name: what decides the program besides the shapes and dtypes of the arguments; its `repr` is
           the same in every process.
         options: of the compiler.
+        most_in_tiers: up to how many entries, in all arguments together, a program is compiled
+          without optimisation at first.
         """
         self._fun, self._name, self._options = fun, name, options
-        self._loaded: dict[Any, tuple[Callable, Any]] = {}
+        self._most_in_tiers = most_in_tiers
+        self._loaded: dict[Any, _Program] = {}
+        self._seconds: dict[Any, float] = {}
 
     def __call__(self, *args: Any) -> Any:
         leaves, structure = jax.tree.flatten(args)
@@ -74,8 +103,19 @@ class KeptProgram:
         key = (structure, shapes, _settings())
         if key not in self._loaded:
             self._loaded[key] = self._load(args, structure, shapes)
-        program, out_structure = self._loaded[key]
-        return jax.tree.unflatten(out_structure, program(*leaves))
+        program = self._loaded[key]
+        if program.is_first_tier:
+            return self._call_first_tier(key, program, args)
+        return jax.tree.unflatten(program.out_structure, program.run(*leaves))
+
+    def _call_first_tier(self, key: Any, program: _Program, args: tuple) -> Any:
+        began = time.perf_counter()
+        out = jax.block_until_ready(program.run(*jax.tree.leaves(args)))
+        spent = self._seconds.get(key, 0.0) + time.perf_counter() - began
+        self._seconds[key] = spent
+        if spent > PATIENCE:
+            self._loaded[key] = self._load(args, *key[:2], in_tiers=False, lowered=program.lowered)
+        return jax.tree.unflatten(program.out_structure, out)
 
     def is_kept(self, *args: Any) -> bool:
         """Returns whether the program for such arguments, arrays or what only has their shapes and
@@ -85,27 +125,65 @@ class KeptProgram:
         shapes = _shapes(leaves)
         if (structure, shapes, _settings()) in self._loaded:
             return True
-        file = _file_of(self._what(structure, shapes))
-        return file is not None and file.is_file()
-
-    def _what(self, structure: Any, shapes: tuple) -> tuple:
-        return self._name, str(structure), shapes, sorted(self._options.items())
+        files = [self._file(structure, shapes, tier) for tier in self._tiers(shapes)]
+        return any(file is not None and file.is_file() for file in files)
 
     def num_programs(self) -> int:
         """Returns how many programs have been loaded or compiled in this process."""
         return len(self._loaded)
 
-    def _load(self, args: tuple, structure: Any, shapes: tuple) -> tuple[Callable, Any]:
+    def _tiers(self, shapes: tuple) -> tuple[bool, ...]:
+        """Returns whether a program is of the first tier, for all that may be, the faster one
+        first.
+        """
+        count = sum(math.prod(shape) for shape, _ in shapes)
+        return (False, True) if count <= self._most_in_tiers else (False,)
+
+    def _options_of(self, is_first_tier: bool) -> dict[str, Any]:
+        return self._options | ({_LEVEL: 0} if is_first_tier else {})
+
+    def _file(self, structure: Any, shapes: tuple, is_first_tier: bool) -> pathlib.Path | None:
+        options = sorted(self._options_of(is_first_tier).items())
+        return _file_of((self._name, str(structure), shapes, options))
+
+    def _load(
+        self,
+        args: tuple,
+        structure: Any,
+        shapes: tuple,
+        *,
+        in_tiers: bool = True,
+        lowered: Any = None,
+    ) -> _Program:
         """Returns a program on flat arguments and the structure of its results: from disk, else
         compiled, and kept.
         """
         # A result is kept as flat arrays and a pattern of them, numbers in the place of arrays:
         # JAX cannot store the structure of classes that are not its own.
-        file = _file_of(self._what(structure, shapes))
+        tiers = self._tiers(shapes) if in_tiers else (False,)
+        for is_first in tiers:
+            file = self._file(structure, shapes, is_first)
+            if file is not None:
+                with contextlib.suppress(Exception):
+                    return _Program(*_read(file), is_first)
+        is_first = tiers[-1]
+        file = self._file(structure, shapes, is_first)
+        options = self._options_of(is_first)
+        if file is not None:
+            options = _never_seen(options)
+        if lowered is None:
+            lowered = self._lowered(args, structure)
+        flat, out_structure = lowered
+        compiled = flat.compile(options or None)
         if file is not None:
             with contextlib.suppress(Exception):
-                return _read(file)
+                _write(file, compiled, out_structure)
+        return _Program(compiled, out_structure, is_first, lowered if is_first else None)
 
+    def _lowered(self, args: tuple, structure: Any) -> tuple[Any, Any]:
+        """Returns the function of flat arguments, traced and lowered, and the structure of its
+        results.
+        """
         out_structure = None
 
         def flat(*leaves: Any) -> tuple:
@@ -113,13 +191,8 @@ class KeptProgram:
             out, out_structure = jax.tree.flatten(self._fun(*jax.tree.unflatten(structure, leaves)))
             return tuple(out)
 
-        options = _never_seen(self._options) if file is not None else self._options
-        jitted = jax.jit(flat, compiler_options=options or None)
-        compiled = jitted.lower(*jax.tree.leaves(args)).compile()
-        if file is not None:
-            with contextlib.suppress(Exception):
-                _write(file, compiled, out_structure)
-        return compiled, out_structure
+        lowered = jax.jit(flat).lower(*jax.tree.leaves(args))
+        return lowered, out_structure
 
 
 def _shapes(leaves: list[Any]) -> tuple:
@@ -139,8 +212,10 @@ def folder() -> pathlib.Path | None:
 
 
 def is_on() -> bool:
-    """Returns whether programs can be kept: on one CPU, in a folder of the user's own."""
-    return jax.default_backend() == "cpu" and jax.device_count() == 1 and _safe_folder() is not None
+    """Returns whether a program can be a `KeptProgram`: where it runs on one CPU. Without a folder
+    it is kept in memory alone.
+    """
+    return jax.default_backend() == "cpu" and jax.device_count() == 1
 
 
 def _safe_folder() -> pathlib.Path | None:

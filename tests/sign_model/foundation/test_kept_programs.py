@@ -1,5 +1,5 @@
 """Programs kept on disk: found again without tracing, safe with broken files, only in a folder of
-one's own.
+one's own; compiled without optimisation at first where the arguments are small.
 """
 
 from typing import NamedTuple
@@ -24,14 +24,14 @@ def place(tmp_path, monkeypatch):
     return tmp_path / "programs"
 
 
-def program(traced):
+def program(traced, most_in_tiers=0):
     """A program made again, as in a new process; `traced` grows whenever its function is traced."""
 
     def fun(numbers, factor):
         traced.append(numbers.shape)
         return Answer(numbers.sum() * factor, {"doubled": numbers * 2, "negative": -numbers})
 
-    return KeptProgram(fun, ("a sum", 3), {})
+    return KeptProgram(fun, ("a sum", 3), {}, most_in_tiers)
 
 
 def answer_of(traced, numbers):
@@ -76,11 +76,12 @@ def test_nothing_is_kept_where_that_is_unsafe_unwanted_or_impossible(place, tmp_
     answer_of(traced, np.arange(5, dtype=np.float32))
     assert not list(place.iterdir())
     monkeypatch.setenv("SRT_JAX_PROGRAMS", "off")
-    assert not kept_programs.is_on()
+    answer_of(traced, np.arange(5, dtype=np.float32))
+    assert kept_programs.folder() is None and len(traced) == 2
     monkeypatch.setenv("SRT_JAX_PROGRAMS", str(tmp_path / "a file" / "folder"))
     (tmp_path / "a file").write_text("")
     answer_of(traced, np.arange(5, dtype=np.float32))
-    assert len(traced) == 2
+    assert len(traced) == 3
 
 
 def test_the_programs_not_used_for_longest_go_first(place, monkeypatch):
@@ -91,6 +92,62 @@ def test_the_programs_not_used_for_longest_go_first(place, monkeypatch):
     answer_of(traced, np.arange(6, dtype=np.float32))
     (left,) = place.glob("*.program")
     assert left != old
+
+
+def tiers_of(run):
+    return [entry.is_first_tier for entry in run._loaded.values()]
+
+
+def test_a_small_call_is_compiled_quickly_and_optimised_once_it_pays(place, monkeypatch):
+    traced, two = [], np.float32(2)
+    small, large = np.arange(5, dtype=np.float32), np.arange(9, dtype=np.float32)
+    run = program(traced, most_in_tiers=6)  # the factor is one entry
+    first = run(small, two)
+    assert tiers_of(run) == [True] and len(list(place.glob("*.program"))) == 1
+    run(large, two)
+    assert tiers_of(run) == [True, False] and len(traced) == 2
+    # another process finds the first tier
+    other = program(traced, most_in_tiers=6)
+    assert other.is_kept(small, two)
+    other(small, two)
+    assert tiers_of(other) == [True] and len(traced) == 2
+    # optimised from what was traced before, or, where that was elsewhere, traced again
+    monkeypatch.setattr(kept_programs, "PATIENCE", 0.0)
+    run(small, two)
+    assert tiers_of(run) == [False, False] and len(traced) == 2
+    jax.tree.map(np.testing.assert_array_equal, first, run(small, two))
+    place_of_optimised = sorted(place.glob("*.program"), key=lambda path: path.stat().st_mtime)[-1]
+    place_of_optimised.unlink()
+    other(small, two)
+    assert tiers_of(other) == [False] and len(traced) == 3
+    # and kept: a new process starts with it
+    newest = program(traced, most_in_tiers=6)
+    newest(small, two)
+    assert tiers_of(newest) == [False] and len(traced) == 3
+
+
+@pytest.mark.parametrize(
+    "mode",
+    [
+        "least",
+        pytest.param("shortest", marks=pytest.mark.slow),
+        pytest.param("paper", marks=pytest.mark.slow),
+        pytest.param("literal", marks=pytest.mark.slow),
+    ],
+)
+def test_answers_are_the_same_before_and_after_optimisation(mode, monkeypatch):
+    import srt_jax
+    from srt_jax import solver
+
+    made = srt_jax.instances.generate.generate("mixed", count=6, size=24, seed=5)
+    tasks = srt_jax.stack([task for _, task, _ in made])
+    solver._solver.cache_clear()
+    before = srt_jax.solve(tasks, mode=mode)
+    monkeypatch.setattr(kept_programs, "PATIENCE", 0.0)
+    srt_jax.solve(tasks, mode=mode)
+    after = srt_jax.solve(tasks, mode=mode)
+    jax.tree.map(np.testing.assert_array_equal, before, after)
+    assert (np.asarray(after.num_cells) > 0).any()
 
 
 def test_the_solver_answers_the_same_from_a_kept_program():
