@@ -15,7 +15,7 @@ from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.engine.entrance import require_listed, require_tasks, require_values
 from srt_jax.padding import pad_batch, with_slots
 from srt_jax.solver import MAX_BRANCHES, solve_in_room
-from srt_jax.task import cut_to_task, stack
+from srt_jax.task import cut_to_tasks, stack
 from srt_jax.types import Solution, Status, Task
 
 _CELLS_AT_ONCE = 2**24  # 64 MiB of labels
@@ -95,12 +95,12 @@ def solve_many(  # pyright: ignore[reportInconsistentOverload]  # what they have
     # The largest first: what is compiled for them serves the smaller ones as well.
     groups = sorted(_groups(tasks).items(), key=lambda group: -math.prod(group[0]))
     for shape, members in groups:
-        M = obstacle_bucket(max(len(tasks[index].destroyable) for index in members))
         at_once = min(_at_once(shape), batch_bucket(len(members)))
+        sizes = _sizes([tasks[index] for index in members], shape)
         for first in range(0, len(members), at_once):
             chunk = members[first : first + at_once]
             own = [tasks[index] for index in chunk]
-            answers = _solved(own, (at_once, *shape, M), tolls[chunk], **rooms, **options)
+            answers = _solved(own, (at_once, *sizes), tolls[chunk], **rooms, **options)
             solutions |= dict(zip(chunk, answers, strict=True))
             if progress:
                 progress(len(chunk))
@@ -130,9 +130,9 @@ def _streamed(
         members = waiting[shape]
         chunk = list(members)[: _at_once(shape)]
         own, tolls = zip(*(members.pop(index) for index in chunk))
-        M = obstacle_bucket(max(len(task.destroyable) for task in own))
         at_once = min(_at_once(shape), batch_bucket(len(chunk)))
-        answers = _solved(own, (at_once, *shape, M), np.array(tolls, np.float32), **options)
+        sizes = (at_once, *_sizes(own, shape))
+        answers = _solved(own, sizes, np.array(tolls, np.float32), **options)
         solved.update(zip(chunk, zip(own, answers, strict=True), strict=True))
         if progress:
             progress(len(chunk))
@@ -223,7 +223,7 @@ def _solved(
     own_tolls = np.zeros(shape[0], np.float32)
     own_tolls[: len(tasks)] = tolls
     answer = _with_room(batch, max_cells, max_destroyed, toll=own_tolls, **options)
-    return [_cut_to(answer, place, task) for place, task in enumerate(tasks)]
+    return cut_to_tasks(answer, tasks)
 
 
 def _toll_of_each(toll: float | Sequence[float], number: int) -> np.ndarray:
@@ -274,6 +274,15 @@ def _coarse(L: int, H: int, W: int) -> tuple[int, int, int]:
     return (layers, side, side) if side <= 2 * min(height, width) else (layers, height, width)
 
 
+def _sizes(tasks: Sequence[Task], shape: _Shape) -> tuple[int, int, int, int]:
+    """Returns (L, H, W, M) that hold all of some tasks of a group, with no more layers than they
+    have need of.
+    """
+    layers = batch_bucket(max(np.shape(task.labels)[0] for task in tasks))
+    M = obstacle_bucket(max(len(task.destroyable) for task in tasks))
+    return min(layers, shape[0]), *shape[1:], M
+
+
 def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options: Any) -> Solution:
     """Returns the solutions, with room for common numbers of obstacles, and again with more for
     greater ones. With `max_cells` there is no more room for the route than that.
@@ -292,9 +301,3 @@ def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options
         if not is_short_of_slots.any():
             return with_slots(answer, max_destroyed, np)
         slots = min(max_destroyed, batch_bucket(max(2 * slots, int(answer.num_destroyed.max()))))
-
-
-def _cut_to(answer: Solution, place: int, task: Task) -> Solution:
-    """Returns the solution at `place` of a padded batch, cut to its own task."""
-    one = jax.tree.map(lambda array: array[place].copy(), answer)
-    return cut_to_task(one, task)

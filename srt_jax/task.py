@@ -1,7 +1,8 @@
 """Tasks on the host: one from arrays, many as one padded batch, and back (PY16 §2)."""
 
+import dataclasses
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import NamedTuple, overload
 
 import jax
@@ -241,23 +242,30 @@ def _solutions_of(batch: Solution, tasks: Task | None) -> list[Solution]:
         )
     known = getattr(batch, "_task", None) if tasks is None else tasks
     arrays = jax.tree.map(np.asarray, batch)
-    each = [jax.tree.map(lambda array, i=i: array[i].copy(), arrays) for i in range(*shape)]
     if known is None:
-        return each
+        return [jax.tree.map(lambda array, i=i: array[i].copy(), arrays) for i in range(*shape)]
     if tasks is not None:
         require_answer("unstack", tasks, batch)
-    return [cut_to_task(one, task) for one, task in zip(each, unstack(known))]
+    return cut_to_tasks(arrays, unstack(known))
 
 
-def cut_to_task(solution: Solution, task: Task) -> Solution:
-    """Returns the solution of a padded task cut to the map and the obstacles of the task alone.
+def cut_to_tasks(solutions: Solution, tasks: Iterable[Task]) -> list[Solution]:
+    """Returns the solutions of a padded batch, NumPy arrays, each cut to the map and the obstacles
+    of its own task; those added to fill the batch are left out.
 
     One with a route needs its task no more: who keeps millions of them keeps no maps.
     """
-    (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
-    ids = {name: getattr(solution, name)[:M].copy() for name in ("blocking", "separating")}
-    one = solution.replace(contour=solution.contour[:H, :W].copy(), **ids)
-    return one if Status(int(one.status)).is_solved else of_task(one, task)
+    arrays = {field.name: getattr(solutions, field.name) for field in dataclasses.fields(Solution)}
+
+    def one(place: int, task: Task) -> Solution:
+        (H, W), M = np.shape(task.labels)[-2:], len(task.destroyable)
+        own = {name: array[place] for name, array in arrays.items()}
+        own["contour"] = own["contour"][:H, :W]
+        own |= {name: own[name][:M] for name in ("blocking", "separating")}
+        solution = Solution(**{name: array.copy() for name, array in own.items()})
+        return solution if Status(int(own["status"])).is_solved else of_task(solution, task)
+
+    return [one(place, task) for place, task in enumerate(tasks)]
 
 
 def _without_padding(

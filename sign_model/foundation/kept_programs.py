@@ -24,7 +24,6 @@ and again with it once its calls have taken `PATIENCE` seconds. Both give the sa
 import contextlib
 import functools
 import hashlib
-import math
 import os
 import pathlib
 import pickle
@@ -82,18 +81,22 @@ class KeptProgram:
     """
 
     def __init__(
-        self, fun: Callable, name: tuple, options: dict[str, Any], most_in_tiers: int = 0
+        self,
+        fun: Callable,
+        name: tuple,
+        options: dict[str, Any],
+        in_tiers: Callable[..., bool] | None = None,
     ) -> None:
         """Args:
         fun: a pure function of pytrees of arrays.
         name: what decides the program besides the shapes and dtypes of the arguments; its `repr` is
           the same in every process.
         options: of the compiler.
-        most_in_tiers: up to how many entries, in all arguments together, a program is compiled
-          without optimisation at first.
+        in_tiers: takes the arguments; whether a program for such is compiled without optimisation
+          at first. By default none is.
         """
         self._fun, self._name, self._options = fun, name, options
-        self._most_in_tiers = most_in_tiers
+        self._in_tiers = in_tiers
         self._loaded: dict[Any, _Program] = {}
         self._seconds: dict[Any, float] = {}
 
@@ -114,7 +117,7 @@ class KeptProgram:
         spent = self._seconds.get(key, 0.0) + time.perf_counter() - began
         self._seconds[key] = spent
         if spent > PATIENCE:
-            self._loaded[key] = self._load(args, *key[:2], in_tiers=False, lowered=program.lowered)
+            self._loaded[key] = self._load(args, *key[:2], is_final=True, lowered=program.lowered)
         return jax.tree.unflatten(program.out_structure, out)
 
     def is_kept(self, *args: Any) -> bool:
@@ -125,19 +128,19 @@ class KeptProgram:
         shapes = _shapes(leaves)
         if (structure, shapes, _settings()) in self._loaded:
             return True
-        files = [self._file(structure, shapes, tier) for tier in self._tiers(shapes)]
+        files = [self._file(structure, shapes, tier) for tier in self._tiers(args)]
         return any(file is not None and file.is_file() for file in files)
 
     def num_programs(self) -> int:
         """Returns how many programs have been loaded or compiled in this process."""
         return len(self._loaded)
 
-    def _tiers(self, shapes: tuple) -> tuple[bool, ...]:
+    def _tiers(self, args: tuple) -> tuple[bool, ...]:
         """Returns whether a program is of the first tier, for all that may be, the faster one
         first.
         """
-        count = sum(math.prod(shape) for shape, _ in shapes)
-        return (False, True) if count <= self._most_in_tiers else (False,)
+        is_small = self._in_tiers is not None and self._in_tiers(*args)
+        return (False, True) if is_small else (False,)
 
     def _options_of(self, is_first_tier: bool) -> dict[str, Any]:
         return self._options | ({_LEVEL: 0} if is_first_tier else {})
@@ -152,7 +155,7 @@ class KeptProgram:
         structure: Any,
         shapes: tuple,
         *,
-        in_tiers: bool = True,
+        is_final: bool = False,
         lowered: Any = None,
     ) -> _Program:
         """Returns a program on flat arguments and the structure of its results: from disk, else
@@ -160,7 +163,7 @@ class KeptProgram:
         """
         # A result is kept as flat arrays and a pattern of them, numbers in the place of arrays:
         # JAX cannot store the structure of classes that are not its own.
-        tiers = self._tiers(shapes) if in_tiers else (False,)
+        tiers = (False,) if is_final else self._tiers(args)
         for is_first in tiers:
             file = self._file(structure, shapes, is_first)
             if file is not None:

@@ -78,7 +78,7 @@ def jitted(
     is_large: bool = False,
     level: int | None = None,
     name: tuple | None = None,
-    most_in_tiers: int = 0,
+    in_tiers: Callable[..., bool] | None = None,
 ) -> Callable:
     """Returns jax.jit(fun), of which a program that the compiler refuses with the marks is compiled
     without, with a warning.
@@ -98,8 +98,8 @@ def jitted(
       level: LLVM's level of optimisation there, if less than its usual 3.
       name: what decides the program besides the shapes of the arguments (`kept_programs`): then
         what is compiled for calls on a CPU outside any jit is kept on disk.
-      most_in_tiers: up to how many entries, in all arguments of such a call together, its program
-        is compiled without optimisation at first.
+      in_tiers: whether such a call with these arguments is so small that its program is compiled
+        without optimisation at first; by default none is.
     """
     options: dict[str, Any] = {"xla_cpu_multi_thread_eigen": False} if is_part else {}
 
@@ -110,7 +110,7 @@ def jitted(
             own |= _FEWER_PASSES if is_large else {}
             own |= {} if level is None else {"xla_backend_optimization_level": level}
         if is_for_cpu and name is not None and kept_programs.is_on():
-            return kept_programs.KeptProgram(fun, name, own, most_in_tiers)
+            return kept_programs.KeptProgram(fun, name, own, in_tiers)
         return jax.jit(lambda *args: fun(*args), compiler_options=own or None)
 
     return _with_fallback(form, _name_of(fun))

@@ -37,13 +37,9 @@ def each(fun: Callable, *args: Any) -> Any:
     )
     steps = jnp.int32(1) + hidden_zero(args)
 
-    def step(i: Array, out: Any) -> Any:
-        new = fun(
-            *jax.tree.map(lambda leaf: lax.dynamic_index_in_dim(leaf, i, keepdims=False), args)
-        )
-        return jax.tree.map(
-            lambda leaf, value: lax.dynamic_update_index_in_dim(leaf, value, i, 0), out, new
-        )
+    def step(_: Array, out: Any) -> Any:
+        del out
+        return jax.tree.map(lambda leaf: leaf[None], fun(*entry))
 
     return lax.fori_loop(jnp.int32(0), steps, step, empty)
 

@@ -10,7 +10,6 @@ quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask as t
   from quads packs twice as fast as from bools.
 """
 
-import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -43,8 +42,14 @@ def pack(mask: Array) -> Array:
     words = num_words(width)
     byte = jnp.pad(mask.astype(jnp.uint8), ((0, 0), (0, 0), (0, words * WORD - width)))
     quad = lax.bitcast_convert_type(byte.reshape(batch, height, words, 8, 4), jnp.uint32)
-    nibble = _nibble(quad)
-    return functools.reduce(jnp.bitwise_or, [nibble[..., i] << jnp.uint32(4 * i) for i in range(8)])
+    return _joined(_nibble(quad))
+
+
+def _joined(nibbles: Array) -> Array:
+    """Eight nibbles each, uint32 [..., 8], as words, uint32 [...]: a vector and its fold each."""
+    rank = nibbles.ndim
+    shift = (jnp.uint32(4) * jnp.arange(8, dtype=jnp.uint32)).reshape((1,) * (rank - 1) + (8,))
+    return lax.reduce(nibbles << shift, jnp.uint32(0), lax.bitwise_or, (rank - 1,))
 
 
 def _nibble(quad: Array) -> Array:
@@ -88,12 +93,7 @@ def quads_to_lanes(quads: Array, group: int) -> Array:
     """Returns quads, uint32 [B, H, W / 4], in lanes; B is a multiple of `group`."""
     batch, height, count = quads.shape
     quads = quads.reshape(batch // group, group, height, count // 8, 8).transpose(0, 2, 3, 1, 4)
-    nibbles = (
-        _nibble(quads) << (jnp.uint32(4) * jnp.arange(8, dtype=jnp.uint32))[None, None, None, None]
-    )
-    # one vector and its fold a word
-    words = lax.reduce(nibbles, jnp.uint32(0), lax.bitwise_or, (4,))
-    return words.reshape(batch // group, height, -1)
+    return _joined(_nibble(quads)).reshape(batch // group, height, -1)
 
 
 def bits_inside(width: Array, words: int) -> Array:

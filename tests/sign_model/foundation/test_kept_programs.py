@@ -24,14 +24,14 @@ def place(tmp_path, monkeypatch):
     return tmp_path / "programs"
 
 
-def program(traced, most_in_tiers=0):
+def program(traced, in_tiers=None):
     """A program made again, as in a new process; `traced` grows whenever its function is traced."""
 
     def fun(numbers, factor):
         traced.append(numbers.shape)
         return Answer(numbers.sum() * factor, {"doubled": numbers * 2, "negative": -numbers})
 
-    return KeptProgram(fun, ("a sum", 3), {}, most_in_tiers)
+    return KeptProgram(fun, ("a sum", 3), {}, in_tiers)
 
 
 def answer_of(traced, numbers):
@@ -94,6 +94,10 @@ def test_the_programs_not_used_for_longest_go_first(place, monkeypatch):
     assert left != old
 
 
+def is_small(numbers, _factor):
+    return numbers.size < 9
+
+
 def tiers_of(run):
     return [entry.is_first_tier for entry in run._loaded.values()]
 
@@ -101,13 +105,13 @@ def tiers_of(run):
 def test_a_small_call_is_compiled_quickly_and_optimised_once_it_pays(place, monkeypatch):
     traced, two = [], np.float32(2)
     small, large = np.arange(5, dtype=np.float32), np.arange(9, dtype=np.float32)
-    run = program(traced, most_in_tiers=6)  # the factor is one entry
+    run = program(traced, is_small)
     first = run(small, two)
     assert tiers_of(run) == [True] and len(list(place.glob("*.program"))) == 1
     run(large, two)
     assert tiers_of(run) == [True, False] and len(traced) == 2
     # another process finds the first tier
-    other = program(traced, most_in_tiers=6)
+    other = program(traced, is_small)
     assert other.is_kept(small, two)
     other(small, two)
     assert tiers_of(other) == [True] and len(traced) == 2
@@ -121,7 +125,7 @@ def test_a_small_call_is_compiled_quickly_and_optimised_once_it_pays(place, monk
     other(small, two)
     assert tiers_of(other) == [False] and len(traced) == 3
     # and kept: a new process starts with it
-    newest = program(traced, most_in_tiers=6)
+    newest = program(traced, is_small)
     newest(small, two)
     assert tiers_of(newest) == [False] and len(traced) == 3
 
