@@ -7,6 +7,7 @@ all cores (`cores`), and masks may go as quads (`packing`). Inside jit, vmap or 
 batches are taken as they are: the user has chosen them.
 """
 
+import collections
 import functools
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -176,11 +177,40 @@ def unfold(arrays: Any, batch: tuple[int, ...]) -> Any:
     leaves = [
         arguments.unfold(leaf if len(batch) == 1 else _on_host(leaf), batch) for leaf in leaves
     ]
-    # those of NumPy in one call: each takes as long as a small kernel
     host = [leaf for leaf in leaves if not isinstance(leaf, jax.Array)]
-    moved = iter(jax.device_put(host) if host else ())
+    moved = iter(_as_arrays_of_jax(host) if host else ())
     leaves = [leaf if isinstance(leaf, jax.Array) else next(moved) for leaf in leaves]
     return jax.tree.unflatten(structure, leaves)
+
+
+_SMALL_BYTES = 1 << 14
+_OFTEN = 32
+_MOST_FORMS = 4096
+_seen: collections.Counter[tuple] = collections.Counter()
+"""How often small arrays of some shapes and dtypes have been made arrays of JAX, up to `_OFTEN`."""
+
+
+def _as_arrays_of_jax(host: list[np.ndarray]) -> list[jax.Array]:
+    """Returns arrays on the host as arrays of JAX.
+
+    `device_put` takes 20 us an array, as long as a small kernel; a jitted function takes 2, but is
+    compiled for each form. So it serves small arrays whose form has come often.
+    """
+    form = tuple((array.shape, array.dtype) for array in host if array.nbytes <= _SMALL_BYTES)
+    if _seen[form] < _OFTEN or jax.config.jax_disable_jit:  # pyright: ignore
+        if len(_seen) > _MOST_FORMS:
+            _seen.clear()
+        _seen[form] += 1
+        return jax.device_put(host)
+    large = [array for array in host if array.nbytes > _SMALL_BYTES]
+    small = _passed_on(*(array for array in host if array.nbytes <= _SMALL_BYTES))
+    parts = iter(small), iter(jax.device_put(large) if large else ())
+    return [next(parts[array.nbytes > _SMALL_BYTES]) for array in host]
+
+
+@jax.jit
+def _passed_on(*arrays: Array) -> tuple[Array, ...]:
+    return arrays
 
 
 def _on_host(array: Array) -> Array:
