@@ -53,9 +53,15 @@ if jax.__version_info__ < (0, 8):
 _KEPT = {"inlineable": "false"}  # the call stays a call, and nothing is fused across it
 _WHOLE = {"xla_cpu_small_call": "true", **_KEPT}  # compile as one function
 _WIDE = {"xla_cpu_prefer_vector_width": 512}  # narrower machines use what they have
-# Both passes look at the whole program again and again, a third of the time to compile it; what
-# they would change inside a marked call, LLVM does as well.
-_FEWER_PASSES = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion,simplify-while-loops"}
+# The first two look at the whole program again and again, a third of the time to compile it; what
+# they would change inside a marked call, LLVM does as well. The third looks for loops to be made
+# one function each, which the marks do already.
+_NOT_NEEDED = (
+    "while-loop-invariant-code-motion",
+    "simplify-while-loops",
+    "small-while-loop-hoisting",
+)
+_FEWER_PASSES = {"xla_disable_hlo_passes": ",".join(_NOT_NEEDED)}
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)

@@ -183,7 +183,7 @@ def unfold(arrays: Any, batch: tuple[int, ...]) -> Any:
     return jax.tree.unflatten(structure, leaves)
 
 
-_SMALL_BYTES = 1 << 14
+_SMALL_BYTES = 1 << 16
 _OFTEN = 32
 _MOST_FORMS = 4096
 _seen: collections.Counter[tuple] = collections.Counter()

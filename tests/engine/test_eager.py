@@ -8,7 +8,7 @@ from srt_jax.engine import eager
 
 def results(number):
     small = np.array([number, np.inf, -0.0], np.float32)
-    large = np.full((1, 1 << 13), number, np.int32)
+    large = np.full((1, 1 << 15), number, np.int32)
     return {"flag": np.array([True]), "large": large, "small": small[None]}
 
 
