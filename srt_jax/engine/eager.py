@@ -214,5 +214,7 @@ def _passed_on(*arrays: Array) -> tuple[Array, ...]:
 
 
 def _on_host(array: Array) -> Array:
+    if isinstance(array, np.ndarray):
+        return array
     is_traced = isinstance(array, core.Tracer)
     return np.asarray(array) if not is_traced and cores.is_on_host(array) else array
