@@ -1,5 +1,6 @@
 """`srt-jax plan`: a PDDL task planned on the sign model, and replayed before it is printed."""
 
+import pathlib
 from typing import Annotated
 
 import typer
@@ -32,6 +33,21 @@ def plan(
             min=0, help="The most time for reading, grounding and search. Default: no limit."
         ),
     ] = None,
+    experience: Annotated[
+        pathlib.Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Plan with what srt-jax practise, or --remember, has written there.",
+            show_default=False,
+        ),
+    ] = None,
+    remember: Annotated[
+        bool,
+        typer.Option(
+            "--remember",
+            help="Keep the plan in the file of --experience, as a precedent; make it if need be.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> int:
     """Plans a PDDL task on the sign model: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable,
@@ -42,4 +58,7 @@ def plan(
             f"plan takes a domain and one problem, got {len(problem)} problems: call it for"
             " each, or use sign_model.plan_batch in Python"
         )
-    return plan_files(domain, problem[0], planner, max_expansions, max_seconds, as_json)
+    if remember and experience is None:
+        raise ValueError("--remember needs --experience FILE, where the plan is to be kept")
+    known = {"experience": experience, "is_remembered": remember} if experience else {}
+    return plan_files(domain, problem[0], planner, max_expansions, max_seconds, as_json, **known)

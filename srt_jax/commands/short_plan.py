@@ -17,7 +17,7 @@ from sign_model.foundation.legible import counted
 from srt_jax.commands.shared.console import aside, say, say_json, waiting
 
 if TYPE_CHECKING:
-    from sign_model import PlanResult
+    from sign_model import Memory, PlanningTask, PlanResult
 
 
 def plan_files(
@@ -27,14 +27,25 @@ def plan_files(
     max_expansions: int,
     max_seconds: float | None,
     as_json: bool,
+    experience: pathlib.Path | None = None,
+    is_remembered: bool = False,
 ) -> int:
     """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the
     exit code.
+
+    Args:
+      experience: a file of `save_memory`, or None.
+      is_remembered: whether the plan is added to that file, which need not be there yet.
     """
     with waiting("planning", quiet=as_json), paused_collector():
-        result = _read_and_plan(
-            pathlib.Path(domain), pathlib.Path(problem), planner, max_expansions, max_seconds
-        )
+        memory = _memory_of(experience, is_remembered)
+        paths = pathlib.Path(domain), pathlib.Path(problem)
+        task, result = _read_and_plan(*paths, planner, max_expansions, max_seconds, memory)
+    is_kept = is_remembered and result.is_solved
+    if is_kept and task is not None and memory is not None and experience is not None:
+        from sign_model import save_memory
+
+        save_memory(memory.learned(task, result.actions), experience)
     if as_json:
         document = {
             "status": result.status.name,
@@ -72,19 +83,31 @@ def _read_and_plan(
     planner: str,
     max_expansions: int,
     max_seconds: float | None,
-) -> "PlanResult":
-    """Reads and plans; one time limit holds for both."""
+    memory: "Memory | None",
+) -> "tuple[PlanningTask | None, PlanResult]":
+    """Reads and plans; one time limit holds for both. Without a task where it ended before there
+    was one.
+    """
     from sign_model import OutOfTime, PlanResult, PlanStatus, load, plan
 
     began = time.perf_counter()
     try:
         task = load(domain, problem, max_seconds=max_seconds)
     except OutOfTime as error:
-        return PlanResult(
-            PlanStatus.BUDGET_SPENT, (), 0, error.seconds | {"search": 0.0, "validate": 0.0}
-        )
+        seconds = error.seconds | {"search": 0.0, "validate": 0.0}
+        return None, PlanResult(PlanStatus.BUDGET_SPENT, (), 0, seconds)
     left = None if max_seconds is None else max(0.0, max_seconds - (time.perf_counter() - began))
-    return plan(task, planner=planner, max_expansions=max_expansions, max_seconds=left)
+    options = {"planner": planner, "max_expansions": max_expansions, "max_seconds": left}
+    return task, plan(task, memory=memory, **options)
+
+
+def _memory_of(experience: pathlib.Path | None, is_remembered: bool) -> "Memory | None":
+    """What is known before; nothing yet where a file is to be made."""
+    if experience is None:
+        return None
+    from sign_model import Memory, load_memory
+
+    return Memory() if is_remembered and not experience.exists() else load_memory(experience)
 
 
 def _hint(result: "PlanResult", planner: str, max_seconds: float | None) -> str:
