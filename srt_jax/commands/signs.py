@@ -8,7 +8,15 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from sign_model import animate_trace, describe, draw_networks, load, trace, world_model_of
+from sign_model import (
+    animate_trace,
+    describe,
+    draw_networks,
+    load,
+    to_dot,
+    trace,
+    world_model_of,
+)
 from sign_model.foundation.files import atomic_write
 from sign_model.signs.activation import spread_activation
 from sign_model.signs.world_model import WorldModel
@@ -39,6 +47,10 @@ def signs(
         pathlib.Path | None,
         typer.Option(metavar="FILE", help="Draw the three networks (SVG)."),
     ] = None,
+    dot: Annotated[
+        pathlib.Path | None,
+        typer.Option(metavar="FILE", help="Write the networks for Graphviz (DOT)."),
+    ] = None,
     animate: Annotated[
         pathlib.Path | None,
         typer.Option(metavar="FILE", help="Draw MAP's iterations, moving (SVG)."),
@@ -46,7 +58,7 @@ def signs(
 ) -> int:
     """Describes the signs of a PDDL task: what the planner knows, and how it plans."""
     task = load(pathlib.Path(domain), pathlib.Path(problem))
-    is_asked = bool(sign or recall or iterations or svg or animate)
+    is_asked = bool(sign or recall or iterations or svg or dot or animate)
     model = world_model_of(task)
     if sign or not is_asked:
         _say_all(describe(model, names=sign or None).rstrip("\n"))
@@ -54,6 +66,8 @@ def signs(
         say(*_recalled(model, recall))
     if svg is not None:
         _write(svg, draw_networks(model, names=sign or None))
+    if dot is not None:
+        _write(dot, to_dot(model))
     if iterations or animate is not None:
         way = trace(task)
         if iterations:

@@ -42,3 +42,9 @@ def test_iterations_and_pictures_are_written(tmp_path, capsys):
     assert "P: the situation before it: (open)" in capsys.readouterr().out
     for path in (networks, moving):
         assert ElementTree.parse(path).getroot().tag.endswith("svg")
+
+
+def test_the_networks_are_written_for_graphviz(tmp_path, capsys):
+    path = tmp_path / "networks.dot"
+    assert called(tmp_path, "--dot", str(path)) == 0
+    assert path.read_text().startswith("digraph") and not capsys.readouterr().out
