@@ -305,7 +305,7 @@ _SHORT_ROUTES = 1024
 compile, and answers take no longer. On 512 x 512 they would take half as long again.
 """
 
-_SMALL_MAP, _SMALL_BATCH = 1 << 14, 1 << 18
+_SMALL_MAP, _SMALL_BATCH = 1 << 14, 1 << 17
 """Cells of a map, and labels of a batch, up to which tasks are answered before their program is
 optimised. One map of 64 x 64 takes 0.9 ms then instead of 0.35, and the first answer a third less
 time.

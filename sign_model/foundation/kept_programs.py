@@ -17,8 +17,9 @@ what the caller gives. Files appear by renaming, so several processes may share 
 holds more than `MOST_BYTES`, those not used for longest go first.
 
 TIERS. Half of the time to compile a large program goes into LLVM's optimisation, which a few small
-calls never earn back. So where the arguments are small, a program is compiled without it at first,
-and again with it once its calls have taken `PATIENCE` seconds. Both give the same bits.
+calls never earn back. So where the arguments are small, a program is compiled without it at first.
+Once its calls have taken `PATIENCE` seconds it is compiled with it, in a thread, and takes the
+place of the first. Both give the same bits.
 """
 
 import contextlib
@@ -38,14 +39,15 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from sign_model.foundation import background
 from sign_model.foundation.files import atomic_write
 
 MOST_BYTES = 1 << 30
 """Of all programs in the folder; the solver for one size of map takes about 2 MB."""
 
-PATIENCE = 0.5
-"""Seconds that calls of a program compiled without optimisation may take: a quarter to a sixth of
-the time to compile it with.
+PATIENCE = 0.25
+"""Seconds that calls of a program compiled without optimisation may take: a tenth of the time to
+compile it with.
 """
 
 _OFF = "off"
@@ -114,11 +116,21 @@ class KeptProgram:
     def _call_first_tier(self, key: Any, program: _Program, args: tuple) -> Any:
         began = time.perf_counter()
         out = jax.block_until_ready(program.run(*jax.tree.leaves(args)))
-        spent = self._seconds.get(key, 0.0) + time.perf_counter() - began
-        self._seconds[key] = spent
-        if spent > PATIENCE:
-            self._loaded[key] = self._load(args, *key[:2], is_final=True, lowered=program.lowered)
+        before = self._seconds.get(key, 0.0)
+        self._seconds[key] = spent = before + time.perf_counter() - began
+        if before <= PATIENCE < spent:
+            self._optimise(key, program, args)
         return jax.tree.unflatten(program.out_structure, out)
+
+    def _optimise(self, key: Any, program: _Program, args: tuple) -> None:
+        """Puts the optimised program in the place of that of the first tier, once it is there."""
+        # traced here: settings of JAX may hold for this thread alone
+        lowered = program.lowered or self._lowered(args, key[0])
+
+        def work() -> None:
+            self._loaded[key] = self._load(args, *key[:2], is_final=True, lowered=lowered)
+
+        background.start(work)
 
     def is_kept(self, *args: Any) -> bool:
         """Returns whether the program for such arguments, arrays or what only has their shapes and
