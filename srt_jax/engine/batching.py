@@ -44,6 +44,32 @@ def each(fun: Callable, *args: Any) -> Any:
     return lax.fori_loop(jnp.int32(0), steps, step, empty)
 
 
+def each_keeping(fun: Callable, kept: Any, *args: Any) -> Any:
+    """`each` for a function that also takes, first, and returns, second, arrays that stay in place
+    from one entry to the next: room to work in, whose contents do not matter.
+
+    Clearing it for every map can take longer than what is done there.
+    """
+    count = jax.tree.leaves(args)[0].shape[0]
+    fun = jax.jit(fun, inline=True)
+    entry = jax.tree.map(lambda leaf: leaf[0], args)
+    shapes = jax.eval_shape(fun, kept, *entry)[0]
+    empty = jax.tree.map(lambda leaf: jnp.zeros((count, *leaf.shape), leaf.dtype), shapes)
+    # As in `each`, the compiler is not to know the number of steps where there is one.
+    steps = jnp.int32(count) + hidden_zero(args)
+
+    def step(i: Array, state: tuple[Any, Any]) -> tuple[Any, Any]:
+        out, kept = state
+        entry = jax.tree.map(lambda leaf: lax.dynamic_index_in_dim(leaf, i, keepdims=False), args)
+        new, kept = fun(kept, *entry)
+        out = jax.tree.map(
+            lambda leaf, value: lax.dynamic_update_index_in_dim(leaf, value, i, 0), out, new
+        )
+        return out, kept
+
+    return lax.fori_loop(jnp.int32(0), steps, step, (empty, kept))[0]
+
+
 def each_or_all(fun: Callable) -> Callable:
     """Returns `fun` of one map as a function of a batch, for use inside `compiled_whole`: one map
     after the other in a marked call, elsewhere all side by side.

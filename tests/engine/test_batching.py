@@ -135,3 +135,15 @@ def test_no_two_kernels_have_one_name_and_none_is_made_inside_a_function():
     assert len({name_of(kernel) for kernel in kernels}) == len(kernels)
     with pytest.raises(ValueError, match="function of a module"):
         name_of(lambda maps: maps)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_is_kept_goes_from_one_entry_to_the_next(count):
+    def one(kept, number):
+        kept = kept.at[0].add(number)
+        return {"sum": kept[0], "twice": jnp.stack([number, number])}, kept
+
+    numbers = np.arange(2, 2 + count, dtype=np.int32)
+    out = jax.jit(lambda x: batching.each_keeping(one, jnp.zeros(4, jnp.int32), x))(numbers)
+    np.testing.assert_array_equal(out["sum"], np.cumsum(numbers))
+    np.testing.assert_array_equal(out["twice"], np.stack([numbers, numbers], axis=1))
