@@ -58,7 +58,7 @@ class _Nodes(NamedTuple):
 class _State(NamedTuple):
     """num: int32 [], searches done. low: uint32 [], the least bound of the open nodes. at: int32
     [], the node that is next. floor: uint32 [], the least bound of nodes that could not be settled.
-    num_labels: uint32 [], of all searches.
+    num_labels: uint32 [], of all searches. store: room for labels.
     """
 
     num: Array
@@ -69,6 +69,7 @@ class _State(NamedTuple):
     at: Array
     floor: Array
     num_labels: Array
+    store: Array
 
 
 class _Look(NamedTuple):
@@ -89,7 +90,8 @@ def search(
     max_nodes: int,
     way_round: Array,
     room: Array,
-) -> Found:
+    store: Array,
+) -> tuple[Found, Array]:
     """Returns the best set of obstacles of one map; the empty set where nothing is better than the
     way round. For use inside a marked call.
 
@@ -100,7 +102,7 @@ def search(
       max_nodes: searches, at most.
       way_round: uint32 [], the length of the way that needs nothing gone, UNREACHED where there is
         none or it is not known.
-      room: uint32 [], as of `search_once`.
+      room, store: as of `search_once`; the store is returned with the answer.
     """
     M = tolls.shape[0]
     num_places = 2 * max_nodes + 1
@@ -121,20 +123,27 @@ def search(
         places = places_of(labels, changes, asked, metric, limit)
         matters = places.matters
 
-        def look() -> _Look:
+        def look(state: tuple[Array, _Look, Array]) -> tuple[Array, _Look, Array]:
             # What may be entered twice.
             own = matters & (asked > 0)
             own = own & ~rectangles_of(labels, changes, places.boxes, own)
             memory = memory_of(own, asked, places.boxes, metric)
-            stops = stops_of(changes, metric.goal, labels.all.shape[3])
             price = jnp.where(matters, asked, jnp.uint32(UNREACHED))
-            found = search_once(labels, stops, price, memory, metric, limit - 1, room)
-            return _Look(found, shared_of(memory), own)
+            # Where the way round is known, a better one pays something.
+            is_known = way_round < UNREACHED
+            least = jnp.where(is_known, jnp.min(price), jnp.uint32(0))
+            near = jnp.where(is_known, places.near, jnp.uint32(2**32 - 1))
+            stops = stops_of(changes, near, metric.goal, labels.all.shape[3])
+            found, store = search_once(
+                labels, stops, price, memory, metric, least, limit - 1, room, state[2]
+            )
+            return jnp.bool_(False), _Look(found, shared_of(memory), own), store
 
         # Without a way round it may be that nothing is in the way.
         is_settled = (limit == 0) | ((limit < UNREACHED) & ~jnp.any(matters))
-        found, is_shared, is_remembered = lax.cond(
-            is_settled, lambda: _Look(nowhere, nobody, nobody), look
+        # A loop of one step or none: a branch would copy the room for labels.
+        _, (found, is_shared, is_remembered), store = lax.while_loop(
+            lambda state: state[0], look, (~is_settled, _Look(nowhere, nobody, nobody), state.store)
         )
 
         # The answer.
@@ -169,7 +178,7 @@ def search(
         after = jnp.max(jnp.where(bounds == low, ids, -1))
         spent = state.num_labels + found.num_labels
         nodes = _Nodes(decisions, bounds)
-        return _State(state.num + 1, nodes, best, best_gone, low, after, floor, spent)
+        return _State(state.num + 1, nodes, best, best_gone, low, after, floor, spent, store)
 
     # No way is shorter than the octile distance.
     apart = jnp.abs(metric.start - metric.goal)
@@ -187,6 +196,7 @@ def search(
         at=jnp.int32(0),
         floor=jnp.uint32(UNREACHED),
         num_labels=jnp.uint32(0),
+        store=store,
     )
 
     # Ends: no open node has a bound below the best answer, `max_nodes` are searched, or so many
@@ -196,7 +206,8 @@ def search(
         return may_go_on & (state.low < state.best)
 
     end = lax.while_loop(goes_on, step, begin)
-    return Found(end.best, jnp.minimum(jnp.minimum(end.low, end.floor), end.best), end.gone)
+    bound = jnp.minimum(jnp.minimum(end.low, end.floor), end.best)
+    return Found(end.best, bound, end.gone), end.store
 
 
 def _add(one: Array, other: Array) -> Array:

@@ -9,7 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.foundation.marks import compiled_whole
 from srt_jax import obstacles
+from srt_jax.engine.batching import each_keeping
 from srt_jax.obstacles import Labels
 from srt_jax.paths.shortest import exact_path_of_map
 from srt_jax.propagation import fixed_point
@@ -17,7 +19,8 @@ from srt_jax.propagation.lengths import UNREACHED as NO_PATH
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
 from srt_jax.tolls.break_or_round import Found, search
-from srt_jax.tolls.paid_search import UNREACHED, most_labels
+from srt_jax.tolls.paid_labels import most_labels, room_for_labels
+from srt_jax.tolls.paid_search import UNREACHED
 from srt_jax.tolls.paid_sets import Metric
 from srt_jax.types import Array, Task
 
@@ -70,10 +73,21 @@ def least_total(
     # As many as fit a map of the task's own size: padding changes nothing.
     num_labels = most_labels(task.size[:, 0], task.size[:, 1]).astype(jnp.uint32)
     args = (price, task.start, task.goal, room, among, num_labels, free)
-    return LeastTotal(*obstacles.of_all(one_map, task.labels, *args))
+    height, width = task.labels.shape[2:]
+
+    def all_maps(labels: Array, *args: Array) -> tuple:
+        return each_keeping(
+            lambda store, which, *args: one_map(store, Labels(labels, which), *args),
+            room_for_labels(height, width),
+            jnp.arange(len(labels), dtype=jnp.int32),
+            *args,
+        )
+
+    return LeastTotal(*compiled_whole(all_maps)(task.labels, *args))
 
 
 def _of_map(
+    store: Array,
     labels: Labels,
     price: Array,
     start: Array,
@@ -85,8 +99,8 @@ def _of_map(
     *,
     capacity: int,
     max_nodes: int,
-) -> tuple:
-    """The answer on one map; price float32 [M]."""
+) -> tuple[tuple, Array]:
+    """The answer on one map; price float32 [M]. store: as of `search`, which it is returned to."""
     num_obstacles = len(price)
     width = labels.all.shape[3]
     # The units, in which the longest route over whatever can be opened is held.
@@ -101,18 +115,23 @@ def _of_map(
     far = apart.max() * straight + apart.min() * (diagonal - straight)
     least_gain = far + jnp.min(tolls)
 
-    def step(phase: Array, state: _Ways) -> _Ways:
+    def step(phase: Array, both: tuple[_Ways, Array]) -> tuple[_Ways, Array]:
+        state, store = both
         is_first = phase == 0
 
-        def look() -> Found:
+        def look(state: tuple[Array, Found, Array]) -> tuple[Array, Found, Array]:
             metric = Metric(straight, diagonal, start, goal)
-            return search(labels, free, tolls, metric, max_nodes, way_round, num_labels)
+            args = (labels, free, tolls, metric, max_nodes, way_round, num_labels, state[2])
+            return jnp.bool_(False), *search(*args)
 
         # Whoever breaks goes as far as the octile distance and pays the least toll.
         way_round = state.found.total
         may_gain = is_requested & (way_round > least_gain)
         settled = state.found._replace(bound=way_round)
-        found = lax.cond(~is_first & may_gain, look, lambda: settled)
+        # A loop of one step or none: a branch would copy the room for labels.
+        _, found, store = lax.while_loop(
+            lambda state: state[0], look, (~is_first & may_gain, settled, store)
+        )
         # Where going round is the best, that route is known.
         is_new = is_requested & (is_first | (found.total < state.found.total))
 
@@ -133,14 +152,15 @@ def _of_map(
 
         known = state.route, state.needed, found.total
         route, needed, units = lax.cond(is_new, walk, lambda: known)
-        return _Ways(found._replace(total=jnp.where(is_first, units, found.total)), route, needed)
+        found = found._replace(total=jnp.where(is_first, units, found.total))
+        return _Ways(found, route, needed), store
 
     begin = _Ways(
         Found(jnp.uint32(UNREACHED), jnp.uint32(UNREACHED), jnp.zeros(num_obstacles, bool)),
         Route(jnp.full((capacity, 2), -1, jnp.int32), jnp.int32(0), jnp.float32(np.inf)),
         jnp.full(num_obstacles, NEVER, jnp.int32),
     )
-    found, route, needed = lax.fori_loop(jnp.int32(0), jnp.int32(2), step, begin)
+    (found, route, needed), store = lax.fori_loop(jnp.int32(0), jnp.int32(2), step, (begin, store))
 
     # The total counted again along the route: it may need less than the set.
     is_there = found.total < UNREACHED
@@ -156,7 +176,7 @@ def _of_map(
     total_length = fixed_point.length_where(fits, total.astype(jnp.int32), scale)
     is_open = fits & (found.bound < total) & (bound >= total_length)
     bound = jnp.where(is_open, jnp.nextafter(total_length, jnp.float32(0)), bound)
-    return route, needed, total_length, bound
+    return (route, needed, total_length, bound), store
 
 
 def _num_diagonal(route: Route) -> Array:

@@ -40,10 +40,12 @@ class Places(NamedTuple):
     matters: bool [M], whether one may at all.
     boxes: int32 [M, 4], the bounding box of the cells that such a way comes to: the least and
       greatest rows, the least and greatest columns; all 0 where it does not matter.
+    near: uint32 [H, words], packed, the cells that such a way comes to.
     """
 
     matters: Array
     boxes: Array
+    near: Array
 
 
 def places_of(
@@ -97,7 +99,7 @@ def places_of(
     # One whose toll is not the least may be too dear all the same.
     over = sum(to_boxes(cell[0], cell[1], boxes, metric) for cell in (metric.start, metric.goal))
     matters = is_there & (over + tolls < limit)
-    return Places(matters, jnp.where(matters[:, None], boxes, 0))
+    return Places(matters, jnp.where(matters[:, None], boxes, 0), inside)
 
 
 def _before(mask: Array) -> Array:

@@ -7,6 +7,7 @@ and may have to be paid for; at a corner, beside which, to one side, obstacles h
 become others; at the goal; and outside the map.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -37,14 +38,19 @@ class Changes(NamedTuple):
 
 class Stops(NamedTuple):
     """stop, before, behind: uint32 [4 * size], by run: where it stops, and the corners whose
-    obstacle is in the line before and behind. square: uint32 [size], of the layout by rows: the top
-    left cells of four with the same labels.
+    obstacle is in the line before and behind; the goal is both. square: uint32 [2 * size], of which
+    the first half counts, of the layout by rows: the top left cells of four with the same labels.
+
+    ahead: uint32 [8 * size]: the cells from which the next stop of a run *across* the lines is a
+    corner, and the goal itself; in the second half also those from which it is a door. Parts of
+    each half: 0 down, 1 right, 2 up, 3 left.
     """
 
     stop: Array
     before: Array
     behind: Array
     square: Array
+    ahead: Array
 
 
 def changes_of(labels: Labels, free: Array) -> Changes:
@@ -85,10 +91,12 @@ def changes_of(labels: Labels, free: Array) -> Changes:
     return Changes(along, down, owned)
 
 
-def stops_of(changes: Changes, goal: Array, width: int) -> Stops:
+def stops_of(changes: Changes, near: Array, goal: Array, width: int) -> Stops:
     """Returns the bit maps of one map; for use inside a marked call.
 
     Args:
+      near: uint32 [H, words], packed: the cells that `ahead` tells of; of each row and column a
+        single piece.
       goal: int32 [2], a cell of the map. width: W.
     """
     height = changes.along.shape[0]
@@ -108,18 +116,27 @@ def stops_of(changes: Changes, goal: Array, width: int) -> Stops:
 
     along, down = padded(changes.along, np.uint32(0)), padded(changes.down, np.uint32(0))
     owned = padded(changes.owned, _ALL) | beyond[None]
-    by_cols = jnp.split(transposed(jnp.concatenate([along, down, owned], axis=1)), 3)
+    near = padded(near, np.uint32(0))
+    by_cols = jnp.split(transposed(jnp.concatenate([along, down, owned, near], axis=1)), 4)
     # A line and the next one differ, so that no run goes on from one to the other.
     lines = in_both(_closed(along), _closed(by_cols[1]))
-    across, owned = in_both(down, by_cols[0]), in_both(owned, by_cols[2])
+    across, owned, near = (
+        in_both(mask, by_cols[i]) for mask, i in ((down, 0), (owned, 2), (near, 3))
+    )
 
     parts = [(tall, wide), (wide, tall)] if tall != wide else [(2 * tall, wide)]
     new = jnp.zeros(4 * size, jnp.uint32)
-    stops, first = Stops(new, new, new, jnp.zeros(2 * size, jnp.uint32)), 0
+    stops = Stops(new, new, new, jnp.zeros(2 * size, jnp.uint32), jnp.zeros(8 * size, jnp.uint32))
+    first = 0
     for groups, words in parts:
         stops = _strips(stops, (lines, across, owned), margin, first, groups, words)
         first += groups * WORD * words
-    return stops._replace(stop=_with_ends(stops.stop, goal, size, tall, wide))
+    mark_goal, first = _marker(goal, size, tall, wide), 0
+    stops = mark_goal(stops)
+    for groups, words in parts:
+        stops = _look_ahead(stops, (across, owned, near), margin, first, groups * WORD, words)
+        first += groups * WORD * words
+    return stops._replace(ahead=mark_goal(stops).ahead)
 
 
 def _closed(lines: Array) -> Array:
@@ -175,23 +192,74 @@ def _strips(
         down = near(across, 0)
         aside = (down >> _ONE) | (near(across, 0, 1) << _TOP)
         square = ~(here | below | down | aside)
-        return Stops(stop, before, behind, _put(stops.square, square, place))
+        return Stops(stop, before, behind, _put(stops.square, square, place), stops.ahead)
 
     return repeat(groups, strip, stops)
 
 
-def _with_ends(stop: Array, goal: Array, size: int, tall: int, wide: int) -> Array:
-    """Makes the goal a stop of every run, and so the last cell of each part, which lies outside."""
+def _look_ahead(
+    stops: Stops, masks: tuple[Array, ...], margin: int, first: int, lines: int, words: int
+) -> Stops:
+    """Fills in `ahead` of one layout, or of both, line by line against the run: from the last line
+    for runs down, from the first for runs up.
+
+    A corner lies diagonally behind an obstacle's cell, so the corners of runs across the lines are
+    those of runs along them with the obstacle in the line before, and behind.
+    """
+    half, base = np.uint32(stops.square.size), np.uint32(first)
+
+    def line(i: Array, state: tuple) -> tuple:
+        forth, back, ahead = state
+        place = base + i.astype(jnp.uint32) * jnp.uint32(words)
+        mirrored = base + np.uint32((lines - 1) * words) - (place - base)
+
+        def passed(seen: tuple, corners: Array, at: Array, between: int) -> tuple:
+            across, owned, near = (
+                lax.dynamic_slice(mask, (at + np.uint32(margin + by),), (words,))
+                for mask, by in zip(masks, (between, 0, 0))
+            )
+            corner = lax.dynamic_slice(corners, (at,), (words,))
+            corner = corner | lax.dynamic_slice(corners, (at + half,), (words,))
+            door = across & owned
+            on, met = ~(door | corner) & near, corner & near
+            return met | (on & seen[0]), met | (door & near) | (on & seen[1])
+
+        for at, way, seen in ((mirrored, 0, forth), (place, 1, back)):
+            for which, found in enumerate(seen):
+                ahead = _put(ahead, found, at + np.uint32(2 * which + way) * half)
+        forth = passed(forth, stops.before, mirrored, -words)
+        back = passed(back, stops.behind, place, 0)
+        return forth, back, ahead
+
+    none = jnp.zeros(words, jnp.uint32)
+    begin = ((none, none), (none, none), stops.ahead)
+    return stops._replace(ahead=repeat(lines, line, begin)[2])
+
+
+def _marker(goal: Array, size: int, tall: int, wide: int) -> Callable[[Stops], Stops]:
+    """A function that makes the goal a stop and a corner of every run, and notes it in `ahead`; and
+    makes the last cell of each part a stop, which lies outside.
+    """
     place_of = place_in_parts(goal, size, tall, wide)
 
-    def mark(i: Array, stop: Array) -> Array:
+    def mark(i: Array, stops: Stops) -> Stops:
         part = i.astype(jnp.uint32)
         last = part * jnp.uint32(size) + np.uint32(size - 1)
-        stop = write(stop, read(stop, last) | (_ONE << _TOP), last)
         place, bit = place_of(part)
-        return write(stop, read(stop, place) | bit, place)
 
-    return repeat(4, mark, stop)
+        def marked(table: Array, at: Array) -> Array:
+            return write(table, read(table, at) | bit, at)
+
+        stop = write(stops.stop, read(stops.stop, last) | (_ONE << _TOP), last)
+        ahead = marked(stops.ahead, place)
+        return stops._replace(
+            stop=marked(stop, place),
+            before=marked(stops.before, place),
+            behind=marked(stops.behind, place),
+            ahead=marked(ahead, place + np.uint32(4 * size)),
+        )
+
+    return lambda stops: repeat(4, mark, stops)
 
 
 def _put(array: Array, part: Array, place: Array) -> Array:
