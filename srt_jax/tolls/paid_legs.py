@@ -148,31 +148,13 @@ def advancer(
         across = bit_at(stops.ahead, of_cols, col, row, tall)
         return vertical << (_ONE + is_up + is_up) | across << (is_left + is_left)
 
-    def quiet(move: Array, doors: Array, at: tuple, most: Array) -> tuple[Array, Array, Array]:
-        """How far a diagonal leads where nothing is to be done."""
-        down, right = read_apart(down_by, move), read_apart(right_by, move)
-
-        def is_quiet(at: tuple[Array, Array, Array]) -> Array:
-            row, col, here = at
-            to_row, to_col, base = row + down, col + right, here + metric.diagonal
-            is_even = is_square(move, row, col)
-            is_inside = (to_row < np.uint32(height)) & (to_col < np.uint32(width))
-            is_near = base + to_goal(to_row, to_col) <= most
-            return is_even & is_inside & is_near & (ahead(move, doors, to_row, to_col) == 0)
-
-        return lax.while_loop(
-            is_quiet,
-            lambda at: (at[0] + down, at[1] + right, at[2] + metric.diagonal),
-            at,
-        )
-
     def walk(leg: Leg, limit: Array, place: tuple, paid: Array, has_paid: Array) -> Leg:
         """Goes on along the diagonal, or the next one, to where runs are to be tried, or to the
         move that may lead through a door.
         """
         is_first = leg.diagonal == NO_MOVE
         move = jnp.where(is_first, _lowest(leg.diagonals) + np.uint32(4), leg.diagonal)
-        at = tuple(
+        row, col, here = (
             jnp.where(is_first, a, b)
             for a, b in zip(place, (leg.its_row, leg.its_col, leg.its_sum))
         )
@@ -180,15 +162,13 @@ def advancer(
         # toll, or where some may be free of charge.
         owes = jnp.where(has_paid != 0, jnp.uint32(0), least)
         most = limit - jnp.minimum(limit, owes)
-        left = limit - at[2] - to_goal(at[0], at[1])
-        has_doors = (has_paid == 0) | is_free_somewhere(paid) | (left >= least)
-        doors = jnp.where(has_doors, np.uint32(4) * size, jnp.uint32(0))
-        row, col, here = quiet(move, doors, at, most)
-
         to_row, to_col = row + read_apart(down_by, move), col + read_apart(right_by, move)
         base = here + metric.diagonal
         is_inside = (to_row < np.uint32(height)) & (to_col < np.uint32(width))
-        is_near = is_inside & (base <= most) & (base + to_goal(to_row, to_col) <= most)
+        far = base + to_goal(to_row, to_col)
+        is_near = is_inside & (base <= most) & (far <= most)
+        has_doors = (has_paid == 0) | is_free_somewhere(paid) | (limit - far >= least)
+        doors = jnp.where(has_doors, np.uint32(4) * size, jnp.uint32(0))
         is_goal = (to_row == goal[0]) & (to_col == goal[1])
         is_even = ~is_goal & is_square(move, row, col)
         walks = is_near & is_even
