@@ -150,7 +150,7 @@ def search(
         total = _add(found.total, paid)
         is_better = total < state.best
         best = jnp.minimum(total, state.best)
-        best_gone = jnp.where(is_better, found.needed | gone, state.gone)
+        best_gone = jnp.where(is_better, jnp.logical_or(found.needed, gone), state.gone)
 
         # The children.
         bound = jnp.maximum(_add(found.bound, paid), state.low)
