@@ -1,5 +1,4 @@
-"""A queue of cells whose cost has just fallen: what sweeps cannot finish in a few rounds, cell by
-cell.
+"""A queue of cells whose cost has just fallen: the costs of a small rough map, cell by cell.
 
 Cells leave in the order they came, which from one start is nearly the order of their costs; a cell
 whose cost falls again comes back. It ends, because costs only fall, and then no move can improve
@@ -15,7 +14,6 @@ has an equally short way whose last move is a straight one. So some last move to
 """
 
 import functools
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -34,7 +32,9 @@ right, 4 down, 5 down left, 6 left, 7 up left. Even bits are straight moves, odd
 the two moves beside move i are i - 1 and i + 1, modulo 8.
 """
 
-_ANY = 8  # in place of the move that led into a cell: try all that are legal
+ANY = 8
+"""In place of the move that led into a cell: all that are legal are tried."""
+
 _WAITS = 16  # flag beside that move: the cell is in the queue
 _NO_COST = np.uint32(2**32 - 1)
 
@@ -65,9 +65,9 @@ def neighbours(free: Array) -> Array:
 
 
 @functools.cache
-def _moves_to_try() -> np.ndarray:
-    """uint8 [256 * 16]: the moves to try, by the free neighbours and the move that led into the
-    cell.
+def moves_to_try() -> np.ndarray:
+    """Returns uint8 [256 * 16]: the moves to try, by the free neighbours and the move that led into
+    the cell.
     """
     free, last = np.divmod(np.arange(256 * 16), 16)
 
@@ -78,7 +78,7 @@ def _moves_to_try() -> np.ndarray:
     table = np.zeros(256 * 16, np.uint8)
     for move in range(8):
         is_legal = is_free(move) & (move % 2 == 0 or is_free(move - 1) & is_free(move + 1))
-        follows = (last == _ANY) | (last == move)
+        follows = (last == ANY) | (last == move)
         # straight: a component of a diagonal, or to a side behind which is a blocked cell
         if move % 2 == 0:
             follows |= (last == (move + 1) % 8) | (last == (move - 1) % 8)
@@ -93,40 +93,23 @@ def _moves_to_try() -> np.ndarray:
     return table
 
 
-class _Fields(NamedTuple):
-    """cost: uint32 [N]; led_by: uint8 [N], the move that led into the cell (or _ANY) and the flag
-    _WAITS; queue: uint32 [room], a ring of cells; is_short: bool [], whether it was too short.
+class _Queue(NamedTuple):
+    """head, tail: uint32 [], counts of cells taken from the queue and put into it; cost: uint32
+    [N]; led_by: uint8 [N], the move that led into the cell (or ANY) and the flag _WAITS; queue:
+    uint32 [room], a ring of cells; is_short: bool [], whether it was too short.
     """
 
+    head: Array
+    tail: Array
     cost: Array
     led_by: Array
     queue: Array
     is_short: Array
 
 
-class _Merge(NamedTuple):
-    """head, tail: uint32 [], counts of cells taken from the queue and put into it; num_taken:
-    uint32 [], of sources; source: uint32 [], the next one, 0 after the last.
-    """
-
-    head: Array
-    tail: Array
-    num_taken: Array
-    source: Array
-    fields: _Fields
-
-
-class _Queue(NamedTuple):
-    """head, tail: as in `_Merge`."""
-
-    head: Array
-    tail: Array
-    fields: _Fields
-
-
 class _Trial(NamedTuple):
     """moves: uint32 [], a bit for each move left to try from `cell`, whose cost is `here`, uint32
-    []; the others as in `_Fields` and `_Merge`.
+    []; the others as in `_Queue`.
     """
 
     moves: Array
@@ -141,77 +124,26 @@ class _Trial(NamedTuple):
 def spread(
     cost: Array,
     free_beside: Array,
-    sources: Array,
-    straight: Array,
-    diagonal: Array,
-    stride: int,
-) -> tuple[Array, Array]:
-    """Returns the costs after every improvement that follows from the sources, and whether the
-    queue was too short for some.
-
-    Args:
-      cost: uint32 [N], a flat bordered field (`row_sweeps`).
-      free_beside: uint8 [N], from `neighbours`.
-      sources: uint32 [room], cells cheapest first, then zeros; `room`, a power of two, is also the
-        queue's.
-      stride: columns of the bordered field.
-
-    Returns:
-      uint32 [N]; bool [], if True some improvement was not followed up: start again from the
-      frontier.
-    """
-    step = _stepper(free_beside, straight, diagonal, stride, sources.shape[0])
-    mask = jnp.uint32(sources.shape[0] - 1)
-
-    def take_cheaper(state: _Merge) -> _Merge:
-        """Takes the cheaper of the queue's head and the next source."""
-        head, source, fields = state.head, state.source, state.fields
-        is_empty = head == state.tail
-        first = read_apart(fields.queue, head & mask)
-        is_source = apart(lambda a, b, is_empty: (a < b) | is_empty)(
-            read_apart(fields.cost, source), read_apart(fields.cost, first), is_empty
-        )
-        cell = jnp.where(is_source, source, first)
-        head = head + (~is_source).astype(jnp.uint32)
-        num_taken = state.num_taken + is_source.astype(jnp.uint32)
-        source = read_apart(sources, num_taken)
-        tail, fields = step(cell, is_source, head, state.tail, fields)
-        return _Merge(head, tail, num_taken, source, fields)
-
-    def take_first(state: _Queue) -> _Queue:
-        cell = read_apart(state.fields.queue, state.head & mask)
-        head = state.head + jnp.uint32(1)
-        return _Queue(head, *step(cell, jnp.bool_(False), head, state.tail, state.fields))
-
-    # while there are sources, merge them with the queue, in order of cost
-    zero = jnp.uint32(0)
-    led_by = jnp.full(cost.shape, _ANY, jnp.uint8)
-    fields = _Fields(cost, led_by, jnp.zeros_like(sources), jnp.bool_(False))
-    merged = lax.while_loop(
-        lambda state: state.source != 0,
-        take_cheaper,
-        _Merge(zero, zero, zero, sources[0], fields),
-    )
-    # then the queue alone, until it is empty
-    done = lax.while_loop(
-        lambda state: state.head != state.tail,
-        take_first,
-        _Queue(merged.head, merged.tail, merged.fields),
-    )
-    return done.fields.cost, done.fields.is_short
-
-
-def _stepper(
-    free_beside: Array,
+    start: Array,
     straight: Array,
     diagonal: Array,
     stride: int,
     room: int,
-) -> Callable[[Array, Array, Array, Array, _Fields], tuple[Array, _Fields]]:
-    """A function (cell, is_source, head, tail, fields) -> (tail, fields) that tries the moves of
-    one cell.
+) -> tuple[Array, Array]:
+    """Returns the costs after every improvement that follows from the start, and whether the queue
+    was too short for some.
+
+    Args:
+      cost: uint32 [N], a flat bordered field (`row_sweeps`).
+      free_beside: uint8 [N], from `neighbours`.
+      start: uint32 [], the cell to start from; 0 for none.
+      stride: columns of the bordered field.
+      room: of the queue, a power of two.
+
+    Returns:
+      uint32 [N]; bool [], if True some improvement was not followed up.
     """
-    table = jnp.asarray(_moves_to_try())
+    table = jnp.asarray(moves_to_try())
     offset = jnp.asarray(
         np.array([down * stride + right for down, right in CLOCKWISE], np.int32).astype(np.uint32)
     )
@@ -245,21 +177,31 @@ def _stepper(
         tail = tail + (is_better & (old_led_by & jnp.uint8(_WAITS) == 0)).astype(jnp.uint32)
         return _Trial(moves & (moves - one), tail, cost, led_by, queue, cell, here)
 
-    def step(
-        cell: Array, is_source: Array, head: Array, tail: Array, fields: _Fields
-    ) -> tuple[Array, _Fields]:
-        cost, led_by, queue, is_short = fields
-        # which moves: none where the queue could overflow
+    def take(state: _Queue) -> _Queue:
+        """Tries the moves of the first cell: none where the queue could overflow."""
+        head, tail, cost, led_by, queue, is_short = state
+        cell = read_apart(queue, head & mask)
+        head = head + one
         here, led = read_apart(cost, cell), read_apart(led_by, cell)
         moves = apart(moves_of)(free_beside, table, led, cell)
         is_full = tail - head > jnp.uint32(room - 10)  # a cell adds at most eight
-        is_short = is_short | is_full
         moves = jnp.where(is_full, jnp.uint32(0), moves)
-        # the cell waits no longer; but a source may wait in the queue as well
-        led_by = write(led_by, jnp.where(is_source, led, led & jnp.uint8(15)), cell)
+        led_by = write(led_by, led & jnp.uint8(15), cell)  # it waits no longer
         # the first move outside the loop: few cells have more than one
         trial = try_lowest(_Trial(moves, tail, cost, led_by, queue, cell, here))
         trial = lax.while_loop(lambda trial: trial.moves != 0, try_lowest, trial)
-        return trial.tail, _Fields(trial.cost, trial.led_by, trial.queue, is_short)
+        fields = (trial.cost, trial.led_by, trial.queue, is_short | is_full)
+        return _Queue(head, trial.tail, *fields)
 
-    return step
+    zero = jnp.uint32(0)
+    queue = write(jnp.zeros(room, jnp.uint32), start, zero)
+    begin = _Queue(
+        zero,
+        (start != 0).astype(jnp.uint32),
+        cost,
+        jnp.full(cost.shape, ANY, jnp.uint8),
+        queue,
+        jnp.bool_(False),
+    )
+    done = lax.while_loop(lambda state: state.head != state.tail, take, begin)
+    return done.cost, done.is_short

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.foundation.marks import apart
 from srt_jax import moves
 from srt_jax.types import Array
 
@@ -34,6 +35,13 @@ def pairs(scale: Array) -> tuple[Array, Array]:
     """
     straight, diagonal = np.array(moves.FIXED_POINTS, np.int32).T
     return jnp.asarray(straight)[scale], jnp.asarray(diagonal)[scale]
+
+
+def scale_by_shape(height: int, width: int) -> int | None:
+    """Returns the index of the fixed point that all maps of a shape take; None where the map
+    decides.
+    """
+    return 0 if _is_finest_always(height, width) else None
 
 
 def finest_scale(free: Array) -> Array | int:
@@ -135,15 +143,10 @@ def to_length(cost: Array, scale: Array | int) -> Array:
     Returns:
       float32, of the shape of `cost`.
     """
-    tables = (
-        np.array([straight for straight, _ in moves.FIXED_POINTS]) / np.array([[1], [2.0**24]])
-    ) ** -1
-    whole_by, parts_by = tables.astype(np.float32)
     is_known = isinstance(scale, int)
-    straight = moves.FIXED_POINTS[scale][0] if is_known else pairs(scale)[0]
-    reciprocal, parts = (
-        table[scale] if is_known else jnp.asarray(table)[scale] for table in (whole_by, parts_by)
-    )
+    # found once, not for every cell again
+    find = apart(_reciprocals) if not is_known and scale.ndim == 0 else _reciprocals
+    straight, reciprocal, parts = find(scale)
     # an estimate, off by a few dozen at most
     whole = (cost.astype(jnp.float32) * reciprocal).astype(jnp.int32)
     if not is_known:  # the finest scale, the one known beforehand, has small quotients: off by one
@@ -155,3 +158,14 @@ def to_length(cost: Array, scale: Array | int) -> Array:
     rest = cost - whole * straight
     fraction = (rest.astype(jnp.float32) * parts).astype(jnp.int32)  # in units of 2^-24
     return whole.astype(jnp.float32) + fraction.astype(jnp.float32) * jnp.float32(2.0**-24)
+
+
+def _reciprocals(scale: Array | int) -> tuple[Array | int, Array, Array]:
+    """A straight move's cost, and by what to multiply for cell sides, and for 2^-24 of them."""
+    tables = (
+        np.array([straight for straight, _ in moves.FIXED_POINTS]) / np.array([[1], [2.0**24]])
+    ) ** -1
+    whole_by, parts_by = tables.astype(np.float32)
+    if isinstance(scale, int):
+        return moves.FIXED_POINTS[scale][0], whole_by[scale], parts_by[scale]
+    return pairs(scale)[0], jnp.asarray(whole_by)[scale], jnp.asarray(parts_by)[scale]
