@@ -69,7 +69,21 @@ def flood_rest(
         open_cells = write(open_cells, free_here & ~new, word)
         # always 0, but written in this form it has to wait for the read
         due = write(due, due_here & ~new, word)
-        # open cells beside these runs become due; a word that had none due is queued
+        flood = _Flood(head + jnp.uint32(1), tail, open_cells, due, queue)
+        flood = make_due(flood, word, new, beside[:2])
+        # to the sides seldom: few runs go on in the next word
+        goes_on = jnp.uint32(0)
+        for offset, moved in beside[2:]:
+            goes_on |= moved(new) & read_apart(flood.open_cells, word + jnp.uint32(offset % 2**32))
+        return lax.while_loop(
+            lambda state: state[0],
+            lambda state: (jnp.bool_(False), make_due(state[1], word, new, beside[2:])),
+            (goes_on != 0, flood),
+        )[1]
+
+    def make_due(state: _Flood, word: Array, new: Array, beside: list) -> _Flood:
+        """Makes open cells beside `new` due, and queues a word that had none."""
+        head, tail, open_cells, due, queue = state
         for offset, moved in beside:
             to = word + jnp.uint32(offset % 2**32)
             had = read_apart(due, to)
@@ -77,7 +91,7 @@ def flood_rest(
             due = write(due, had | gets, to)
             queue = write(queue, to, tail & mask)
             tail = tail + ((had == 0) & (gets != 0)).astype(jnp.uint32)
-        return _Flood(head + jnp.uint32(1), tail, open_cells, due, queue)
+        return _Flood(head, tail, open_cells, due, queue)
 
     state = _Flood(jnp.uint32(0), num, open_cells.reshape(-1), due, queue)
     # ends with an empty queue: each word taken loses at least one open cell
