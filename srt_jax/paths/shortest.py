@@ -7,11 +7,12 @@ by the costs.
 """
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from sign_model.foundation.marks import compiled_whole, runs_in_place
 from sign_model.foundation.sizes import next_power_of_two
-from srt_jax.engine import arguments, eager, packing
+from srt_jax.engine import arguments, cores, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.moves import is_on_map, max_path_cells
 from srt_jax.paths import jump_points
@@ -68,11 +69,26 @@ def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | No
     most = max_path_cells(height, width)
     if max_cells is not None or arguments.is_traced(free, start, goal):
         return call(int(max_cells or max(1, most)))
-    # as much room as most paths need; more for all, if one needs it
-    room = min(_usual_room(height, width), max(1, most))
+    # as much room as most paths need, or those of this shape needed last; more, if one needs it
+    usual = min(_usual_room(height, width), max(1, most))
+    room = max(usual, _rooms.get((height, width), 0))
     path = call(room)
     longest = int(jnp.max(path.num_cells, initial=0))
-    return path if longest <= room else call(next_power_of_two(longest))
+    needed = usual if longest <= usual else next_power_of_two(longest)
+    _rooms[height, width] = needed
+    if longest > room:
+        return call(needed)
+    if needed == room:
+        return path
+    # cut off on the host, where no shape is compiled
+    cells = np.asarray(path.cells) if cores.is_on_host(path.cells) else path.cells
+    return path.replace(cells=jnp.asarray(cells[..., :needed, :]))
+
+
+_rooms: dict[tuple[int, int], int] = {}
+"""The cells that the paths of the last call on maps of a height and width had room for: where paths
+are long, as in mazes, all would else be searched for twice at every call.
+"""
 
 
 def _usual_room(height: int, width: int) -> int:

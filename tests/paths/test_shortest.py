@@ -214,3 +214,23 @@ def test_wrong_arguments_are_refused():
         srt_jax.shortest_path(free.astype(int), (0, 0), (2, 2))
     with pytest.raises(ValueError, match="batch dimensions must be equal"):
         srt_jax.shortest_path(free, np.zeros((2, 2), np.int32), (2, 2))
+
+
+def test_the_room_of_a_path_does_not_depend_on_the_calls_before():
+    """A long path makes room for the next ones of its shape; what they return is as without it."""
+    free = snake(20, 20)
+    blocked = np.zeros_like(free)
+    long = srt_jax.shortest_path(free, (0, 0), _last_cell(free))
+    assert int(long.num_cells) > 64  # more than the usual room
+    again = srt_jax.shortest_path(free, (0, 0), _last_cell(free))
+    short = srt_jax.shortest_path(free, (0, 0), (0, 5))
+    once_more = srt_jax.shortest_path(free, (0, 0), (0, 5))
+    none = srt_jax.shortest_path(blocked, (0, 0), (0, 5))
+    assert again.cells.shape == long.cells.shape and np.array_equal(again.cells, long.cells)
+    assert short.cells.shape == once_more.cells.shape == none.cells.shape == (64, 2)
+    assert np.array_equal(short.cells, once_more.cells)
+    assert short.cells[:6].tolist() == [[0, col] for col in range(6)]
+
+
+def _last_cell(free):
+    return tuple(np.argwhere(free)[-1].tolist())
