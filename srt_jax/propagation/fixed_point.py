@@ -144,8 +144,8 @@ def to_length(cost: Array, scale: Array | int) -> Array:
       float32, of the shape of `cost`.
     """
     is_known = isinstance(scale, int)
-    # found once, not for every cell again
-    find = apart(_reciprocals) if not is_known and scale.ndim == 0 else _reciprocals
+    # of many cells found once, not for each again
+    find = apart(_reciprocals) if not is_known and cost.ndim > scale.ndim else _reciprocals
     straight, reciprocal, parts = find(scale)
     # an estimate, off by a few dozen at most
     whole = (cost.astype(jnp.float32) * reciprocal).astype(jnp.int32)

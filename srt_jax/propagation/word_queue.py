@@ -70,6 +70,8 @@ def flood_rest(
         # always 0, but written in this form it has to wait for the read
         due = write(due, due_here & ~new, word)
         flood = _Flood(head + jnp.uint32(1), tail, open_cells, due, queue)
+        if through_corners is not False:  # runs touch more words than they end in
+            return make_due(flood, word, new, beside)
         flood = make_due(flood, word, new, beside[:2])
         # to the sides seldom: few runs go on in the next word
         goes_on = jnp.uint32(0)
