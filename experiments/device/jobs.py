@@ -242,7 +242,7 @@ def _blocks(count: int):
     tasks = random_blocks_tasks(8, count, seed=0)
 
     def plans_as_text():
-        results = plan_batch(tasks)
+        results = plan_batch(tasks, together=1)
         plans = [[str(action) for action in result.actions] for result in results]
         text = "\n".join(" ".join(plan) for plan in plans)
         return np.frombuffer(text.encode(), np.uint8)

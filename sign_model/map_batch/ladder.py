@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -38,7 +39,17 @@ queues than that.
 """
 
 TOGETHER = 64
-"""A group of fewer tasks is planned one by one: that is sooner done than compiled, and better."""
+"""A group of fewer tasks is planned one by one even where a sign is given: that is sooner done than
+compiled, and better.
+"""
+
+_COMPARED = 256
+"""A group of fewer tasks is planned one by one rather than searched side by side and compared:
+compiling takes as long.
+"""
+
+_PROBED = 8
+"""So many tasks of a group, planned alone, tell whether its plans can be proven shortest."""
 
 _MAX_TABLE_BYTES = 1 << 25
 """The most memory that the tables of one queue may take."""
@@ -110,32 +121,37 @@ def plan_batch(
     max_seconds: float | None = None,
     num_threads: int | None = None,
     log: Callable[[str], None] | None = None,
-    together: int = TOGETHER,
+    together: int | None = None,
 ) -> list[PlanResult]:
     """Returns one result per task, in order; every plan was replayed forward. An empty batch gives
     an empty list.
 
     Tasks may be of any sizes and domains. Those with the same features and actions form a group.
-    A group of fewer than `together` tasks is planned task by task, as `plan` does it and with the
-    same plans. A larger one is searched side by side, thousands of tasks a second; there the first
-    call compiles for seconds, and narrow beams give plans that may be longer than those of `plan`.
+    No plan is longer than that of `plan`, unless a sign, a ladder or `together` asks for speed:
+
+    - by default a group is planned task by task, with the plans of `plan`. A group of some
+      hundred tasks whose plans can be proven shortest is searched side by side first; what is
+      proven shortest stays, every other task is planned by `plan` too, and the shorter plan kept.
+    - groups of at least `together` tasks are searched side by side only, thousands of tasks a
+      second once that is compiled, which takes seconds. There narrow beams give plans that may be
+      some hundredths longer.
 
     Args:
       tasks: to be planned.
       heuristic: one sign or several (tried in turn on every rung); the unlearned `DEFAULTS` if
         None.
-      ladder: the rungs, for groups of any size; chosen by the size of the domain, for groups of at
-        least `together` tasks, if None.
+      ladder: the rungs, for groups of any size, all searched side by side only; chosen by the size
+        of the domain if None.
       memory: as of `plan`, for tasks planned one by one.
       max_expansions: of each task planned one by one, those that the ladder leaves unsolved among
         them.
-      max_seconds: of each task of a small group; unbounded where None.
+      max_seconds: of each task planned one by one; unbounded where None.
       num_threads: batches searched at once; if None the number of cores, at most SRT_JAX_CORES
         (environment).
       log: called with a line of text for each group: how many tasks, how they were planned, and
         what it cost; and if there are several, with one for all of them.
-      together: from so many tasks on a group is searched side by side; 512 where everything is
-        planned but once, since compiling takes as long as planning some hundred tasks.
+      together: from so many tasks on a group is searched side by side only. If None, `TOGETHER`
+        where `heuristic` is given, and no group is where it is not.
 
     Raises:
       TypeError: a single task. ValueError: `heuristic` is an empty sequence, or a weight of it is
@@ -166,53 +182,75 @@ def plan_batch(
             "plan_batch needs at least one heuristic sign: give None for the unlearned ones"
         )
 
-    # Small groups are planned one by one, unless a ladder is given.
+    # Which groups are searched side by side, and which of them only so.
+    if together is None and heuristic is not None:
+        together = TOGETHER
+    options = {"max_expansions": max_expansions, "max_seconds": max_seconds}
+    alone = functools.partial(plan, heuristic=heuristic, memory=memory, **options)
     results: dict[int, PlanResult] = {}
     members, began_all = groups_of(tasks), time.perf_counter()
-    few = [] if ladder is not None else [one for one in members if len(one) < together]
-    members = [one for one in members if ladder is not None or len(one) >= together]
-    for numbers in few:
-        began = time.perf_counter()
-        for i in numbers:
-            results[i] = plan(
-                tasks[i],
-                heuristic=heuristic,
-                memory=memory,
-                max_expansions=max_expansions,
-                max_seconds=max_seconds,
-            )
-        _tell(log, [tasks[i] for i in numbers], "one by one", time.perf_counter() - began)
+    groups: list[_Group] = []
+    for numbers in members:
+        of_group, began = [tasks[i] for i in numbers], time.perf_counter()
+        if ladder is not None or (together is not None and len(numbers) >= together):
+            groups.append(_Group(numbers, PackedBatch(of_group, signs), None))
+            continue
+        if together is None and len(numbers) >= _COMPARED:
+            batch = PackedBatch(of_group, signs)
+            known = {i: alone(of_group[i]) for i in range(_PROBED)}
+            proven = sum(batch.least_length(i) == len(r.actions) for i, r in known.items())
+            if 2 * proven >= len(known):
+                batch.seconds["search"] += time.perf_counter() - began
+                groups.append(_Group(numbers, batch, known))
+                continue
+        else:
+            known = {}
+        for number, i in enumerate(numbers):
+            results[i] = known[number] if number in known else alone(tasks[i])
+        _tell(log, of_group, "one by one", time.perf_counter() - began)
 
-    # Pack the tasks of the others, and collect the groups whose shapes are equal.
-    groups = [PackedBatch([tasks[i] for i in numbers], signs) for numbers in members]
+    # Search those of equal shapes side by side, and the queues of each bucket side by side as well.
     buckets: dict[tuple, list[PackedBatch]] = defaultdict(list)
     for group in groups:
-        buckets[group.shapes].append(group)
-
-    # Search the buckets side by side, and the queues of each bucket side by side as well.
+        buckets[group.known is not None, *group.batch.shapes].append(group.batch)
     num_threads = num_threads or num_cores()
     with ThreadPoolExecutor(num_threads) as outer, ThreadPoolExecutor(num_threads) as inner:
 
-        def climb(alike: list[PackedBatch]) -> None:
-            rungs = (
-                ladder if ladder is not None else default_ladder(alike[0].tables.explains.shape[0])
-            )
-            _climb(inner, num_threads, alike, signs, rungs)
+        def climb(is_compared: bool, alike: list[PackedBatch]) -> None:
+            rungs = ladder or default_ladder(alike[0].tables.explains.shape[0])
+            # what is compared had better be proven shortest
+            _climb(inner, num_threads, alike, signs, rungs[1:] if is_compared else rungs)
 
-        for _ in outer.map(climb, buckets.values()):
+        jobs = [(is_compared, alike) for (is_compared, *_), alike in buckets.items()]
+        for _ in outer.map(climb, *zip(*jobs)) if jobs else ():
             pass
 
-    # Replay the plans; the exact search takes the tasks that have none.
-    for group, numbers in zip(groups, members):
-        began = time.perf_counter()
-        results.update(zip(numbers, group.results(max_expansions)))
-        spent = group.seconds["search"] + time.perf_counter() - began
-        _tell(log, group.tasks, "side by side, what was compiled for it included", spent)
-    if log is not None and len(few) + len(members) > 1:
+    # Replay the plans; planning alone takes the tasks that have none, or perhaps a longer one.
+    for group in groups:
+        began, batch = time.perf_counter(), group.batch
+        exact = functools.partial(plan, max_expansions=max_expansions)
+        found = batch.results(exact if group.known is None else alone, group.known)
+        results.update(zip(group.numbers, found))
+        spent = batch.seconds["search"] + time.perf_counter() - began
+        how = "side by side, plans not compared with those of planning alone"
+        if group.known is not None:
+            how = "side by side, then one by one those not proven shortest"
+        _tell(log, batch.tasks, f"{how}, what was compiled for it included", spent)
+    if log is not None and len(members) > 1:
         spent, solved = time.perf_counter() - began_all, sum(r.is_solved for r in results.values())
-        groups = counted(len(few) + len(members), "group")
-        log(f"{counted(len(tasks), 'task')} in {groups}: {solved} solved in {spent:.2f} s")
+        many = counted(len(members), "group")
+        log(f"{counted(len(tasks), 'task')} in {many}: {solved} solved in {spent:.2f} s")
     return [results[i] for i in range(len(tasks))]
+
+
+class _Group(NamedTuple):
+    """Tasks that are searched side by side: their numbers; and where their plans are compared with
+    those of planning alone, which of these are known.
+    """
+
+    numbers: list[int]
+    batch: PackedBatch
+    known: dict[int, PlanResult] | None
 
 
 def _tell(

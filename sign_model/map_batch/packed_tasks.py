@@ -1,7 +1,7 @@
 """Tasks of one domain packed for the batched search, and the answers recorded for them."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import jax
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from sign_model.foundation.words import pack_rows
 from sign_model.map_algorithm.a_step import kind_of
 from sign_model.map_algorithm.heuristics import HeuristicSign
+from sign_model.map_algorithm.least_length import least_cost
+from sign_model.map_algorithm.mutex import MAX_PAIR_WORDS
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.map_algorithm.shorten import drop_detours
 from sign_model.map_batch.grouping import share_matrices
@@ -20,7 +22,6 @@ from sign_model.map_batch.tables import (
 )
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.pddl.validate import replay_batch
-from sign_model.plan_task import plan
 from sign_model.result import PlanResult, PlanStatus
 
 
@@ -138,14 +139,29 @@ class PackedBatch:
             )
             self.lengths[task] = len(shorter)
 
-    def results(self, max_expansions: int) -> list[PlanResult]:
+    def least_length(self, number: int) -> int:
+        """Returns how many steps every plan of one task has at least; 0 where nothing is known."""
+        conditions = self.space.conditions
+        if sum(conditions.shape) * conditions.shape[1] // 64 > MAX_PAIR_WORDS:
+            return 0  # what never holds together is hardly known, and the bound takes long
+        start, goal = (self.space.situations(rows[number]) for rows in (self.starts, self.goals))
+        return least_cost(self.space, start, goal, np.ones(len(conditions), np.int64))
+
+    def results(
+        self,
+        alone: Callable[[PlanningTask], PlanResult],
+        known: Mapping[int, PlanResult] | None = None,
+    ) -> list[PlanResult]:
         """Returns the result of each task, in order.
 
-        All plans are replayed. A task without a plan goes to the exact search, unless it is proven
-        to have none.
+        All plans are replayed. A task without a plan is planned alone, unless it is proven to have
+        none.
 
         Args:
-          max_expansions: of the exact search.
+          alone: plans one task.
+          known: results of some tasks by number, planned alone already. Where it is given, every
+            plan that is not proven shortest is compared with that of planning alone, and the
+            shorter one kept.
         """
         # Replay, and share the time among the tasks.
         began = time.perf_counter()
@@ -157,17 +173,20 @@ class PackedBatch:
         # The names of all actions in one list, cut into plans.
         names = np.array(self.tasks[0].action_names, object)[self.plans[self.plans >= 0]].tolist()
         out, end = [], 0
-        for task, length, is_possible in zip(
-            self.tasks, self.lengths.tolist(), self.possible.tolist()
+        for number, (task, length, is_possible) in enumerate(
+            zip(self.tasks, self.lengths.tolist(), self.possible.tolist())
         ):
             if length >= 0:
                 begin, end = end, end + length
-                cost = task.cost_of(self.plans[len(out), :length])
-                out.append(
-                    PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share, cost)
-                )
+                cost = task.cost_of(self.plans[number, :length])
+                mine = PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share, cost)
+                if known is not None and self.least_length(number) < length:
+                    other = known[number] if number in known else alone(task)
+                    if other.is_solved and len(other.actions) <= length:
+                        mine = other
+                out.append(mine)
             elif not is_possible:
                 out.append(PlanResult(PlanStatus.UNSOLVABLE, (), 0, share))
             else:
-                out.append(plan(task, max_expansions=max_expansions))
+                out.append(known[number] if known and number in known else alone(task))
         return out

@@ -165,7 +165,7 @@ def _signs(quick: bool) -> list[dict[str, Any]]:
     seconds = time.perf_counter() - began
     rows = []
     for name, sign, spent in (("unlearned", None, 0.0), ("learned", learned, seconds)):
-        results = plan_batch(tasks, heuristic=sign)
+        results = plan_batch(tasks, heuristic=sign, together=64)
         lengths = [len(result.actions) for result in results if result.is_solved]
         row = {
             "sign": name,

@@ -20,7 +20,7 @@ import numpy as np
 from sign_model.blocks import DOMAIN, optimal_length, problem_text, random_blocks_tasks, state_of
 from sign_model.experience.learn import learn
 from sign_model.map_algorithm.heuristics import HeuristicSign
-from sign_model.map_batch.ladder import plan_batch
+from sign_model.map_batch.ladder import TOGETHER, plan_batch
 from sign_model.pddl.grounding import load
 from sign_model.pddl.lifted import Problem
 from sign_model.pddl.planning_task import PlanningTask
@@ -163,7 +163,7 @@ def _throughput(
     tasks, seconds, cpu_seconds = random_blocks_tasks(num_blocks, count, seed=1), [], []
     while len(seconds) < 3 or (len(seconds) < 7 and sum(seconds) < _SECONDS_A_ROW):
         began, cpu_began = time.perf_counter(), time.process_time()
-        results = plan_batch(tasks, heuristic=sign)
+        results = plan_batch(tasks, heuristic=sign, together=TOGETHER)
         seconds.append(time.perf_counter() - began)
         cpu_seconds.append(time.process_time() - cpu_began)
     if any(

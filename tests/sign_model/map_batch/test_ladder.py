@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.campaigns.inputs.vehicle_tasks import roads, rooms
+from experiments.campaigns.inputs.vehicle_tasks import airlines, roads, rooms
 from sign_model import Memory
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
 from sign_model.foundation.words import pack_rows
@@ -17,6 +17,7 @@ from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
 from sign_model.map_algorithm.landmarks import landmark_table as host_landmarks
 from sign_model.map_algorithm.landmarks import relaxed_plan_table as host_plans
 from sign_model.map_algorithm.regression import regression_space
+from sign_model.map_batch import ladder as ladder_module
 from sign_model.map_batch.detours import have_detours
 from sign_model.map_batch.grouping import groups_of
 from sign_model.map_batch.iteration import _regress, regress
@@ -220,6 +221,51 @@ def test_many_tasks_of_one_size_are_searched_side_by_side_and_the_cost_is_told()
     alone = plan_batch(tasks, log=lines.append, together=TOGETHER + 1)
     assert "one by one" in lines[1]
     assert [r.actions for r in alone[:9]] == [plan(task).actions for task in tasks[:9]]
+
+
+def _of_several_domains():
+    """Tasks of several domains and sizes: groups from 1 to more than 64 tasks."""
+    texts = [
+        *(airlines(seed, 2, 2, 2, 1) for seed in range(12)),
+        *(rooms(seed, 2, 2, 1) for seed in range(8)),
+        *(roads(seed, 4 + seed, 1, 2) for seed in range(3)),
+    ]
+    blocks = (
+        task
+        for n, count in ((5, 70), (4, 3), (6, 12))
+        for task in random_blocks_tasks(n, count, seed=n)
+    )
+    return [*(load(*text) for text in texts), *blocks]
+
+
+@pytest.mark.parametrize("probed", [0, 8])
+def test_no_plan_of_a_batch_is_longer_than_alone(monkeypatch, probed):
+    # without a probe even groups whose plans can't be proven shortest are searched side by side
+    monkeypatch.setattr(ladder_module, "_COMPARED", 8)
+    monkeypatch.setattr(ladder_module, "_PROBED", probed)
+    tasks, lines = _of_several_domains(), []
+    order = np.random.default_rng(probed).permutation(len(tasks)).tolist()
+    results = plan_batch([tasks[i] for i in order], log=lines.append)
+    assert any("side by side, then one by one" in line for line in lines)
+    for i, result in zip(order, results):
+        assert result.is_solved and validate(tasks[i], result.actions) == []
+        assert len(result.actions) <= len(plan(tasks[i]).actions)
+
+
+def test_a_longer_plan_of_the_search_gives_way_to_that_of_planning_alone():
+    # a beam of two finds plans longer than the least
+    tasks = random_blocks_tasks(6, 24, seed=9)
+    batch, rung = pack_batch(tasks, (LANDMARKS,)), Rung(beam=2, branch=8, steps=64, lanes=8)
+    start, goal, count = batch.queue(np.arange(24), 24)
+    options = dataclasses.asdict(rung)
+    found = regress(batch.tables, batch.weights[0], start, goal, count, **options)
+    batch.record(np.arange(24), *(np.array(part) for part in found))
+    alone = [plan(task) for task in tasks]
+    kept = batch.results(plan, {0: alone[0]})
+    lengths = np.array([len(result.actions) for result in alone])
+    assert (batch.lengths > lengths).any()
+    assert all(batch.least_length(i) <= n for i, n in enumerate(lengths))
+    assert [len(result.actions) <= n for result, n in zip(kept, lengths)] == [True] * 24
 
 
 def test_a_batch_may_hold_one_task_or_none():
