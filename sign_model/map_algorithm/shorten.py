@@ -7,7 +7,7 @@ all steps between them are a detour.
 
 import numpy as np
 
-from sign_model.bits import pack
+from sign_model.bits import as_number, pack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.pddl.planning_task import PlanningTask
 
@@ -45,30 +45,28 @@ def states_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
     return np.array(states)
 
 
-def needs_along(task: PlanningTask, plan: list[int]) -> np.ndarray:
-    """Returns bool [n + 1, F]: what must hold before each step for the rest of the plan to reach
-    the goal.
-    """
-    needs = [task.goal]
-    for action in reversed(plan):
-        needs.append((needs[-1] & ~task.adds[action]) | task.conditions[action])
-    return np.array(needs[::-1])
-
-
 def drop_detours(task: PlanningTask, plan: list[int]) -> list[int]:
     """Returns the plan without the steps between a state and the latest step whose needs that state
     already meets.
     """
-    # Which needs each state meets, [needs, states].
-    needs, lacking = pack(needs_along(task, plan)), ~pack(states_along(task, plan))
-    meets = np.array([~(needs & missing).any(axis=1) for missing in lacking]).T
+    # The state before each step, and what must hold there for the rest of the plan to reach the
+    # goal, as whole numbers: the places after the last step are among them.
+    steps, start, goal = _numbered(task, plan)
+    states, needs = [start], [goal]
+    for _, adds, deletes in steps:
+        states.append((states[-1] & ~deletes) | adds)
+    for conditions, adds, _ in reversed(steps):
+        needs.append((needs[-1] & ~adds) | conditions)
+    needs.reverse()
 
     # Jump from each state to the latest step that it can continue with.
     kept, at = [], 0
     while at < len(plan):
-        later = np.flatnonzero(meets[:, at])[-1]
+        state, later = states[at], len(plan)
+        while later > at and needs[later] & ~state:
+            later -= 1
         if later > at:
-            at = int(later)
+            at = later
         else:
             kept.append(plan[at])
             at += 1
@@ -79,12 +77,22 @@ def _drop_unnecessary(task: PlanningTask, plan: list[int]) -> list[int]:
     """Returns the plan without unnecessary actions: each action is removed in turn, with all
     actions that then cannot be executed; what still reaches the goal replaces the plan.
     """
+    steps, start, goal = _numbered(task, plan)
     for skipped in range(len(plan)):
-        state, kept = task.start, []
-        for i, action in enumerate(plan):
-            if i != skipped and not (task.conditions[action] & ~state).any():
-                state = (state & ~task.deletes[action]) | task.adds[action]
-                kept.append(action)
-        if not (task.goal & ~state).any():
+        state, kept = start, []
+        for i, (conditions, adds, deletes) in enumerate(steps):
+            if i != skipped and not conditions & ~state:
+                state = (state & ~deletes) | adds
+                kept.append(plan[i])
+        if not goal & ~state:
             return _drop_unnecessary(task, kept)
     return plan
+
+
+def _numbered(task: PlanningTask, plan: list[int]) -> tuple[list[tuple[int, int, int]], int, int]:
+    """Returns conditions, adds and deletes of each step, and start and goal, as whole numbers."""
+    parts = (
+        [as_number(row) for row in pack(matrix[plan])]
+        for matrix in (task.conditions, task.adds, task.deletes)
+    )
+    return list(zip(*parts)), as_number(pack(task.start)), as_number(pack(task.goal))

@@ -15,6 +15,9 @@ from sign_model.map_batch.tables import MAX_WEIGHT
 DIGITS = MAX_WEIGHT.bit_length()
 """How many binary digits a weight has."""
 
+_BITS_AT_ONCE = 8
+"""Features whose rows are joined at once: more rows leave the fastest cache."""
+
 
 def digits_of(weights: Array) -> Array:
     """Returns the binary digits of weights as bit sets: digit d holds the items whose weight has
@@ -31,26 +34,23 @@ def digits_of(weights: Array) -> Array:
     )
 
 
-def weighted_count(words: list[Array], digits: Array) -> Array:
+def weighted_count(words: Array, digits: Array) -> Array:
     """Returns the sum of the weights of all 1-bits.
 
     Args:
-      words: uint32 [K, B] each.
-      digits: uint32 [DIGITS, len(words), B or 1], of `digits_of`.
+      words: uint32 [W, K, B].
+      digits: uint32 [DIGITS, W, B or 1], of `digits_of`.
 
     Returns:
       uint32 [K, B].
     """
-    total = jnp.zeros(words[0].shape, jnp.uint32)
-    for d in range(DIGITS):
-        count = jnp.zeros(words[0].shape, jnp.uint32)
-        for w, word in enumerate(words):
-            count = count + lax.population_count(word & digits[d, w][None])
-        total = total + (count << d)
-    return total
+    # One reduction over digits and words: term by term it runs at a fourth of the speed.
+    places = jnp.arange(DIGITS, dtype=jnp.uint32)[:, None, None, None]
+    counts = lax.population_count(words[None] & digits[:, :, None])
+    return (counts << places).sum((0, 1), dtype=jnp.uint32)
 
 
-def union_of_rows(situations: Array, table: Array) -> list[Array]:
+def union_of_rows(situations: Array, table: Array) -> Array:
     """Returns for each situation the OR of the table rows of its features.
 
     Args:
@@ -58,26 +58,29 @@ def union_of_rows(situations: Array, table: Array) -> list[Array]:
       table: uint32 [F, S, B], F = 32 W.
 
     Returns:
-      S words, uint32 [K, B] each.
+      uint32 [S, K, B].
     """
-    # One word of features after the other, with the 32 rows of its features.
-    num_words, num_columns, num_tasks = situations.shape[0], table.shape[1], situations.shape[2]
-    rows = table.reshape(num_words, WORD, num_columns, num_tasks)
+    # A few features after the other, with their rows.
+    num_columns, num_tasks = table.shape[1:]
+    shifts = jnp.arange(WORD // _BITS_AT_ONCE, dtype=jnp.uint32) * _BITS_AT_ONCE
+    parts = situations[:, None] >> shifts[None, :, None, None]
+    parts = parts.reshape(-1, *situations.shape[1:])
+    rows = table.reshape(-1, _BITS_AT_ONCE, num_columns, num_tasks)
 
-    def add_word(
-        union: tuple[Array, ...], word_and_rows: tuple[Array, Array]
+    def add_features(
+        union: tuple[Array, ...], part_and_rows: tuple[Array, Array]
     ) -> tuple[tuple[Array, ...], None]:
-        word, rows_of_word = word_and_rows
-        for bit in range(WORD):  # unrolled: a reduction over the bits runs at half the speed
-            has_feature = (word & jnp.uint32(1 << bit)) != 0
+        part, rows_of_part = part_and_rows
+        for bit in range(_BITS_AT_ONCE):  # unrolled: a reduction over the bits is half as fast
+            has_feature = (part & jnp.uint32(1 << bit)) != 0
             union = tuple(
-                column | jnp.where(has_feature, rows_of_word[bit, s][None], jnp.uint32(0))
+                column | jnp.where(has_feature, rows_of_part[bit, s][None], jnp.uint32(0))
                 for s, column in enumerate(union)
             )
         return union, None
 
     nothing = (jnp.zeros(situations.shape[1:], jnp.uint32),) * num_columns
-    return list(lax.scan(add_word, nothing, (situations, rows))[0])
+    return jnp.stack(lax.scan(add_features, nothing, (parts, rows))[0])
 
 
 def lowest_bit(word: Array) -> Array:
@@ -92,9 +95,12 @@ def bit_index(bit: Array) -> Array:
 
 def hash_of(situations: Array) -> Array:
     """Returns a hash of each situation, never 0: uint32 [W, ...] -> uint32 [...]."""
-    h = jnp.full(situations.shape[1:], np.uint32(0x811C9DC5), jnp.uint32)
-    for word in situations:
+
+    def mix(h: Array, word: Array) -> tuple[Array, None]:
         h = (h ^ word) * jnp.uint32(0x9E3779B1)
-        h = h ^ (h >> 15)
-    h = h * jnp.uint32(0x85EBCA6B)
+        return h ^ (h >> 15), None
+
+    # A loop over the words: unrolled it runs at a fourth of the speed where they are many.
+    first = jnp.full(situations.shape[1:], np.uint32(0x811C9DC5), jnp.uint32)
+    h = lax.scan(mix, first, situations)[0] * jnp.uint32(0x85EBCA6B)
     return (h ^ (h >> 13)) | jnp.uint32(1 << 31)

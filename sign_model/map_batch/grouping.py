@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sign_model.bits import any_row, pack, unpack
+from sign_model.bits import any_row, pack, stacked, unpack
 from sign_model.map_algorithm.a_step import kind_of
 from sign_model.pddl.planning_task import PlanningTask
 
@@ -49,11 +49,11 @@ def _matrices(task: PlanningTask, known: dict[tuple[int, ...], bytes]) -> bytes:
     """Returns a digest of features, actions and matrices. `known` holds the digests of earlier
     tasks by the identity of those parts: the same objects are not read again.
     """
-    parts = (task.features, task.actions, task.conditions, task.adds, task.deletes)
-    key = tuple(map(id, parts))
+    matrices = (task.conditions, task.adds, task.deletes)
+    key = (id(task.features), id(task.actions), *map(id, matrices))
     if key not in known:
         digest = hashlib.sha256(repr((task.features, task.actions)).encode())
-        for matrix in parts[2:]:
+        for matrix in matrices:
             digest.update(np.packbits(matrix).tobytes())
         known[key] = digest.digest()
     return known[key]
@@ -65,7 +65,7 @@ def _signatures(tasks: Sequence[PlanningTask]) -> list[bytes]:
     """
     if len(tasks) == 1 or not tasks[0].num_features:
         return [b""] * len(tasks)
-    goals = np.stack([task.goal for task in tasks])
+    goals = stacked([task.goal for task in tasks])
     kinds = np.array([kind_of(atom) for atom in tasks[0].features])
     named = pack(
         np.stack([goals[:, kinds == kind].any(axis=1) for kind in np.unique(kinds)], axis=1)

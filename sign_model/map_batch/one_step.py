@@ -279,7 +279,7 @@ def _a_step(
       start_tables: uint32 [F, S, B] each.
       before: uint32 [W, K, B], the situations.
     """
-    rating = weighted_count(list(before), feature_digits)
+    rating = weighted_count(before, feature_digits)
     for table, digits in zip(start_tables, domain.table_digits):
         rating = rating + weighted_count(union_of_rows(before, table), digits)
     return rating

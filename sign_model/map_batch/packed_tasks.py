@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import jax
 import numpy as np
 
+from sign_model.bits import stacked
 from sign_model.foundation.words import pack_rows
 from sign_model.map_algorithm.a_step import kind_of
 from sign_model.map_algorithm.heuristics import HeuristicSign
@@ -57,8 +58,8 @@ class PackedBatch:
 
         # The regression space, and what it decides without a search.
         self.starts, self.goals = (
-            np.stack([task.start for task in tasks]),
-            np.stack([task.goal for task in tasks]),
+            stacked([task.start for task in tasks]),
+            stacked([task.goal for task in tasks]),
         )
         self.space: RegressionSpace = regression_space(base, self.starts, self.goals)
         self.possible = self.space.is_consistent(self.space.situations(self.goals))
@@ -178,7 +179,7 @@ class PackedBatch:
         ):
             if length >= 0:
                 begin, end = end, end + length
-                cost = task.cost_of(self.plans[number, :length])
+                cost = task.cost_of(self.plans[number, :length]) if task.has_costs else None
                 mine = PlanResult(PlanStatus.SOLVED, tuple(names[begin:end]), length, share, cost)
                 if known is not None and self.least_length(number) < length:
                     other = known[number] if number in known else alone(task)

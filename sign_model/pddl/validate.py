@@ -134,20 +134,25 @@ def replay_batch(
       starts, goals: bool [N, F].
       plans: int [N, L], action numbers in the order of execution, -1 after the last.
     """
-    conditions, adds, deletes = pack(task.conditions), pack(task.adds), pack(task.deletes)
-    states = pack(starts)
-    for i, actions in enumerate(plans.T):
-        going = np.flatnonzero(actions >= 0)
-        if not len(going):
+    # Word by word, [W, A + 1] and [W, N]: the last action, which -1 names, does nothing.
+    none = np.zeros((1, task.num_features), bool)
+    conditions, adds, deletes = (
+        np.ascontiguousarray(pack(np.concatenate([rows, none])).T)
+        for rows in (task.conditions, task.adds, task.deletes)
+    )
+    states = np.ascontiguousarray(pack(starts).T)
+    for i, actions in enumerate(np.ascontiguousarray(plans.T)):
+        if (actions < 0).all():
             break
-        actions, before = actions[going], states[going]
-        stuck = going[(conditions[actions] & ~before).any(axis=1)]
-        if len(stuck):
-            raise AssertionError(
-                f"plan {stuck[0]}: {task.action_names[plans[stuck[0], i]]} cannot go at step"
-                f" {i + 1}"
-            )
-        states[going] = (before & ~deletes[actions]) | adds[actions]
-    missed = np.flatnonzero((pack(goals) & ~states).any(axis=1))
+        for word, (needs, gives, takes) in enumerate(zip(conditions, adds, deletes)):
+            before = states[word]
+            stuck = np.flatnonzero(needs[actions] & ~before)
+            if len(stuck):
+                raise AssertionError(
+                    f"plan {stuck[0]}: {task.action_names[plans[stuck[0], i]]} cannot go at step"
+                    f" {i + 1}"
+                )
+            states[word] = (before & ~takes[actions]) | gives[actions]
+    missed = np.flatnonzero((pack(goals).T & ~states).any(axis=0))
     if len(missed):
         raise AssertionError(f"plan {missed[0]} does not reach its goal")
