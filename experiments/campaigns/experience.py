@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from experiments.campaigns.inputs.chore_tasks import garden, paint, rails
 from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import Pddl, airlines, roads, rooms
 from experiments.campaigns.inputs.workshop_tasks import bar, snacks
@@ -25,7 +26,9 @@ from sign_model.blocks import random_blocks_tasks
 SERIES = (
     *("hands", "rooms", "airlines", "roads", "blocks", "snacks", "bar"),
     *("ferry", "lifts", "pictures", "yards", "keys", "visiting"),
+    *("garden", "paint", "rails"),
 )
+"""The last three are held out: nothing was chosen by them."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,9 @@ _TEXTS: dict[str, Callable[[int], Pddl]] = {
     "yards": lambda i: yards(i, 2 + i // 4, 1 + i // 5, 3 + i // 3, 2 + i),
     "keys": lambda i: keys(i, 6 + 2 * i, 2 + i // 2, 1 + i // 4, 1 + i // 2),
     "visiting": lambda i: (VISITING, visiting(2 + i)),
+    "garden": lambda i: garden(i, 4 + i, 1 + i // 4, 1 + i // 2),
+    "paint": lambda i: paint(i, 1 + i, 1 + i // 4, 2 + i // 5),
+    "rails": lambda i: rails(i, 4 + i, 2 + i // 2),
 }
 
 

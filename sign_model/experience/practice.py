@@ -7,6 +7,7 @@ before these are improved, and that plans as the problems were planned without e
 problems tell little, and what serves planning without experience on them serves it on larger ones.
 """
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,10 +16,17 @@ import numpy as np
 
 from sign_model.clock import Clock
 from sign_model.experience.skill import BOTH, Skill, attempt
-from sign_model.map_algorithm.heuristics import DEFAULTS, LANDMARKS, RELAXED_PLAN
+from sign_model.map_algorithm.heuristics import (
+    DEFAULTS,
+    LANDMARKS,
+    RELAXED_PLAN,
+    HeuristicSign,
+)
+from sign_model.map_algorithm.map_planner import BEAMS, Rungs
 from sign_model.pddl.planning_task import PlanningTask
+from sign_model.strategies.forward_task import ForwardTask
 from sign_model.strategies.rule import UNLEARNED, WAYS, PlanningRule
-from sign_model.strategies.turns import Outcome, outcome_of
+from sign_model.strategies.turns import NEAR, Outcome, outcome_of
 
 MOST = 0.8
 """The most expansions of a skill on the problems practised, as a share of those without it; on
@@ -34,21 +42,57 @@ _TURN = 4
 _FAR = 1.15
 """How many times as long as expected a plan is that is not trusted."""
 
+
+def _sum(name: str, landmarks: int, plan: int) -> HeuristicSign:
+    """Returns a weighted sum of the unlearned signs."""
+    return HeuristicSign(
+        name, landmarks={"*": landmarks}, plan={"*": plan}, held=BOTH.held, unmet=BOTH.unmet
+    )
+
+
 _SIGNS = (
-    ((BOTH,), 16),
-    ((LANDMARKS,), 16),
-    ((RELAXED_PLAN,), 16),
-    ((BOTH, RELAXED_PLAN), 8),
-    ((BOTH, LANDMARKS), 8),
-    ((RELAXED_PLAN, LANDMARKS), 8),
-    ((BOTH,), 8),
-    ((BOTH,), 32),
-    ((RELAXED_PLAN,), 32),
-    ((LANDMARKS,), 32),
+    BOTH,
+    RELAXED_PLAN,
+    LANDMARKS,
+    _sum("landmarks twice and relaxed plan", 2, 1),
+    _sum("landmarks and relaxed plan twice", 1, 2),
 )
-"""Signs of the regression and situations kept in a step, the ones preferred first."""
+"""Signs of the regression, the ones preferred first."""
+
+_CHOICES = (*((sign,) for sign in _SIGNS), *itertools.combinations(_SIGNS[:3], 2))
+"""What a skill may rate by: one sign, or two signs with half as wide a beam each."""
+
+_WIDTHS = (BEAMS[0], BEAMS[0] // 2)
+"""Situations kept in a step, by all signs together."""
+
+_NARROWER = (2, 4, 8)
+"""So many times narrower beams compare the signs: they separate good ones from bad ones even on
+small problems.
+"""
+
+_MOST_TRIED = 3
+"""So many choices of each width are tried, the best ones first."""
 
 _WHOLE = 1 << 30
+
+_EVERY_PLAN = (0.0, 1e9)
+"""Trusts every plan, as long as a skill is tried."""
+
+_STEPS, _PATIENCE = 4, 16
+"""A narrow beam may take so many times as many steps as the plan has, and so many without a better
+rating.
+"""
+
+_ENOUGH = 3
+"""Plans of so many lengths tell how what they take grows."""
+
+_GROWTH = 1.0
+"""The greatest power of the length by which the expansions of a step grow: small problems tell
+little.
+"""
+
+_NEARLY = 0.95
+"""Plans of small problems are nearer to their estimates than those of larger ones."""
 
 
 class _Taught(NamedTuple):
@@ -94,11 +138,13 @@ def practise(
     total = sum(one.expansions for one in taught)
     best, best_key, spent = Skill(domain, UNLEARNED, DEFAULTS), None, 0
     candidates = _candidates(domain, taught, max_seconds) if taught else ()
+    is_wide = bool(taught) and _is_wide(taught, max_seconds)
     for place, skill in enumerate(candidates):
         tried = _tried(skill, taught, int(MOST * total), max_seconds)
         if tried is None:
             continue
-        key = (tried.is_new, tried.length, tried.raw_length, place)
+        is_other = (skill.width >= BEAMS[0]) != is_wide
+        key = (tried.is_new, tried.length, is_other, place)
         if best_key is None or key < best_key:
             rule = replace(skill.rule, trust=_trust(taught, tried.estimates))
             best, best_key, spent = replace(skill, rule=rule), key, tried.expansions
@@ -124,23 +170,76 @@ def _candidates(
     # What the ways forwards take, each alone, on the largest problem.
     largest = max(taught, key=lambda one: (one.length, one.expansions))
     most, turns = int(_CHEAP * largest.expansions), {}
-    for way in WAYS[1:]:
+    # Where the regression always found the plans, the others wait until it finds none.
+    finders = [one.outcome.finder for one in taught]
+    is_enough = 2 * finders.count("backwards") > len(finders)
+    for way in () if is_enough else WAYS[1:]:
         rule = PlanningRule("practised", {way: max(1, most)}, improvement=0, trust=(0.0, 0.0))
         clock = Clock(max_seconds)
         found = outcome_of(largest.task, DEFAULTS, rule, max_expansions=_WHOLE, clock=clock)
         if found.regression.plan is not None:
             turns[way] = _TURN * max(1, found.regression.expansions)
 
-    # The usual expansions of a step, and how long a plan may be before it is distrusted.
+    # What a step of a plan takes on the largest problem, and how that grows.
     each = [one.expansions / one.length for one in taught]
-    per_step = float(np.median(each[-3:]))
+    lengths = [one.length for one in taught]
+    growth = 0.0
+    if len(set(lengths)) >= _ENOUGH:
+        growth = float(np.polyfit(np.log(lengths), np.log(each), 1)[0])
+    known = (largest.expansions / largest.length, largest.length, min(_GROWTH, max(0.0, growth)))
+
+    # Signs and beams: the choices that find short plans with much narrower beams.
+    lengths_by = {sign.name: _narrow_lengths(sign, taught, max_seconds) for sign in _SIGNS}
+    listed = []
+    for width in _WIDTHS:
+        by_score = sorted(_CHOICES, key=lambda signs: _score(signs, width, lengths_by))
+        listed += [(signs, width // len(signs)) for signs in by_score[:_MOST_TRIED]]
     for ways, signs, beam in (
-        *(({"backwards": _WHOLE, **turns}, signs, beam) for signs, beam in _SIGNS),
+        *(({"backwards": _WHOLE, **turns}, signs, beam) for signs, beam in listed),
         (turns, DEFAULTS, 32),
     ):
         if ways:
-            rule = PlanningRule("practised", ways, improvement=0, beam=beam, trust=(0.0, 0.0))
-            yield Skill(domain, rule, signs, per_step)
+            rule = PlanningRule("practised", ways, improvement=0, beam=beam, trust=_EVERY_PLAN)
+            yield Skill(domain, rule, signs, *known)
+
+
+def _narrow_lengths(
+    sign: HeuristicSign, taught: Sequence[_Taught], max_seconds: float | None
+) -> dict[int, list[int]]:
+    """Returns {situations kept: the lengths of the plans that one sign finds}, each beam alone; a
+    plan that is not found counts twice.
+    """
+    beams = sorted({w // (n * k) for w in _WIDTHS for n in (1, 2) for k in _NARROWER} - {0})
+    lengths: dict[int, list[int]] = {beam: [] for beam in beams}
+    for one in taught:
+        rungs = Rungs(one.task, (sign,), Clock(max_seconds))
+        for beam in beams:
+            found = rungs.tried(beam, _STEPS * beam * one.length, _PATIENCE)
+            lengths[beam].append(2 * one.length if found.plan is None else len(found.plan))
+    return lengths
+
+
+def _score(
+    signs: tuple[HeuristicSign, ...], width: int, lengths_by: dict[str, dict[int, list[int]]]
+) -> int:
+    """Returns the sum of the lengths of all problems by beams that are narrower than `width`."""
+    total = 0
+    for times in _NARROWER:
+        beam = max(1, width // (len(signs) * times))
+        total += sum(map(min, zip(*(lengths_by[sign.name][beam] for sign in signs))))
+    return total
+
+
+def _is_wide(taught: Sequence[_Taught], max_seconds: float | None) -> bool:
+    """Returns whether a wide beam is preferred: where plans are so long beside their estimates that
+    planning without experience looks beyond its first ones. Elsewhere a narrow beam leaves more to
+    improve its plans.
+    """
+    ratios = [
+        one.length / max(1, ForwardTask(one.task, Clock(max_seconds)).estimate())
+        for one in taught[-2:]
+    ]
+    return max(ratios) > _NEARLY * NEAR
 
 
 class _Tried(NamedTuple):

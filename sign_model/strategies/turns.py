@@ -31,7 +31,7 @@ _WORDS_OF_PATIENCE = 1 << 19
 _RATED_PER_EXPANSION = 64
 """How many situations a regression may rate for each expansion of its turn."""
 
-_NEAR = 1.3
+NEAR = 1.3
 """A plan found at once is left as it is if it is at most so many times as long as the estimate.
 Chosen by hand: optimal plans of blocks exceed the estimate 0.8 to 1.3 times, those of hands 1.5
 times, and there the search goes on in vain.
@@ -253,7 +253,7 @@ class _Turns:
         way = self.ways.get("backwards")
         is_quick = finder == order[0] == "backwards"
         estimate = way.rungs.estimate() if isinstance(way, _Backwards) else 0
-        if is_quick and len(self.plan) <= _NEAR * estimate:
+        if is_quick and len(self.plan) <= NEAR * estimate:
             return
 
         # The ways that had no turn yet may find a shorter plan; deferring only makes plans longer.
