@@ -1,10 +1,10 @@
 """What a few small problems of a domain teach: a skill for its larger ones.
 
-The problems are planned without experience first. Then candidates are tried: cheap ways forwards
-that solved the largest problem, with a narrow regression by one or two signs or without one. None
-is taken whose plan is longer on any problem. Of the rest one is taken whose ways find short plans
-before these are improved, and that plans as the problems were planned without experience: small
-problems tell little, and what serves planning without experience on them serves it on larger ones.
+The problems are planned without experience first. Then candidates are tried: the regression by one
+or two signs, alone or with cheap ways forwards that solved the largest problem. Small problems are
+solved well by every sign, so the signs are compared by beams several times narrower. A wide beam
+comes first where plans are long beside their estimates, and a narrow one elsewhere, whose plans are
+improved. No candidate is taken whose plan is longer on any problem.
 """
 
 import itertools
@@ -43,23 +43,10 @@ _FAR = 1.15
 """How many times as long as expected a plan is that is not trusted."""
 
 
-def _sum(name: str, landmarks: int, plan: int) -> HeuristicSign:
-    """Returns a weighted sum of the unlearned signs."""
-    return HeuristicSign(
-        name, landmarks={"*": landmarks}, plan={"*": plan}, held=BOTH.held, unmet=BOTH.unmet
-    )
-
-
-_SIGNS = (
-    BOTH,
-    RELAXED_PLAN,
-    LANDMARKS,
-    _sum("landmarks twice and relaxed plan", 2, 1),
-    _sum("landmarks and relaxed plan twice", 1, 2),
-)
+_SIGNS = (BOTH, RELAXED_PLAN, LANDMARKS)
 """Signs of the regression, the ones preferred first."""
 
-_CHOICES = (*((sign,) for sign in _SIGNS), *itertools.combinations(_SIGNS[:3], 2))
+_CHOICES = (*((sign,) for sign in _SIGNS), *itertools.combinations(_SIGNS, 2))
 """What a skill may rate by: one sign, or two signs with half as wide a beam each."""
 
 _WIDTHS = (BEAMS[0], BEAMS[0] // 2)
@@ -143,8 +130,10 @@ def practise(
         tried = _tried(skill, taught, int(MOST * total), max_seconds)
         if tried is None:
             continue
-        is_other = (skill.width >= BEAMS[0]) != is_wide
-        key = (tried.is_new, tried.length, is_other, place)
+        has_beam = "backwards" in skill.rule.turns
+        is_other = not has_beam or (skill.width >= BEAMS[0]) != is_wide
+        effort = (tried.raw_length, tried.expansions, place)
+        key = (tried.is_new, tried.length, is_other, *effort)
         if best_key is None or key < best_key:
             rule = replace(skill.rule, trust=_trust(taught, tried.estimates))
             best, best_key, spent = replace(skill, rule=rule), key, tried.expansions
@@ -170,10 +159,7 @@ def _candidates(
     # What the ways forwards take, each alone, on the largest problem.
     largest = max(taught, key=lambda one: (one.length, one.expansions))
     most, turns = int(_CHEAP * largest.expansions), {}
-    # Where the regression always found the plans, the others wait until it finds none.
-    finders = [one.outcome.finder for one in taught]
-    is_enough = 2 * finders.count("backwards") > len(finders)
-    for way in () if is_enough else WAYS[1:]:
+    for way in WAYS[1:]:
         rule = PlanningRule("practised", {way: max(1, most)}, improvement=0, trust=(0.0, 0.0))
         clock = Clock(max_seconds)
         found = outcome_of(largest.task, DEFAULTS, rule, max_expansions=_WHOLE, clock=clock)
@@ -194,10 +180,12 @@ def _candidates(
     for width in _WIDTHS:
         by_score = sorted(_CHOICES, key=lambda signs: _score(signs, width, lengths_by))
         listed += [(signs, width // len(signs)) for signs in by_score[:_MOST_TRIED]]
-    for ways, signs, beam in (
-        *(({"backwards": _WHOLE, **turns}, signs, beam) for signs, beam in listed),
-        (turns, DEFAULTS, 32),
-    ):
+    backwards = {"backwards": _WHOLE}
+    choices = [(backwards | turns, signs, beam) for signs, beam in listed]
+    # Where the regression mostly found the plans, the others had better wait until it finds none.
+    if turns and _is_usual("backwards", taught):
+        choices = [(backwards, signs, beam) for signs, beam in listed] + choices
+    for ways, signs, beam in (*choices, (turns, DEFAULTS, 32)):
         if ways:
             rule = PlanningRule("practised", ways, improvement=0, beam=beam, trust=_EVERY_PLAN)
             yield Skill(domain, rule, signs, *known)
@@ -230,16 +218,26 @@ def _score(
     return total
 
 
-def _is_wide(taught: Sequence[_Taught], max_seconds: float | None) -> bool:
-    """Returns whether a wide beam is preferred: where plans are so long beside their estimates that
-    planning without experience looks beyond its first ones. Elsewhere a narrow beam leaves more to
-    improve its plans.
+def _is_usual(way: str, taught: Sequence[_Taught]) -> bool:
+    """Returns whether one way found most of the plans without experience, that of the largest
+    problem among them.
     """
+    found = [one.outcome.finder == way for one in taught]
+    return found[-1] and 2 * sum(found) > len(found)
+
+
+def _is_wide(taught: Sequence[_Taught], max_seconds: float | None) -> bool:
+    """Returns whether a wide beam is preferred: where the regression mostly finds the plans, and
+    they are so long beside their estimates that planning without experience looks beyond its first
+    ones. Elsewhere a narrow beam leaves more to improve its plans.
+    """
+    if not _is_usual("backwards", taught):
+        return False
     ratios = [
         one.length / max(1, ForwardTask(one.task, Clock(max_seconds)).estimate())
         for one in taught[-2:]
     ]
-    return max(ratios) > _NEARLY * NEAR
+    return float(np.mean(ratios)) > _NEARLY * NEAR
 
 
 class _Tried(NamedTuple):

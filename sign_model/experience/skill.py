@@ -57,7 +57,7 @@ BOTH = HeuristicSign(
 _AT_LEAST = 1.1
 """How many times the expansions that found a plan are spent at least, to improve it too."""
 
-_AT_ONCE, _NOT_AT_ONCE = 58, 95
+_AT_ONCE, _NOT_AT_ONCE = 58, 105
 """The expansions of a step of a plan that planning without experience finds by its first
 regression: its two signs keep 32 situations each, less at first; and where it then looks further,
 since the plan is longer than `NEAR` times the estimate.
@@ -150,9 +150,11 @@ class Skill:
         """
         if outcome.finder == "backwards":
             return length * (_AT_ONCE if _is_near(outcome, length) else _NOT_AT_ONCE)
+        known = length * max(_AT_ONCE, self.per_step or 0.0)
+        if "backwards" in outcome.lengths:
+            return known
         longer = max(1.0, length / max(1, self.length))
-        known = length * (self.per_step or 0.0) * longer**self.growth
-        return max(length * _AT_ONCE, known, _AFTER_STALL * spent)
+        return max(known * longer**self.growth, _AFTER_STALL * spent)
 
 
 def attempt(
@@ -256,7 +258,8 @@ def _improved(
     """Returns what was found with its plan improved part by part."""
     assert found.plan is not None and outcome.mutex is not None
     plan, spent = found.plan, found.expansions
-    least = int(max(SHARE * skill.expected(outcome, len(plan), spent), _AT_LEAST * spent))
+    expected = skill.expected(outcome, len(plan), spent)
+    least = int(max(SHARE * expected, _AT_LEAST * spent))
     patience = Patience(least, spent, spent, spent)
     for beam in _BEAMS:
         if patience.is_over:

@@ -179,6 +179,8 @@ class _Improving:
         actions, features = window.space.conditions.shape
         taken = 3000 + 2 * actions + actions * features // 100
         self.effort -= taken
+        if self.patience is not None:
+            self.patience.spent += taken // (4 * _EXPANSION)
         shorter = self._shorter(window)
         if shorter is None:
             return False

@@ -107,6 +107,7 @@ class Outcome:
     estimate: how long a plan may be at least: an estimate, not a bound; 0 where there is none.
     finder: the way that found the shortest plan, before it was improved; "" without one.
     spent: {way: its expansions}.
+    lengths: {way: the length of its plan}, of those that found one.
     mutex: bool [F, F], features of the task that never hold together; None where it was not needed.
     """
 
@@ -114,6 +115,7 @@ class Outcome:
     estimate: int
     finder: str
     spent: Mapping[str, int]
+    lengths: Mapping[str, int]
     mutex: np.ndarray | None
 
 
@@ -137,7 +139,8 @@ def outcome_of(
     plan = turns.plan
     found = Regression(plan, turns.spent, plan is None and turns.is_proven, turns.is_shortest)
     spent = {name: way.expansions for name, way in turns.ways.items()}
-    return Outcome(found, estimate, turns.finder, spent, mutex)
+    lengths = {name: len(way.plan) for name, way in turns.ways.items() if way.plan is not None}
+    return Outcome(found, estimate, turns.finder, spent, lengths, mutex)
 
 
 def plan_by_rule(

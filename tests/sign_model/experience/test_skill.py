@@ -7,6 +7,7 @@ import json
 
 import pytest
 
+from experiments.campaigns.inputs.chore_tasks import garden, paint, rails
 from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import rooms
 from sign_model import Memory, PlanningRule, load, load_memory, plan, save_memory, validate
@@ -15,6 +16,7 @@ from sign_model.experience.skill import Skill, attempt
 from sign_model.map_algorithm.heuristics import DEFAULTS
 from sign_model.strategies.improve import Patience
 from sign_model.strategies.rule import UNLEARNED
+from sign_model.strategies.turns import NEAR, outcome_of
 
 
 def hands(balls):
@@ -76,7 +78,34 @@ def test_experience_that_is_distrusted_pays_for_planning_without_it():
     known = Skill(domain, rule, DEFAULTS, 1.0)
     _, alone = attempt(known, task, max_expansions=10_000)
     both = plan(task, memory=Memory(skills=(known,)))
-    assert both.expansions == alone.expansions + plan(task).expansions
+    without = plan(task)
+    assert both.expansions >= alone.expansions + without.expansions
+    assert len(both.actions) <= len(without.actions)
+
+
+def test_where_the_regression_finds_no_plan_the_other_ways_find_one():
+    # a beam of one that may take a single step
+    task = load(*yards(1, 2, 1, 3, 4))
+    domain = Memory().practised([load(*yards(0, 2, 1, 3, 2))]).skills[0].domain
+    rule = PlanningRule("hopeless", {"boldly": 1}, improvement=0, trust=(9.0, 9.0))
+    found = Skill(domain, rule, DEFAULTS, 1.0, 5, 0.5).plan(task, max_expansions=20_000)
+    names = task.action_names
+    assert validate(task, [names[action] for action in found.plan]) == []
+    assert len(found.plan) <= len(plan(task).actions)
+
+
+def test_what_planning_without_experience_takes_is_estimated_by_how_it_plans():
+    task = hands(6)
+    skill = Skill("", UNLEARNED, DEFAULTS, 80.0, 10, 1.0)
+    backwards = PlanningRule("backwards", {"backwards": 1 << 30}, improvement=0, trust=(9.0, 9.0))
+    quick = outcome_of(task, DEFAULTS, backwards, max_expansions=20_000)
+    near, far = int(NEAR * quick.estimate), 2 * int(NEAR * quick.estimate)
+    assert skill.expected(quick, near, 0) / near < skill.expected(quick, far, 0) / far
+    bold = PlanningRule("boldly", {"boldly": 1000}, improvement=0, trust=(9.0, 9.0))
+    stalled = outcome_of(task, DEFAULTS, bold, max_expansions=20_000)
+    assert stalled.finder == "boldly"
+    assert skill.expected(stalled, 20, 0) == 20 * 80 * 2  # twice the length, twice for a step
+    assert skill.expected(stalled, 20, 10_000) > 10_000
 
 
 def test_a_plan_is_improved_while_that_brings_something():
@@ -97,6 +126,9 @@ def test_errands_of_every_kind_get_plans():
         pictures(0, 1, 2, 3, 2),
         yards(0, 2, 1, 3, 2),
         keys(1, 6, 2, 1, 2),
+        garden(1, 5, 2, 3),
+        paint(1, 3, 1, 2),
+        rails(1, 5, 3),
     ):
         task = load(*texts)
         result = plan(task, max_seconds=10)
@@ -122,6 +154,10 @@ def test_a_file_with_a_broken_skill_is_refused_by_name(memory, tmp_path):
     path = tmp_path / "memory.json"
     save_memory(memory, path)
     record = json.loads(path.read_text())
+    for wrong in ({"length": "long"}, {"growth": "fast"}, {"per_step": "few"}):
+        path.write_text(json.dumps(record | {"skills": [record["skills"][0] | wrong]}))
+        with pytest.raises(ValueError, match=r"memory\.json: skill 1: not a skill"):
+            load_memory(path)
     record["skills"][0]["rule"]["turns"] = [["sideways", 1]]
     path.write_text(json.dumps(record))
     with pytest.raises(ValueError, match=r"memory\.json: skill 1: not a skill"):
