@@ -28,7 +28,7 @@ SERIES = (
     *("ferry", "lifts", "pictures", "yards", "keys", "visiting"),
     *("garden", "paint", "rails"),
 )
-"""The last three are held out: nothing was chosen by them."""
+"""The last three were written as a hold-out, after the numbers were chosen."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from sign_model.map_algorithm.heuristics import (
 )
 from sign_model.map_algorithm.map_planner import BEAMS, Rungs
 from sign_model.pddl.planning_task import PlanningTask
-from sign_model.strategies.forward_task import ForwardTask
 from sign_model.strategies.rule import UNLEARNED, WAYS, PlanningRule
 from sign_model.strategies.turns import NEAR, Outcome, outcome_of
 
@@ -234,7 +233,7 @@ def _is_wide(taught: Sequence[_Taught], max_seconds: float | None) -> bool:
     if not _is_usual("backwards", taught):
         return False
     ratios = [
-        one.length / max(1, ForwardTask(one.task, Clock(max_seconds)).estimate())
+        one.length / max(1, Rungs(one.task, DEFAULTS, Clock(max_seconds)).estimate())
         for one in taught[-2:]
     ]
     return float(np.mean(ratios)) > _NEARLY * NEAR

@@ -1,6 +1,6 @@
 """Random planning tasks of chores, (domain, problem), from small ones up: plants that are watered,
-boards that are painted, wagons that are shunted. No number of the planner was chosen by them: they
-are held out for what was.
+boards that are painted, wagons that are shunted. Written as a hold-out for what was chosen on other
+series.
 """
 
 import numpy as np
