@@ -82,11 +82,9 @@ _EXAMPLES = {
     "plan": (
         "srt-jax plan domain.pddl problem.pddl > problem.plan",
         "srt-jax plan domain.pddl problem.pddl --planner astar --json",
+        "srt-jax plan domain.pddl problem.pddl --experience experience.json",
     ),
-    "practise": (
-        "srt-jax practise domain.pddl p1.pddl p2.pddl p3.pddl --out experience.json",
-        "srt-jax plan domain.pddl large.pddl --experience experience.json",
-    ),
+    "practise": ("srt-jax practise domain.pddl p1.pddl p2.pddl p3.pddl --out experience.json",),
     "signs": (
         "srt-jax signs domain.pddl problem.pddl --sign 'action stack'",
         "srt-jax signs domain.pddl problem.pddl --trace --svg networks.svg",
