@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, overload
 
-import jax
 import numpy as np
 
 from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
@@ -25,6 +24,7 @@ _COMMON_NUMBER = 64
 more.
 """
 _WORTH_COMPILING = 2**26  # cells of labels: some seconds of solving
+_NOT_WORTH_A_CALL = 2**18  # cells of labels: a millisecond of solving
 _WINDOW = 1024
 _CELLS_IN_WINDOW = 2**25  # 128 MiB of labels, each array counted once
 
@@ -240,7 +240,8 @@ def _groups(tasks: Sequence[Task]) -> dict[_Shape, list[int]]:
     """Returns the tasks' indices by the shape (L, H, W) to which they are padded.
 
     Padding costs work and another shape costs compiling: a shape gets its own group where its maps
-    are worth that, else they join the others of the next powers of two.
+    are worth that, else they join the others of the next powers of two; and few maps those with
+    more layers.
     """
     fine: dict[_Shape, list[int]] = {}
     for index, task in enumerate(tasks):
@@ -249,6 +250,10 @@ def _groups(tasks: Sequence[Task]) -> dict[_Shape, list[int]]:
     for shape, members in sorted(fine.items()):
         is_worth_it = len(members) * math.prod(shape) >= _WORTH_COMPILING
         groups.setdefault(shape if is_worth_it else _coarse(*shape), []).extend(members)
+    for shape in sorted(groups):
+        more = [other for other in groups if other[0] > shape[0] and other[1:] == shape[1:]]
+        if more and len(groups[shape]) * math.prod(min(more)) <= _NOT_WORTH_A_CALL:
+            groups[min(more)] = sorted(groups.pop(shape) + groups[min(more)])
     return groups
 
 
@@ -289,10 +294,7 @@ def _with_room(batch: Task, max_cells: int | None, max_destroyed: int, **options
     """
     slots = min(max_destroyed, _COMMON_NUMBER)
     while True:
-        answer = jax.tree.map(
-            np.asarray,
-            solve_in_room(batch, max_cells=max_cells, max_destroyed=slots, **options),
-        )
+        answer = solve_in_room(batch, max_cells=max_cells, max_destroyed=slots, **options)
         is_too_long = answer.num_cells > answer.cells.shape[1]
         # In mode "paper" what stopped for want of room may need more yet.
         is_short_of_slots = (

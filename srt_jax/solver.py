@@ -124,7 +124,7 @@ def solve(
 
 def solve_in_room(task: Task, **options: Any) -> Solution:
     """`solve` outside jit, but that `cells` has only as much room as the routes of this batch were
-    given.
+    given, and that the arrays are NumPy's.
     """
     return _solve(task, has_all_room=False, **options)
 
@@ -170,7 +170,9 @@ def _solve(
     def run() -> Solution:
         options = {"mode": mode, "max_destroyed": max_destroyed, "max_branches": max_branches}
         solution = _with_room(flat, np.asarray(tolls), room, options)
-        return eager.unfold(with_cells(solution, room) if has_all_room else solution, batch)
+        if has_all_room:
+            return eager.unfold(with_cells(solution, room), batch)
+        return jax.tree.map(lambda array: unfold(np.asarray(array), batch), solution)
 
     return cores.at_device_of(run, *jax.tree.leaves(task))
 
