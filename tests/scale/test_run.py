@@ -67,6 +67,21 @@ def test_two_runs_at_once_share_the_units(place):
     assert contents(out) == whole(16) and set(made(log).values()) == {1}
 
 
+def test_a_worker_that_is_killed_while_it_waits_for_work_is_missed_by_nobody(place):
+    out, _ = place
+    with Pool(Lines(out, 3, seconds=0.2), 2) as pool:
+        for unit in (0, 1):
+            pool.submit(unit)
+        assert {pool.next().unit, pool.next().unit} == {0, 1}
+        waiting = pool._workers[1]
+        waiting.process.kill()
+        waiting.process.wait()
+        pool.submit(2)  # the first worker's
+        assert pool.next().unit == 2
+    lines = {name: text for name, text in contents(out).items() if name.endswith(".txt")}
+    assert lines == whole(3)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_worker_that_is_killed_is_replaced_and_nothing_is_made_twice(place, monkeypatch, workers):
     out, log = place

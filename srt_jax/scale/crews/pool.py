@@ -33,7 +33,7 @@ class Pool(Crew):
     def __init__(self, job: Job, count: int) -> None:
         super().__init__(job)
         self._answers: queue.Queue[tuple[_Worker, dict[str, Any] | None]] = queue.Queue()
-        self._deaths: dict[int, int] = {}
+        self._deaths: dict[int | None, int] = {}
         self._numbers = itertools.count()
         self._workers: list[_Worker] = []
         try:
@@ -65,7 +65,7 @@ class Pool(Crew):
                     self._replace(worker)
                 continue
             assert unit is not None
-            worker.unit = None
+            worker.unit, worker.has_answered = None, True
             self.num_busy -= 1
             if "error" in answer:
                 return Failed(unit, _error(answer["kind"], answer["error"]))
@@ -75,15 +75,15 @@ class Pool(Crew):
         """Puts a new worker in a dead one's place, at the same unit."""
         dead.hang_up()
         code, unit = dead.process.wait(), dead.unit
-        if unit is not None:
+        # one that has worked and waits for more is only missed; one that had nothing to do yet died
+        # while it started, and the next ones may as well
+        if unit is not None or not dead.has_answered:
             self._deaths[unit] = self._deaths.get(unit, 0) + 1
-        # none at work: it died while it started, and the next one would as well
-        deaths = self._deaths[unit] if unit is not None else _MOST_DEATHS
-        if deaths >= _MOST_DEATHS:
-            where = self.job.name(unit) if unit is not None else "no unit"
+        if self._deaths.get(unit, 0) >= _MOST_DEATHS:
+            where = f"at {self.job.name(unit)}" if unit is not None else "before they did anything"
             raise RuntimeError(
-                f"{_MOST_DEATHS if unit is not None else 1} workers ended with code {code} at"
-                f" {where}; where memory runs short, use fewer workers or smaller shards"
+                f"{_MOST_DEATHS} workers ended with code {code} {where}; where memory runs short,"
+                " use fewer workers or smaller shards"
             )
         new = _Worker(self.job, next(self._numbers), self._answers)
         self._workers[self._workers.index(dead)] = new
@@ -100,10 +100,11 @@ class Pool(Crew):
 
 
 class _Worker:
-    """One process. unit: what it is at work on."""
+    """One process. unit: what it is at work on. has_answered: whether it has made a unit."""
 
     def __init__(self, job: Job, number: int, answers: queue.Queue) -> None:
         self.unit: int | None = None
+        self.has_answered = False
         self.process = subprocess.Popen(
             [sys.executable, "-m", "srt_jax.scale.crews.worker", str(number)],
             stdin=subprocess.PIPE,
