@@ -8,7 +8,7 @@ from collections.abc import Callable
 _running: set[threading.Thread] = set()
 
 
-def start(work: Callable[[], object]) -> threading.Thread:
+def start(work: Callable[[], object]) -> None:
     """Does `work` in a thread; what goes wrong there ends it without a word."""
 
     def run() -> None:
@@ -23,7 +23,6 @@ def start(work: Callable[[], object]) -> threading.Thread:
     thread = threading.Thread(target=run, name="srt-jax compiling", daemon=True)
     _running.add(thread)
     thread.start()
-    return thread
 
 
 @atexit.register

@@ -5,14 +5,12 @@ from typing import Annotated
 
 import typer
 
-from srt_jax.commands.shared.options import JsonOption
+from srt_jax.commands.shared.options import DomainArgument, JsonOption
 from srt_jax.commands.short_plan import plan_files
 
 
 def plan(
-    domain: Annotated[
-        str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
-    ],
+    domain: DomainArgument,
     problem: Annotated[
         list[str], typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)
     ],

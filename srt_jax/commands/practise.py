@@ -8,12 +8,11 @@ import typer
 from sign_model import Memory, load, load_memory, save_memory
 from sign_model.foundation.collector import paused_collector
 from srt_jax.commands.shared.console import aside, say, waiting
+from srt_jax.commands.shared.options import DomainArgument
 
 
 def practise(
-    domain: Annotated[
-        str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
-    ],
+    domain: DomainArgument,
     problems: Annotated[
         list[str],
         typer.Argument(

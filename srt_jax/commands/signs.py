@@ -21,14 +21,13 @@ from sign_model.foundation.files import atomic_write
 from sign_model.signs.activation import spread_activation
 from sign_model.signs.world_model import WorldModel
 from srt_jax.commands.shared.console import aside, say
+from srt_jax.commands.shared.options import DomainArgument
 
 _DECAY, _STEPS, _SHOWN = (0.5, 0.5, 0.5), 4, 20
 
 
 def signs(
-    domain: Annotated[
-        str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
-    ],
+    domain: DomainArgument,
     problem: Annotated[
         str, typer.Argument(metavar="PROBLEM", help="PDDL problem file.", show_default=False)
     ],

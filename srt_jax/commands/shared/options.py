@@ -17,6 +17,9 @@ if TYPE_CHECKING:  # it loads JAX, which `plan --help` does not need
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document and nothing else.")
 ]
+DomainArgument = Annotated[
+    str, typer.Argument(metavar="DOMAIN", help="PDDL domain file.", show_default=False)
+]
 DestroyableOption = Annotated[
     str | None,
     typer.Option(
