@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from sign_model.foundation.uncompiled.first_answers import uncompiled
     from srt_jax import coalition, data, dataset, draw, envs, formats, instances  # noqa: F401
     from srt_jax.answers.facts import Explanation, explanation
     from srt_jax.answers.story import scene_model, scene_pddl, scene_problem, story
@@ -89,6 +90,7 @@ __all__ = [
     "toll_to_come",
     "trace_path",
     "tradeoffs",
+    "uncompiled",
     "unstack",
     "why",
     "why_not",
@@ -129,7 +131,8 @@ _MODULES = {
     "tradeoffs": ("tradeoffs",),
     "types": ("Approach", "Path", "Solution", "Status", "Task"),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
+_HOME = {name: f"srt_jax.{module}" for module, names in _MODULES.items() for name in names}
+_HOME["uncompiled"] = "sign_model.foundation.uncompiled.first_answers"
 
 
 def __getattr__(name: str) -> object:
@@ -137,7 +140,7 @@ def __getattr__(name: str) -> object:
     if name.startswith("_"):
         raise AttributeError(f"module 'srt_jax' has no attribute {name!r}")
     if name in _HOME:
-        value = getattr(importlib.import_module(f"srt_jax.{_HOME[name]}"), name)
+        value = getattr(importlib.import_module(_HOME[name]), name)
         globals()[name] = value
         return value
     try:

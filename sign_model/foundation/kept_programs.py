@@ -19,7 +19,8 @@ holds more than `MOST_BYTES`, those not used for longest go first.
 TIERS. Half of the time to compile a large program goes into LLVM's optimisation, which a few small
 calls never earn back. So where the arguments are small, a program is compiled without it at first.
 Once its calls have taken `PATIENCE` seconds it is compiled with it, in a thread, and takes the
-place of the first. Both give the same bits.
+place of the first. Both give the same bits. And where the caller would rather not wait for the
+compiler (`uncompiled`), NumPy answers the first calls.
 """
 
 import contextlib
@@ -41,6 +42,7 @@ import numpy as np
 
 from sign_model.foundation import background
 from sign_model.foundation.files import atomic_write
+from sign_model.foundation.uncompiled import first_answers
 
 MOST_BYTES = 1 << 30
 """Of all programs in the folder; the solver for one size of map takes about 2 MB."""
@@ -51,6 +53,7 @@ compile it with.
 """
 
 _OFF = "off"
+_ANSWERED = ".answered"  # ends the name of an empty file: NumPy answered, nothing was compiled
 _LEVEL = "xla_backend_optimization_level"
 _PASSES = "xla_disable_hlo_passes"
 _SETTINGS = (
@@ -73,6 +76,14 @@ class _Program(NamedTuple):
     out_structure: Any
     is_first_tier: bool = False
     lowered: Any = None
+
+
+class _Traced(NamedTuple):
+    """A function of flat arrays that is not compiled yet, and the structure of its results."""
+
+    function: Any
+    out_structure: Any
+    numpy_form: first_answers.NumpyForm
 
 
 class KeptProgram:
@@ -101,17 +112,45 @@ class KeptProgram:
         self._in_tiers = in_tiers
         self._loaded: dict[Any, _Program] = {}
         self._seconds: dict[Any, float] = {}
+        self._traced: dict[Any, _Traced] = {}
 
     def __call__(self, *args: Any) -> Any:
         leaves, structure = jax.tree.flatten(args)
         shapes = _shapes(leaves)
         key = (structure, shapes, _settings())
         if key not in self._loaded:
-            self._loaded[key] = self._load(args, structure, shapes)
+            if first_answers.patience() and (found := self._on_numpy(key, args, leaves)):
+                return found[0]
+            self._loaded[key] = self._load(
+                args, structure, shapes, traced=self._traced.pop(key, None)
+            )
         program = self._loaded[key]
         if program.is_first_tier:
             return self._call_first_tier(key, program, args)
         return jax.tree.unflatten(program.out_structure, program.run(*leaves))
+
+    def _on_numpy(self, key: Any, args: tuple, leaves: list) -> tuple[Any] | None:
+        """Returns the result, in a tuple, as NumPy computes it; None where there is a program, or
+        it is time to make one.
+        """
+        if self.is_kept(*args):
+            return None
+        structure, shapes, _ = key
+        mark = self._file(structure, shapes, is_first_tier=False)
+        mark = None if mark is None else mark.with_suffix(_ANSWERED)
+        if key not in self._traced:
+            if mark is not None and mark.is_file():  # asked for again: worth compiling
+                return None
+            traced, out_structure = self._trace(args, structure)
+            self._traced[key] = _Traced(traced, out_structure, first_answers.NumpyForm(traced))
+        traced = self._traced[key]
+        out = traced.numpy_form.answer(leaves, first_answers.patience())
+        if out is None:
+            return None
+        if mark is not None:
+            with contextlib.suppress(OSError):
+                mark.touch()
+        return (jax.tree.unflatten(traced.out_structure, out),)
 
     def _call_first_tier(self, key: Any, program: _Program, args: tuple) -> Any:
         began = time.perf_counter()
@@ -169,6 +208,7 @@ class KeptProgram:
         *,
         is_final: bool = False,
         lowered: Any = None,
+        traced: "_Traced | None" = None,
     ) -> _Program:
         """Returns a program on flat arguments and the structure of its results: from disk, else
         compiled, and kept.
@@ -186,7 +226,9 @@ class KeptProgram:
         options = self._options_of(is_first)
         if file is not None:
             options = _never_seen(options)
-        if lowered is None:
+        if lowered is None and traced is not None:
+            lowered = traced.function.lower(), traced.out_structure
+        elif lowered is None:
             lowered = self._lowered(args, structure)
         flat, out_structure = lowered
         compiled = flat.compile(options or None)
@@ -199,6 +241,10 @@ class KeptProgram:
         """Returns the function of flat arguments, traced and lowered, and the structure of its
         results.
         """
+        traced, out_structure = self._trace(args, structure)
+        return traced.lower(), out_structure
+
+    def _trace(self, args: tuple, structure: Any) -> tuple[Any, Any]:
         out_structure = None
 
         def flat(*leaves: Any) -> tuple:
@@ -206,8 +252,8 @@ class KeptProgram:
             out, out_structure = jax.tree.flatten(self._fun(*jax.tree.unflatten(structure, leaves)))
             return tuple(out)
 
-        lowered = jax.jit(flat).lower(*jax.tree.leaves(args))
-        return lowered, out_structure
+        traced = jax.jit(flat).trace(*jax.tree.leaves(args))
+        return traced, out_structure
 
 
 def _shapes(leaves: list[Any]) -> tuple:
@@ -322,6 +368,8 @@ def _write(file: pathlib.Path, compiled: Any, out_structure: Any) -> None:
     content = pickle.dumps((payload, in_tree.num_leaves, pattern))
     with atomic_write(file, "wb") as draft:
         draft.write(content)
+    with contextlib.suppress(OSError):
+        file.with_suffix(_ANSWERED).unlink()
     _make_room(file.parent)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from sign_model.foundation import background, kept_programs
 from sign_model.foundation.kept_programs import KeptProgram
+from sign_model.foundation.uncompiled.first_answers import uncompiled
 
 
 class Answer(NamedTuple):
@@ -137,9 +138,11 @@ def test_a_small_call_is_compiled_quickly_and_optimised_once_it_pays(place, monk
 def test_a_program_that_cannot_be_optimised_stays_what_it_is(monkeypatch):
     run, two, numbers = program([], is_small), np.float32(2), np.arange(5, dtype=np.float32)
     monkeypatch.setattr(kept_programs, "PATIENCE", 0.0)
-    monkeypatch.setattr(
-        run, "_load", lambda *_, **options: 1 / 0 if options else KeptProgram._load(run, *_)
-    )
+
+    def load(*args, is_final=False, **options):
+        return 1 / 0 if is_final else KeptProgram._load(run, *args, **options)
+
+    monkeypatch.setattr(run, "_load", load)
     first = run(numbers, two)
     background.finish()
     assert tiers_of(run) == [True]
@@ -158,8 +161,9 @@ def test_a_program_that_cannot_be_optimised_stays_what_it_is(monkeypatch):
 def test_answers_are_the_same_before_and_after_optimisation(mode, monkeypatch):
     import srt_jax
     from srt_jax import solver
+    from srt_jax.instances.generate import generate
 
-    made = srt_jax.instances.generate.generate("mixed", count=6, size=24, seed=5)
+    made = generate("mixed", count=6, size=24, seed=5)
     tasks = srt_jax.stack([task for _, task, _ in made])
     solver._solver.cache_clear()
     # the first call is over before the second program is there
@@ -183,3 +187,51 @@ def test_the_solver_answers_the_same_from_a_kept_program():
     second = srt_jax.solve(task)
     jax.tree.map(np.testing.assert_array_equal, first, second)
     assert jnp.isfinite(first.cost)
+
+
+def test_numpy_answers_first_where_nobody_wants_to_wait(place):
+    traced, two, numbers = [], np.int32(2), np.arange(5, dtype=np.int32)
+    run = program(traced)
+    with uncompiled():
+        first = run(numbers, two)
+        assert not run._loaded and not list(place.glob("*.program"))
+        jax.tree.map(np.testing.assert_array_equal, first, run(numbers, two))
+    assert isinstance(first, Answer) and first.total == 20 and first.total.dtype == np.int32
+    # outside it is compiled, from what was traced
+    jax.tree.map(np.testing.assert_array_equal, first, run(numbers, two))
+    assert len(traced) == 1 == len(run._loaded) and len(list(place.glob("*.program"))) == 1
+    # what is compiled is taken, in this process and in others
+    with uncompiled():
+        run(numbers, two)
+        other = program(traced)
+        other(numbers, two)
+    assert len(traced) == 1 == len(other._loaded)
+
+
+def test_what_numpy_answered_in_another_process_is_worth_compiling(place):
+    traced, two, numbers = [], np.int32(2), np.arange(5, dtype=np.int32)
+    with uncompiled():
+        program(traced)(numbers, two)
+        second = program(traced)
+        second(numbers, two)
+    assert len(traced) == 2 and len(second._loaded) == 1
+    (kept,) = place.iterdir()  # the mark is gone
+    assert kept.suffix == ".program"
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1e-9])
+def test_patience_is_limited_to_calls_that_take_less(seconds):
+    traced, two, numbers = [], np.int32(2), np.arange(5, dtype=np.int32)
+    run = program(traced)
+    with uncompiled(seconds):
+        run(numbers, two)
+        run(numbers, two)
+    assert len(run._loaded) == 1 == len(traced)
+
+
+def test_what_numpy_cannot_answer_is_compiled():
+    traced, two, numbers = [], np.float32(2), np.arange(5, dtype=np.float32)
+    run = program(traced)  # the order of its sum would decide
+    with uncompiled():
+        assert float(run(numbers, two).total) == 20
+    assert len(run._loaded) == 1 == len(traced)
