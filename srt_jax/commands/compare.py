@@ -24,6 +24,7 @@ from srt_jax.commands.shared.console import (
     say_wrapped,
     show_progress,
 )
+from srt_jax.commands.shared.few_tasks import at_once
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.reading import Reading
@@ -130,7 +131,8 @@ def _of_modes(
         raise ValueError(f"{failed[0]} cannot be read: compare takes all tasks or none")
     sides = []
     total = len(chosen) * len(tasks)
-    with show_progress("solving", total, quiet=as_json, compiles=True) as progress:
+    progress_shown = show_progress("solving", total, quiet=as_json, compiles=True)
+    with at_once(tasks), progress_shown as progress:
         for mode in chosen:
             solutions = solve_many(
                 [task.task for task in tasks],

@@ -12,6 +12,7 @@ from srt_jax.answers.doubts import doubts_of
 from srt_jax.check import check_connection
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import printer, say, say_json, say_wrapped, waiting
+from srt_jax.commands.shared.few_tasks import at_once
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.connecting.connect import Connection
@@ -68,7 +69,7 @@ def connect(
         )
     (name, task), frame = tasks[0], frames[0] or Frame.of_cells(*tasks[0].task.labels.shape[-2:])
     cells = [cell_in(frame, end, f"{path}: region") for end in ends] or None
-    with waiting("joining", quiet=as_json):
+    with at_once(tasks), waiting("joining", quiet=as_json):
         found = connect_task(task, cells, min_cells=min_cells, max_branches=max_branches)
     problems = check_connection(task, found, cells, min_cells=min_cells)
     if problems:

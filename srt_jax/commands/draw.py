@@ -11,6 +11,7 @@ import typer
 from srt_jax.coalition.task_files import holds_coalitions
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import note, say, say_json, show_progress, waiting
+from srt_jax.commands.shared.few_tasks import at_once
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.draw.gallery import SHOWS, Named, gallery
@@ -123,7 +124,8 @@ def draw(
         )
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
-    with show_progress("solving", len(tasks), quiet=as_json, compiles=True) as progress:
+    progress_shown = show_progress("solving", len(tasks), quiet=as_json, compiles=True)
+    with at_once(tasks), progress_shown as progress:
         solutions = solve_many(
             [task.task for task in tasks],
             mode=mode,
@@ -132,7 +134,8 @@ def draw(
             progress=progress,
         )
     named = [(name, task, solution) for (name, task), solution in zip(tasks, solutions)]
-    files = _draw(named, frames[: len(tasks)], out, show, ending, frame, quiet=as_json)
+    with at_once(tasks):
+        files = _draw(named, frames[: len(tasks)], out, show, ending, frame, quiet=as_json)
     if as_json:
         document = {"files": [str(file) for file in files], "tasks": [task.name for task in tasks]}
         say_json(document | ({"notes": notes} if notes else {}))

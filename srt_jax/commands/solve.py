@@ -24,6 +24,7 @@ from srt_jax.commands.shared.console import (
     show_progress,
     took,
 )
+from srt_jax.commands.shared.few_tasks import at_once
 from srt_jax.commands.shared.memory_limit import keep_together
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
@@ -169,7 +170,8 @@ def solve(
     begin = time.perf_counter()
     # a task has no more to destroy
     most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
-    with show_progress("solving", len(tasks), quiet=as_json, compiles=True) as progress:
+    progress_shown = show_progress("solving", len(tasks), quiet=as_json, compiles=True)
+    with at_once(tasks), progress_shown as progress:
         solutions = solve_many(
             [task.task for task in tasks],
             mode=mode,
@@ -183,21 +185,22 @@ def solve(
         gone = [np.asarray(s.destroyed)[: int(s.num_destroyed)].tolist() for s in solutions]
         doubts = doubts_of(tasks, gone, frames)
         notes = [*notes, *doubts.records("answers")]
-    records = report(
-        tasks,
-        solutions,
-        seconds,
-        out=out,
-        pictures=pictures,
-        as_json=as_json,
-        html=page,
-        results=results,
-        notes=notes,
-        mode=mode,
-        frames=frames,
-        path=path,
-        toll=worth,
-    )
+    with at_once(tasks):
+        records = report(
+            tasks,
+            solutions,
+            seconds,
+            out=out,
+            pictures=pictures,
+            as_json=as_json,
+            html=page,
+            results=results,
+            notes=notes,
+            mode=mode,
+            frames=frames,
+            path=path,
+            toll=worth,
+        )
     for doubt in doubts if not as_json else ():
         say_wrapped(printer(), f"Note: {doubt}.")
     return BAD_INPUT if failed else exit_code(records)

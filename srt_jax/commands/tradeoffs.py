@@ -7,6 +7,7 @@ import typer
 
 from srt_jax.commands.shared import options
 from srt_jax.commands.shared.console import fit_table, printer, say_json, say_wrapped, waiting
+from srt_jax.commands.shared.few_tasks import at_once
 from srt_jax.commands.shared.options import JsonOption
 from srt_jax.commands.shared.reading_options import AS_SET, read_framed, with_reading
 from srt_jax.formats.reading import Reading
@@ -61,7 +62,7 @@ def tradeoffs(
     name, task = tasks[0]
     frame = frames[0]
     side = frame.side if frame is not None and frame.has_metres else None
-    with waiting("weighing", quiet=as_json):
+    with at_once(tasks), waiting("weighing", quiet=as_json):
         front = front_of_task(task, tolls=chosen, max_destroyed=max_destroyed)
         if out and front:
             from srt_jax.draw.tradeoffs import draw_tradeoffs
