@@ -20,7 +20,7 @@ from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
-from srt_jax.engine.reuse import Bucket, Shapes
+from srt_jax.engine.reuse import MOST, MOST_OF_PARTS, Bucket, Shapes
 from srt_jax.moves import max_path_cells
 from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.solver_kernel import answer_batch, way_of
@@ -255,15 +255,19 @@ def _in_buckets(
         return solution if is_full and shape.room == room else cut(solution, part, room)
 
     everything = (task, tolls)
-    if size < B:
-        part_shape = own._replace(batch=size)
-        solution = cores.in_parts(
-            lambda part: run(part, part_shape, True), everything, size, (program(own, True), room)
-        )
-    else:
-        kind = (mode, slots, max_branches, *_settings())
-        shape = _shapes.choose(kind, own, lambda shape: _is_kept(program(shape), shape), room_of)
-        with _shapes.timed(kind, own, shape):
+    is_cut, most = size < B, MOST_OF_PARTS if size < B else MOST
+    kind = (mode, slots, max_branches, is_cut, *_settings())
+    own = own._replace(batch=min(size, own.batch))
+    shape = _shapes.choose(
+        kind, own, lambda shape: _is_kept(program(shape, is_cut), shape), room_of, most
+    )
+    with _shapes.timed(kind, own, shape):
+        if is_cut:
+            key = program(shape, True), shape, room
+            solution = cores.in_parts(
+                lambda part: run(part, shape, True), everything, shape.batch, key
+            )
+        else:
             parts = [run(part, shape) for part in _parts(everything, shape.batch)]
             solution = parts[0] if len(parts) == 1 else jax.tree.map(_joined, *parts)
     return with_slots(solution, max_destroyed, np)

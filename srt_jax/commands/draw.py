@@ -122,8 +122,8 @@ def draw(
             f"--out {out}: a GIF shows one task, and there are {len(tasks)}: give a folder, or"
             " --only NAME"
         )
-    # a task has no more to destroy
-    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
+    # a task has no more to destroy; up to 8 share a program
+    most = min(max_destroyed, max(8, *(len(task.task.destroyable) for task in tasks)))
     progress_shown = show_progress("solving", len(tasks), quiet=as_json, compiles=True)
     with at_once(tasks), progress_shown as progress:
         solutions = solve_many(

@@ -168,8 +168,8 @@ def solve(
     if path:
         require_metres(path, frames[0])
     begin = time.perf_counter()
-    # a task has no more to destroy
-    most = min(max_destroyed, max(len(task.task.destroyable) for task in tasks))
+    # a task has no more to destroy; up to 8 share a program
+    most = min(max_destroyed, max(8, *(len(task.task.destroyable) for task in tasks)))
     progress_shown = show_progress("solving", len(tasks), quiet=as_json, compiles=True)
     with at_once(tasks), progress_shown as progress:
         solutions = solve_many(

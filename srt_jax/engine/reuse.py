@@ -18,8 +18,10 @@ from srt_jax.engine.buckets import size_bucket
 WORTH = 4.0
 """Seconds lost to padding after which a shape's own program is made: half the time that takes."""
 
-_MOST = 16
-"""How many times the work of its own shape a call may be given."""
+MOST, MOST_OF_PARTS = 16, 1.25
+"""How many times the work of its own shape a call may be given; and one of many parts, which is
+long, so that what it wastes is known too late.
+"""
 
 _SMALL = 1 << 15
 """Work that is never too much, in cells: a fraction of a millisecond."""
@@ -59,6 +61,7 @@ class Shapes:
         own: Bucket,
         is_kept: Callable[[Bucket], bool],
         room_of: Callable[[int, int], int],
+        most: float = MOST,
     ) -> Bucket:
         """Returns the shape to run in; of a smaller batch, several times.
 
@@ -67,6 +70,7 @@ class Shapes:
           own: the smallest shape that holds the batch.
           is_kept: whether a shape's program is on disk.
           room_of: the room for a route that is usual on a map of so many rows and columns.
+          most: how many times the work of its own shape the batch may be given.
         """
         known = self._at_hand.setdefault(kind, set())
         place = (kind, own)
@@ -77,8 +81,8 @@ class Shapes:
         # Its own from disk costs least; then the others, those of least work first.
         if is_kept(own):
             return own
-        near = sorted((n for n in known if _serves(n, own)), key=lambda n: _total(n, own))
-        kept = near[:1] or [n for n in _larger(own, room_of) if is_kept(n)][:1]
+        near = sorted((n for n in known if _serves(n, own, most)), key=lambda n: _total(n, own))
+        kept = near[:1] or [n for n in _larger(own, room_of, most) if is_kept(n)][:1]
         if kept:
             self._chosen[place] = kept[0]
         return kept[0] if kept else own
@@ -111,12 +115,12 @@ def _total(shape: Bucket, own: Bucket) -> int:
     return shape.work * max(1, -(-own.batch // shape.batch))
 
 
-def _serves(shape: Bucket, own: Bucket) -> bool:
+def _serves(shape: Bucket, own: Bucket, most: float) -> bool:
     holds = all(a >= b for a, b in zip(shape[1:], own[1:]))
-    return holds and _total(shape, own) <= max(_SMALL, _MOST * own.work)
+    return holds and _total(shape, own) <= max(_SMALL, most * own.work)
 
 
-def _larger(own: Bucket, room_of: Callable[[int, int], int]) -> list[Bucket]:
+def _larger(own: Bucket, room_of: Callable[[int, int], int], most: float) -> list[Bucket]:
     """Returns the usual shapes that hold a batch of this one, those of least work first."""
     side = size_bucket(max(own.height, own.width) + 1)
     squares = {(own.height, own.width)} | ({(side, side)} if side <= 128 else set())
@@ -130,5 +134,5 @@ def _larger(own: Bucket, room_of: Callable[[int, int], int]) -> list[Bucket]:
         for height, width in squares
     )
     return sorted(
-        (n for n in found if n != own and _serves(n, own)), key=lambda n: (_total(n, own), n)
+        (n for n in found if n != own and _serves(n, own, most)), key=lambda n: (_total(n, own), n)
     )

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import srt_jax
-from srt_jax.engine import reuse
+from srt_jax import Task, solver
+from srt_jax.engine import cores, reuse
 from srt_jax.engine.reuse import Bucket, Shapes, only_own_shapes
 
 OWN = Bucket(2, 1, 32, 32, 64, 768)
@@ -95,3 +96,32 @@ def test_answers_do_not_depend_on_the_shape_they_are_computed_in():
         for name, value in alone.items():
             whole = getattr(expected, name)[number]
             assert (np.asarray(value) == whole[tuple(map(slice, np.shape(value)))]).all(), name
+
+
+def test_parts_of_a_large_batch_run_in_a_shape_for_a_few_more_obstacles(monkeypatch):
+    """But never in one that takes much longer."""
+    monkeypatch.setattr(cores, "num_cores", lambda: 2)
+    monkeypatch.setattr(solver, "_shapes", Shapes())
+    labels = np.full((40, 1, 128, 128), -1, np.int32)
+    labels[:, 0, :, 64] = 0
+    end = np.zeros((40, 2), np.int32)
+
+    def tasks(obstacles):
+        return Task(
+            labels=labels,
+            destroyable=np.ones((40, obstacles), bool),
+            removal_cost=np.ones((40, obstacles), np.float32),
+            start=end,
+            goal=end + np.int32([5, 100]),
+            size=np.full((40, 2), 128, np.int32),
+        )
+
+    def shapes_after(*numbers):
+        for number in numbers:
+            assert (np.asarray(srt_jax.solve(tasks(number)).num_destroyed) == 1).all()
+        return {shape for known in solver._shapes._at_hand.values() for shape in known}
+
+    (wide,) = shapes_after(150)
+    assert wide.obstacles == 256 and wide.batch < 40
+    assert shapes_after(3, 100) == {wide}
+    assert not reuse._serves(wide, wide._replace(height=64), reuse.MOST_OF_PARTS)
