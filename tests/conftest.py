@@ -1,10 +1,14 @@
 """Strict switches for the whole suite, and where the outside data lies."""
 
+import contextlib
 import os
 import pathlib
+from collections.abc import Iterator
 
 import jax
 import pytest
+
+from sign_model.foundation.uncompiled.first_answers import uncompiled
 
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
@@ -36,6 +40,11 @@ QUICK = (
 )
 """Folders and files of the tests that `-m quick` selects: little to compile, no long search."""
 
+UNCOMPILED = ("answers", "commands", "docs", "draw", "robots")
+"""Folders of the tests that need answers and do not judge the code that gives them: most of their
+answers NumPy gives sooner than they could be compiled.
+"""
+
 SHARED_DATA = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
@@ -46,6 +55,14 @@ def shared_data() -> pathlib.Path:
     if not folder.is_dir():
         pytest.skip("the outside ground truth (shared/data) is not on this machine")
     return folder
+
+
+@pytest.fixture(autouse=True)
+def compiled_or_not(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Has calls of the tests in UNCOMPILED answered without compiling where that is short."""
+    folder = request.path.relative_to(pathlib.Path(__file__).resolve().parent).parts[0]
+    with uncompiled(1.0) if folder in UNCOMPILED else contextlib.nullcontext():
+        yield
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -304,5 +304,5 @@ def test_what_is_no_random_key_is_told_of_one():
             call(0)
         with pytest.raises(ValueError, match=r"one JAX random key, got \[2\] of them: take"):
             call(jax.random.split(jax.random.key(0)))
-    assert repr(env.action_space()) == "Discrete(16)"
+    assert env.action_space().n == 16  # of gymnax where that is loaded, else our own
     assert repr(envs.spaces.Box(0, 1, (2,))) == "Box(0, 1, (2,), float32)"
