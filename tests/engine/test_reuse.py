@@ -112,7 +112,7 @@ def test_parts_of_a_large_batch_run_in_a_shape_for_a_few_more_obstacles(monkeypa
             destroyable=np.ones((40, obstacles), bool),
             removal_cost=np.ones((40, obstacles), np.float32),
             start=end,
-            goal=end + np.int32([5, 100]),
+            goal=end + np.array([5, 100], np.int32),
             size=np.full((40, 2), 128, np.int32),
         )
 
