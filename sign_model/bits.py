@@ -13,6 +13,12 @@ WORD = 64
 _MANY = 4
 """So many owners for each member of the largest are reduced member by member."""
 
+_PAYS = 128
+"""So many sets pay for a table of the choices among rows."""
+
+_MOST_CHOICES = 1 << 19
+"""The most words of such a table: it should stay in the cache."""
+
 _COUNTS = (
     np.unpackbits(np.arange(1 << 16, dtype=np.uint16).view(np.uint8))
     .reshape(-1, 16)
@@ -56,6 +62,11 @@ def as_words(number: int, size: int) -> np.ndarray:
     return np.frombuffer(number.to_bytes(8 * num_words, "little"), np.uint64)
 
 
+def as_bytes(words: np.ndarray) -> list[bytes]:
+    """Returns each packed row, uint64 [N, W], as bytes: a key that no other row has."""
+    return np.ascontiguousarray(words).view(f"V{8 * words.shape[1]}").ravel().tolist()
+
+
 class NumberedRows:
     """The rows of some matrices as whole numbers, each made when it is first asked for.
 
@@ -79,7 +90,52 @@ class NumberedRows:
 
 def popcount(words: np.ndarray) -> np.ndarray:
     """Returns the number of 1-bits of each row: uint64 [..., W] -> int32 [...]."""
+    if hasattr(np, "bitwise_count"):  # NumPy 2 has an instruction for it
+        return np.bitwise_count(words).sum(axis=-1, dtype=np.int32)
     return _COUNTS[np.ascontiguousarray(words).view(np.uint16)].sum(axis=-1, dtype=np.int32)
+
+
+class UnionOfRows:
+    """The OR of those rows of a table that a set names, for many sets.
+
+    For every eight rows the OR of each of their 256 choices is tabulated when that first pays, so
+    a set needs one look-up for eight of its features (Arlazarov, Dinic, Kronrod & Faradzhev 1970).
+
+    Args:
+      rows: uint64 [F, W].
+    """
+
+    def __init__(self, rows: np.ndarray) -> None:
+        self.rows, self.seen = rows, 0
+        self.choices: np.ndarray | None = None
+        groups = -(-len(rows) // 8)
+        self.is_small = groups * rows.shape[1] <= _MOST_CHOICES // 256
+
+    def of(self, sets: np.ndarray) -> np.ndarray:
+        """Returns uint64 [N, W] for sets, bool [N, F]."""
+        self.seen += len(sets)
+        if self.choices is None and (not self.is_small or self.seen < _PAYS):
+            owner, member = np.nonzero(sets)
+            return any_row(self.rows, owner, member, len(sets))
+        if self.choices is None:
+            self.choices = self._tabulated()
+        chosen = np.packbits(sets, axis=1, bitorder="little")
+        union = np.zeros((len(sets), self.rows.shape[1]), np.uint64)
+        for choice, choices in zip(chosen.T, self.choices):
+            union |= choices[choice]
+        return union
+
+    def _tabulated(self) -> np.ndarray:
+        """Returns uint64 [F / 8, 256, W]."""
+        size, width = self.rows.shape
+        eights = np.zeros((-(-size // 8) * 8, width), np.uint64)
+        eights[:size] = self.rows
+        eights = eights.reshape(-1, 8, width)
+        choices = np.zeros((len(eights), 256, width), np.uint64)
+        for i in range(8):
+            known = choices[:, : 1 << i]
+            choices[:, 1 << i : 2 << i] = known | eights[:, i, None]
+        return choices
 
 
 def any_row(rows: np.ndarray, owner: np.ndarray, member: np.ndarray, num_owners: int) -> np.ndarray:

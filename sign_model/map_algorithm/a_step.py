@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.bits import any_row, pack, popcount
+from sign_model.bits import WORD, UnionOfRows, pack, popcount, unpack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.map_algorithm.heuristics import HeuristicSign, Weights, weight_of
 from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
@@ -57,27 +57,54 @@ def make_rating(
             tables["plan"] = relaxed_plan_table(space, start, clock)
         parts.append((tables["plan"], _column_weights(sign.plan, schemas, set())))
 
-    # The weight of each feature itself; and for each table the columns of equal weight, as masks.
+    # The features themselves are columns too, each needed by itself alone.
     held, unmet = (
         _column_weights(weights, kinds, goal_kinds) for weights in (sign.held, sign.unmet)
     )
-    feature_weights = np.where(start, held, unmet)
-    classes = [  # no np.unique: it loads numpy.ma, which takes longer than a small task
-        (table, [(w, pack(columns == w)) for w in sorted(set(columns.tolist())) if w])
-        for table, columns in parts
-    ]
+    own = np.where(start, held, unmet)
+    if own.any():
+        parts.append((pack(np.eye(len(own), dtype=bool)), own))
+    table, weights = _by_weight(parts, len(own))
+    union = UnionOfRows(table)
 
     def rate(situations: np.ndarray) -> np.ndarray:
         clock.check()
-        rating = (situations @ feature_weights).astype(np.int32)
-        owner, member = np.nonzero(situations)
-        for table, masks in classes:
-            needs = any_row(table, owner, member, len(situations))
-            for weight, mask in masks:
-                rating += np.int32(weight) * popcount(needs & mask)
+        rating = np.zeros(len(situations), np.int32)
+        if weights:
+            needs = union.of(situations)
+            for weight, begin, end in weights:
+                rating += np.int32(weight) * popcount(needs[:, begin:end])
         return rating
 
     return rate
+
+
+def _by_weight(
+    parts: list[tuple[np.ndarray, np.ndarray]], num_rows: int
+) -> tuple[np.ndarray, list[tuple[int, int, int]]]:
+    """Returns (a table of the columns that count, those of equal weight in words of their own;
+    the weight of each such run of words, and where it begins and ends).
+
+    Most columns of a relaxed plan's table are empty: no more actions than features are the best
+    for one of them. So the new table has a few words where the old one may have a hundred.
+
+    Args:
+      parts: tables, uint64 [F, words], each with the weights of its columns, int [n].
+      num_rows: F.
+    """
+    by_weight: dict[int, list[np.ndarray]] = {}
+    for table, weights in parts:
+        is_used = unpack(np.bitwise_or.reduce(table, axis=0), len(weights)) & (weights != 0)
+        used = np.flatnonzero(is_used)
+        bits = (table[:, used // WORD] >> (used % WORD).astype(np.uint64)) & np.uint64(1)
+        for weight in sorted(set(weights[used].tolist())):
+            by_weight.setdefault(weight, []).append(bits[:, weights[used] == weight])
+    words, runs, end = [np.zeros((num_rows, 0), np.uint64)], [], 0
+    for weight, columns in sorted(by_weight.items()):
+        words.append(pack(np.concatenate(columns, axis=1).astype(bool)))
+        begin, end = end, end + words[-1].shape[1]
+        runs.append((weight, begin, end))
+    return np.concatenate(words, axis=1), runs
 
 
 def _column_weights(weights: Weights, names: list[str], goal_names: set[str]) -> np.ndarray:

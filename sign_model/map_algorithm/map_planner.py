@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sign_model.bits import any_row, pack, popcount
+from sign_model.bits import any_row, as_bytes, pack, popcount
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.a_step import Rating, make_rating
 from sign_model.map_algorithm.heuristics import HeuristicSign
@@ -40,10 +40,16 @@ situations are recognised.
 """
 
 
-_PAIRS_AT_ONCE = 1 << 22
-"""How many pairs of a situation and an action are tested at once: this bounds the memory, and the
-time between two checks of the clock.
+_PAIRS_AT_ONCE = 1 << 16
+"""How many pairs of a situation and an action, or of two situations, are tested at once: so many
+words stay in the cache of a core.
 """
+
+_STEPS_BETWEEN_CHECKS = 64
+"""How many such parts are tested between two checks of the clock."""
+
+_FEW_PAIRS = 1 << 12
+"""For so few pairs it is not worth asking which word separates most of them."""
 
 
 @dataclass(frozen=True)
@@ -285,23 +291,29 @@ def _m_step(
     """
     words = pack(situations)
     step = max(1, _PAIRS_AT_ONCE // max(1, len(adds)))
+    adds, bad = np.ascontiguousarray(adds.T), np.ascontiguousarray(bad.T)
     parts = []
-    for begin in range(0, max(1, len(words)), step):
-        clock.check()
+    for part, begin in enumerate(range(0, max(1, len(words)), step)):
+        if part % _STEPS_BETWEEN_CHECKS == 0:
+            clock.check()
         number, action = _fitting(words[begin : begin + step], adds, bad)
         parts.append((number + begin, action))
     return np.concatenate([n for n, _ in parts]), np.concatenate([a for _, a in parts])
 
 
 def _fitting(words: np.ndarray, adds: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the same for one part, of situations as uint64 [N, words]."""
-    explains = np.zeros((len(words), len(adds)), np.uint64)
-    breaks = np.zeros_like(explains)
-    for w in range(words.shape[1]):
-        explains |= words[:, w, None] & adds[:, w]
-        breaks |= words[:, w, None] & bad[:, w]
-    number, action = np.nonzero((explains != 0) & (breaks == 0))
-    return number, action
+    """Returns the same for one part, of situations as uint64 [N, words]; adds and bad are uint64
+    [words, A].
+    """
+    explains = words[:, 0, None] & adds[0]
+    breaks = words[:, 0, None] & bad[0]
+    room = np.empty_like(explains)
+    for w in range(1, words.shape[1]):
+        column = words[:, w, None]
+        explains |= np.bitwise_and(column, adds[w], out=room)
+        breaks |= np.bitwise_and(column, bad[w], out=room)
+    place = np.flatnonzero((explains != 0) & (breaks == 0))
+    return np.divmod(place, max(1, adds.shape[1]))
 
 
 def _unwind(trail: list[tuple[np.ndarray, np.ndarray]], parent: int, action: int) -> list[int]:
@@ -325,7 +337,7 @@ class _Memory:
 
     def __init__(self, words: np.ndarray) -> None:
         self.words = words
-        self.keys = {row.tobytes() for row in words}
+        self.keys = set(as_bytes(words))
 
     def forget_known(self, situations: np.ndarray) -> np.ndarray:
         """Returns the numbers of the situations, bool [N, F], that are new, each once, in order;
@@ -333,7 +345,7 @@ class _Memory:
         """
         # Not equal to a known one or an earlier new one.
         words = pack(situations)
-        keys = [row.tobytes() for row in words]
+        keys = as_bytes(words)
         first: dict[bytes, int] = {}
         for i, key in enumerate(keys):
             if key not in self.keys:
@@ -350,16 +362,38 @@ class _Memory:
         """Adds situations, bool [N, F]."""
         words = pack(situations)
         self.words = np.concatenate([self.words, words])
-        self.keys.update(row.tobytes() for row in words)
+        self.keys.update(as_bytes(words))
 
 
 def _contains_another(words: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Returns bool [N]: whether each situation strictly contains one of the others, all of them as
     words, uint64 [N, words] and [M, words].
     """
-    missing = np.zeros((len(words), len(others)), bool)
-    extra = np.zeros((len(words), len(others)), bool)
-    for w in range(words.shape[1]):
-        missing |= (others[None, :, w] & ~words[:, None, w]) != 0
-        extra |= (words[:, None, w] & ~others[None, :, w]) != 0
-    return np.any(~missing & extra, axis=1)
+    contains = np.zeros(len(words), bool)
+    size, lacks = len(others), np.ascontiguousarray(~words.T)
+    columns = np.ascontiguousarray(others.T)
+    order = _most_separating(lacks, columns)
+    step = max(1, _PAIRS_AT_ONCE // max(1, size))
+    for begin in range(0, len(words), step):
+        # Few pairs pass the test of the first word, so the others are compared for these alone.
+        here = lacks[:, begin : begin + step]
+        place = np.flatnonzero((here[order[0], :, None] & columns[order[0]]) == 0)
+        number, other = np.divmod(place, size)
+        for w in order[1:]:
+            is_left = (here[w, number] & columns[w, other]) == 0
+            number, other = number[is_left], other[is_left]
+        is_larger = (words[number + begin] != others[other]).any(axis=1)
+        contains[number[is_larger] + begin] = True
+    return contains
+
+
+def _most_separating(lacks: np.ndarray, columns: np.ndarray) -> list[int]:
+    """Returns the numbers of the words, those first that separate most of a few pairs; what each
+    situation lacks, and the others, are uint64 [words, N] and [words, M].
+    """
+    order = list(range(len(lacks)))
+    if len(order) == 1 or lacks.shape[1] * columns.shape[1] <= _FEW_PAIRS:
+        return order
+    some, more = (part[:, :: 1 + part.shape[1] // 32] for part in (lacks, columns))
+    separated = np.count_nonzero(some[:, :, None] & more[:, None], axis=(1, 2))
+    return sorted(order, key=lambda w: -int(separated[w]))

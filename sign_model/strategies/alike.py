@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sign_model.bits import pack, unpack
+from sign_model.bits import WORD, pack
 from sign_model.pddl.lifted import Atom
 from sign_model.pddl.planning_task import PlanningTask
 
@@ -52,9 +52,15 @@ class Alike:
 
 def _sorted(rows: np.ndarray) -> np.ndarray:
     """Returns bool [N, members, M] with the members of each situation in order."""
+    size = rows.shape[2]
+    if size <= WORD:
+        places = np.arange(size, dtype=np.uint64)
+        words = rows @ (np.uint64(1) << places)
+        if (words[:, 1:] >= words[:, :-1]).all():
+            return rows
+        words.sort(axis=1)
+        return (words[:, :, None] >> places & np.uint64(1)).astype(bool)
     words = pack(rows)
-    if words.shape[2] == 1:
-        return unpack(np.sort(words, axis=1), rows.shape[2])
     order = np.argsort(words[:, :, -1], axis=1, kind="stable")
     for w in range(words.shape[2] - 2, -1, -1):
         column = np.take_along_axis(words[:, :, w], order, axis=1)

@@ -23,13 +23,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sign_model.bits import NumberedRows, as_number, as_words, pack, unpack
+from sign_model.bits import NumberedRows, as_bytes, as_number, as_words, pack, unpack
 from sign_model.clock import NO_LIMIT, Clock
 from sign_model.forward_search.relaxed_costs import RelaxedCosts
 from sign_model.strategies.landmarks_left import LandmarksLeft
 
 _AT_ONCE = 32
 """How many situations are rated together."""
+
+_PREPARED = 32
+"""So many situations after one are prepared together, though each waits for its turn."""
+
+_MOST_KEYS = 1 << 18
+"""For so many situations it is remembered by what they are known: many are met again and again."""
 
 _BOOST = 1000
 """How many turns the queue of the relaxed plans gains by progress."""
@@ -138,7 +144,10 @@ class Forwards:
         self.turns = [0] * (2 * ratings)
         self.best, self.expansions = [1 << 40] * ratings, 0
         self.plan: list[int] | None = None
-        self.waiting = self._met(pack(start)[None], [-1], [()])
+        self.key_of: dict[bytes, bytes] = {}
+        self.prepared: dict[tuple[int, int], tuple[np.ndarray, list[bytes]]] = {}
+        first = pack(start)[None]
+        self.waiting = self._met(first, [-1], [()], self._keys(first))
 
     @property
     def is_exhausted(self) -> bool:
@@ -210,7 +219,9 @@ class Forwards:
         that is new.
         """
         words, taken = self.scripts.carried_out(self.words[number], actions)
-        return self._met(words[None], [number], [tuple(taken)]) if len(taken) > 1 else []
+        if len(taken) < 2:
+            return []
+        return self._met(words[None], [number], [tuple(taken)], self._keys(words[None]))
 
     def _children(self) -> list[int]:
         """Takes situations from the queues, and returns the new ones that follow them."""
@@ -224,16 +235,44 @@ class Forwards:
                 actions = self.first[number]
             else:
                 actions = self._fitting(number)
-            if self.is_deferred:  # one after another; the rest waits in the same place
-                if place + 1 < len(actions):
-                    heapq.heappush(self.queues[turn], (rating, number, place + 1))
-                actions = actions[place : place + 1]
-            keeps, gives = self.scripts.keeps[actions], self.scripts.gives[actions]
-            after = (self.words[number] & keeps) | gives
-            found += self._met(
-                after, [number] * len(actions), [(action,) for action in actions.tolist()]
-            )
+            if not self.is_deferred:
+                after = self._after(number, actions)
+                steps = [(action,) for action in actions.tolist()]
+                found += self._met(after, [number] * len(actions), steps, self._keys(after))
+                continue
+            # One after another; the rest waits in the same place.
+            if place + 1 < len(actions):
+                heapq.heappush(self.queues[turn], (rating, number, place + 1))
+            if not len(actions):
+                continue
+            key, at = (number, turn), place % _PREPARED
+            if not at:
+                after = self._after(number, actions[place : place + _PREPARED])
+                self.prepared[key] = after, self._keys(after)
+            after, keys = self.prepared[key]
+            one = slice(at, at + 1)
+            found += self._met(after[one], [number], [(int(actions[place]),)], keys[one])
+            if place + 1 == len(actions):
+                del self.prepared[key]
         return found
+
+    def _after(self, number: int, actions: np.ndarray) -> np.ndarray:
+        """Returns the situations after one by each action, uint64 [n, W]."""
+        keeps, gives = self.scripts.keeps[actions], self.scripts.gives[actions]
+        return (self.words[number] & keeps) | gives
+
+    def _keys(self, words: np.ndarray) -> list[bytes]:
+        """Returns what situations, uint64 [n, W], are known by: the same for those alike."""
+        keys = as_bytes(words)
+        if self.canonical is None:
+            return keys
+        if len(self.key_of) > _MOST_KEYS:
+            self.key_of.clear()
+        new = [i for i, key in enumerate(keys) if key not in self.key_of]
+        if new:
+            likes = pack(self.canonical(unpack(words[new], self.num_features)))
+            self.key_of.update(zip((keys[i] for i in new), as_bytes(likes)))
+        return [self.key_of[key] for key in keys]
 
     def _fitting(self, number: int) -> np.ndarray:
         """Returns the actions that can go in a situation."""
@@ -244,17 +283,18 @@ class Forwards:
         return self.fitting[number]
 
     def _met(
-        self, words: np.ndarray, parents: list[int], steps: list[tuple[int, ...]]
+        self,
+        words: np.ndarray,
+        parents: list[int],
+        steps: list[tuple[int, ...]],
+        keys: list[bytes],
     ) -> list[int]:
-        """Remembers situations, uint64 [n, W], that are new, and returns their numbers; the first
-        that includes the goal gives the plan.
+        """Remembers situations, uint64 [n, W], that are new by their keys, and returns their
+        numbers; the first that includes the goal gives the plan.
         """
-        likes = words
-        if self.canonical is not None:
-            likes = pack(self.canonical(unpack(words, self.num_features)))
         done = ~np.any(self.goal_words & ~words, axis=1)
         found = []
-        for i, key in enumerate(row.tobytes() for row in likes):
+        for i, key in enumerate(keys):
             if key in self.seen:
                 continue
             self.seen.add(key)

@@ -157,7 +157,7 @@ def test_a_rating_is_the_weighted_count_of_its_sign():
         goals = {kinds[f] for f in np.flatnonzero(goal)}
         landmarks = unpack(landmark_table(space, start), len(kinds))
         plans = unpack(relaxed_plan_table(space, start), len(schemas))
-        situations = rng.random((20, len(kinds))) < 0.3
+        situations = rng.random((200, len(kinds))) < 0.3
         for situation, rating in zip(situations, rate(situations)):
             expected = sum(
                 weight_of(sign.landmarks, kinds[c], goals)

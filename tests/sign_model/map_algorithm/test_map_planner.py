@@ -8,7 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from sign_model.bits import pack
 from sign_model.blocks import optimal_length, random_blocks_tasks, state_of
+from sign_model.clock import NO_LIMIT
+from sign_model.map_algorithm import map_planner
 from sign_model.map_algorithm.a_step import make_rating
 from sign_model.map_algorithm.heuristics import LANDMARKS, OVERLAP, RELAXED_PLAN
 from sign_model.map_algorithm.map_planner import regress
@@ -94,6 +97,28 @@ def test_an_unlimited_beam_finds_a_shortest_plan():
             rating = make_rating(OVERLAP, space, start, goal, ["a"] * len(space.kept_actions))
             found = regress(space, start, goal, rating, beam=1 << 30, max_expansions=10**6)
             assert (None if found.plan is None else len(found.plan)) == shortest_length(task), seed
+
+
+@pytest.mark.parametrize("pairs_at_once", [1 << 4, 1 << 16])
+@pytest.mark.parametrize("size", [5, 64, 150])
+def test_the_steps_on_words_do_what_their_sentences_say(size, pairs_at_once, monkeypatch):
+    monkeypatch.setattr(map_planner, "_PAIRS_AT_ONCE", pairs_at_once)
+    rng = np.random.default_rng(size)
+    situations, adds, bad = (rng.random((n, size)) < 0.1 for n in (23, 40, 40))
+    number, action = map_planner._m_step(situations, pack(adds), pack(bad), NO_LIMIT)
+    assert list(zip(number.tolist(), action.tolist())) == [
+        (i, a)
+        for i, situation in enumerate(situations)
+        for a in range(len(adds))
+        if (situation & adds[a]).any() and not (situation & bad[a]).any()
+    ]
+
+    # Some contain another, some are equal to one, most are neither.
+    known = np.concatenate([situations[:9], rng.random((200, size)) < 0.02])
+    larger = np.concatenate([situations, known[:20] | (rng.random((20, size)) < 0.05)])
+    assert map_planner._contains_another(pack(larger), pack(known)).tolist() == [
+        any(not (other & ~one).any() and (other != one).any() for other in known) for one in larger
+    ]
 
 
 def test_an_exhausted_budget_is_a_status():

@@ -6,7 +6,8 @@ import pytest
 from experiments.campaigns.inputs.vehicle_tasks import roads, rooms
 from experiments.campaigns.inputs.workshop_tasks import bar, orders, snacks
 from sign_model import PlanningRule, PlanStatus, load, plan, validate
-from sign_model.strategies import curiously
+from sign_model.bits import pack
+from sign_model.strategies import alike, curiously, forwards
 from sign_model.strategies.alike import Alike
 from sign_model.strategies.curiously import Curiously
 from sign_model.strategies.forwards import Forwards, Scripts
@@ -91,7 +92,7 @@ def test_objects_alike_are_those_that_neither_actions_nor_goals_distinguish():
 
 def test_a_canonical_situation_is_the_same_for_all_exchanges_and_reachable_by_one():
     task = load(*rooms(1, 2, 4, 1))
-    alike, number_of = Alike(task), {atom: i for i, atom in enumerate(task.features)}
+    known, number_of = Alike(task), {atom: i for i, atom in enumerate(task.features)}
     rng = np.random.default_rng(0)
     balls, hands = [f"b{i}" for i in range(4)], ["h0", "h1"]
     for _ in range(50):
@@ -101,7 +102,7 @@ def test_a_canonical_situation_is_the_same_for_all_exchanges_and_reachable_by_on
         for f in np.flatnonzero(state):
             atom = task.features[f]
             image[number_of[(atom[0], *[str(swap.get(x, x)) for x in atom[1:]])]] = True
-        both = alike.canonical(np.stack([state, image]))
+        both = known.canonical(np.stack([state, image]))
         kinds = [sorted(task.features[f][0] for f in np.flatnonzero(row)) for row in both]
         assert kinds[0] == kinds[1] == sorted(task.features[f][0] for f in np.flatnonzero(state))
         only_balls = {h: h for h in hands}
@@ -110,9 +111,35 @@ def test_a_canonical_situation_is_the_same_for_all_exchanges_and_reachable_by_on
             atom = task.features[f]
             moved = (atom[0], *[str((swap | only_balls).get(x, x)) for x in atom[1:]])
             image[number_of[moved]] = True
-        table = alike.tables[[len(c) for c in alike.classes].index(4)]
+        table = known.tables[[len(c) for c in known.classes].index(4)]
         rows = [np.sort(np.packbits(s[table], axis=1), axis=0) for s in (state, image)]
         assert (rows[0] == rows[1]).all()
+
+
+@pytest.mark.parametrize("size", [1, 5, 64, 70])
+def test_members_are_ordered_by_their_words(size):
+    rows = np.random.default_rng(size).random((30, 4, size)) < 0.5
+    rows[:10] = np.sort(rows[:10], axis=1)
+    rows[5:20, 2] = rows[5:20, 1]
+    for row, ordered in zip(rows, alike._sorted(rows.copy())):
+        expected = sorted(row, key=lambda member: pack(member).tolist())
+        assert np.array_equal(ordered, expected)
+
+
+def test_what_is_prepared_or_known_before_changes_no_deferred_search(monkeypatch):
+    task = load(*snacks(1, 3, 2, 2))
+    found = []
+    for prepared, known in ((1, 0), (7, 1 << 18)):
+        monkeypatch.setattr(forwards, "_PREPARED", prepared)
+        monkeypatch.setattr(forwards, "_MOST_KEYS", known)
+        options = {"canonical": Alike(task).canonical}
+        for search in searches(task, **options):
+            if not isinstance(search, Forwards):
+                continue
+            search.advance(300)
+            found.append((search.plan, search.expansions, search.words))
+    for one, other in zip(found[:3], found[3:]):
+        assert one[:2] == other[:2] and np.array_equal(one[2], other[2])
 
 
 @pytest.mark.parametrize("way", WAYS)
