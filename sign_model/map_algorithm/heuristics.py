@@ -74,7 +74,8 @@ def weight_of(weights: Weights, name: str, goal_names: Iterable[str] = ()) -> in
 
 
 def save_signs(path: str | pathlib.Path, signs: Sequence[HeuristicSign]) -> None:
-    """Writes signs as JSON; the file is replaced as a whole or not at all.
+    """Writes signs as JSON; the file is replaced as a whole or not at all. `srt-jax plan --signs
+    FILE` plans by them.
 
     Examples:
       >>> import sign_model

@@ -98,7 +98,8 @@ UNLEARNED = PlanningRule(
 
 
 def save_rule(path: str | pathlib.Path, rule: PlanningRule) -> None:
-    """Writes a rule as JSON; the file is replaced as a whole or not at all.
+    """Writes a rule as JSON; the file is replaced as a whole or not at all. `srt-jax plan --rule
+    FILE` plans by it.
 
     Examples:
       >>> import os, tempfile

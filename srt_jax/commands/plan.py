@@ -46,6 +46,22 @@ def plan(
             help="Keep the plan in the file of --experience, as a precedent; make it if need be.",
         ),
     ] = False,
+    signs: Annotated[
+        pathlib.Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The heuristic signs of map: a file of sign_model.save_signs.",
+            show_default=False,
+        ),
+    ] = None,
+    rule: Annotated[
+        pathlib.Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Which ways of planning take turns in map: a file of sign_model.save_rule.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Plans a PDDL task on the sign model: [bold]0[/bold] a plan, [bold]1[/bold] proven unsolvable,
@@ -58,5 +74,17 @@ def plan(
         )
     if remember and experience is None:
         raise ValueError("--remember needs --experience FILE, where the plan is to be kept")
-    known = {"experience": experience, "is_remembered": remember} if experience else {}
-    return plan_files(domain, problem[0], planner, max_expansions, max_seconds, as_json, **known)
+    if planner != "map" and (signs or rule):
+        raise ValueError(f"--signs and --rule say how map plans, and the planner is {planner}")
+    given = {"experience": experience, "signs": signs, "rule": rule}
+    known = {name: path for name, path in given.items() if path is not None}
+    return plan_files(
+        domain,
+        problem[0],
+        planner,
+        max_expansions,
+        max_seconds,
+        as_json,
+        is_remembered=remember,
+        **known,
+    )

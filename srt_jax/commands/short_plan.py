@@ -29,6 +29,8 @@ def plan_files(
     as_json: bool,
     experience: pathlib.Path | None = None,
     is_remembered: bool = False,
+    signs: pathlib.Path | None = None,
+    rule: pathlib.Path | None = None,
 ) -> int:
     """Plans the task of two PDDL files, prints the plan once it was replayed, and returns the
     exit code.
@@ -36,11 +38,15 @@ def plan_files(
     Args:
       experience: a file of `save_memory`, or None.
       is_remembered: whether the plan is added to that file, which need not be there yet.
+      signs, rule: files of `save_signs` and `save_rule`, or None.
     """
     with waiting("planning", quiet=as_json), paused_collector():
         memory = _memory_of(experience, is_remembered)
         paths = pathlib.Path(domain), pathlib.Path(problem)
-        task, result = _read_and_plan(*paths, planner, max_expansions, max_seconds, memory)
+        options = {"planner": planner, "max_expansions": max_expansions, "memory": memory}
+        if signs is not None or rule is not None:
+            options |= _of_files(signs, rule)
+        task, result = _read_and_plan(*paths, max_seconds, options)
     is_kept = is_remembered and result.is_solved
     if is_kept and task is not None and memory is not None and experience is not None:
         from sign_model import save_memory
@@ -80,10 +86,8 @@ _NOT_CHEAPEST = {
 def _read_and_plan(
     domain: pathlib.Path,
     problem: pathlib.Path,
-    planner: str,
-    max_expansions: int,
     max_seconds: float | None,
-    memory: "Memory | None",
+    options: Mapping[str, Any],
 ) -> "tuple[PlanningTask | None, PlanResult]":
     """Reads and plans; one time limit holds for both. Without a task where it ended before there
     was one.
@@ -97,8 +101,7 @@ def _read_and_plan(
         seconds = error.seconds | {"search": 0.0, "validate": 0.0}
         return None, PlanResult(PlanStatus.BUDGET_SPENT, (), 0, seconds)
     left = None if max_seconds is None else max(0.0, max_seconds - (time.perf_counter() - began))
-    options = {"planner": planner, "max_expansions": max_expansions, "max_seconds": left}
-    return task, plan(task, memory=memory, **options)
+    return task, plan(task, max_seconds=left, **options)
 
 
 def _memory_of(experience: pathlib.Path | None, is_remembered: bool) -> "Memory | None":
@@ -108,6 +111,16 @@ def _memory_of(experience: pathlib.Path | None, is_remembered: bool) -> "Memory 
     from sign_model import Memory, load_memory
 
     return Memory() if is_remembered and not experience.exists() else load_memory(experience)
+
+
+def _of_files(signs: pathlib.Path | None, rule: pathlib.Path | None) -> dict[str, Any]:
+    """How MAP is to plan, as options of `sign_model.plan`."""
+    from sign_model import load_rule, load_signs
+
+    return {
+        "heuristic": None if signs is None else load_signs(signs),
+        "rule": None if rule is None else load_rule(rule),
+    }
 
 
 def _hint(result: "PlanResult", planner: str, max_seconds: float | None) -> str:

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+import sign_model
 from sign_model import load_memory
 from srt_jax.cli import run
 
@@ -72,10 +73,27 @@ def test_a_plan_that_is_remembered_is_recalled(here, capsys):
     assert len(load_memory("plans.json").precedents) == 1
 
 
+def test_signs_and_a_rule_of_ones_own_are_taken_up(here, capsys):
+    overlap = sign_model.HeuristicSign("overlap", unmet={"*": 1})
+    sign_model.save_signs("signs.json", [overlap])
+    sign_model.save_rule("rule.json", sign_model.PlanningRule("mine", {"curiously": 500}))
+    task = sign_model.load(here / "domain.pddl", here / "p6.pddl")
+    for options, given in (
+        (["--signs", "signs.json"], {"heuristic": overlap}),
+        (["--rule", "rule.json"], {"rule": sign_model.load_rule("rule.json")}),
+    ):
+        expected = sign_model.plan(task, **given)
+        assert expansions(capsys, *options) == (len(expected.actions), expected.expansions)
+        assert expected.expansions != sign_model.plan(task).expansions
+
+
 def test_what_is_wrong_is_said_in_a_line(here, capsys):
     for options, words in (
         (["plan", "domain.pddl", "p1.pddl", "--remember"], "--remember needs --experience FILE"),
         (["plan", "domain.pddl", "p1.pddl", "--experience", "lost.json"], "no such file"),
+        (["plan", "domain.pddl", "p1.pddl", "--signs", "lost.json"], "no such file"),
+        (["plan", "domain.pddl", "p1.pddl", "--rule", "domain.pddl"], "not a planning rule"),
+        (["plan", "domain.pddl", "p1.pddl", "--planner", "gbfs", "--rule", "r"], "--signs and"),
         (["practise", "domain.pddl", "domain.pddl", "--out", "x.json"], "this is a domain"),
         (["practise", "domain.pddl", "p1.pddl"], "--out"),
     ):
