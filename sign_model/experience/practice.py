@@ -1,10 +1,13 @@
 """What a few small problems of a domain teach: a skill for its larger ones.
 
-The problems are planned without experience first. Then candidates are tried: the regression by one
-or two signs, alone or with cheap ways forwards that solved the largest problem. Small problems are
-solved well by every sign, so the signs are compared by beams several times narrower. A wide beam
-comes first where plans are long beside their estimates, and a narrow one elsewhere, whose plans are
-improved. No candidate is taken whose plan is longer on any problem.
+The problems are planned without experience first. Then candidates are tried, and none is taken
+whose plan is longer on any problem.
+
+Where the regression mostly found the plans, it is tried alone, by one of its signs: planning
+without experience tries two and takes the shorter plan, and by the better one alone its plan is
+mostly the same. Elsewhere the regression is tried by one or two signs, with cheap ways forwards
+that solved the largest problem. Small problems are solved well by every sign, so there the signs
+are compared by beams several times narrower.
 """
 
 import itertools
@@ -25,7 +28,7 @@ from sign_model.map_algorithm.heuristics import (
 from sign_model.map_algorithm.map_planner import BEAMS, Rungs
 from sign_model.pddl.planning_task import PlanningTask
 from sign_model.strategies.rule import UNLEARNED, WAYS, PlanningRule
-from sign_model.strategies.turns import NEAR, Outcome, outcome_of
+from sign_model.strategies.turns import Outcome, outcome_of
 
 MOST = 0.8
 """The most expansions of a skill on the problems practised, as a share of those without it; on
@@ -77,8 +80,18 @@ _GROWTH = 1.0
 little.
 """
 
-_NEARLY = 0.95
-"""Plans of small problems are nearer to their estimates than those of larger ones."""
+_ALONE_BEAMS = ((24, 28), (32,))
+"""Situations kept by one sign alone where the regression is the usual way: three eighths, or up to
+half, of what planning without experience keeps by both of its signs.
+"""
+
+_ALONE = (RELAXED_PLAN, BOTH)
+"""The signs for that, the ones preferred first. Where planning without experience finds a plan by
+the same sign, this one is mostly the same.
+"""
+
+_CLEARLY = 0.05
+"""By which share the plans of another sign must be shorter: less is chance on small problems."""
 
 
 class _Taught(NamedTuple):
@@ -123,19 +136,20 @@ def practise(
     taught = [one for one in taught if one.length]
     total = sum(one.expansions for one in taught)
     best, best_key, spent = Skill(domain, UNLEARNED, DEFAULTS), None, 0
-    candidates = _candidates(domain, taught, max_seconds) if taught else ()
-    is_wide = bool(taught) and _is_wide(taught, max_seconds)
+    is_usual = bool(taught) and _is_usual("backwards", taught)
+    candidates = _candidates(domain, taught, is_usual, max_seconds) if taught else ()
     for place, skill in enumerate(candidates):
         tried = _tried(skill, taught, int(MOST * total), max_seconds)
         if tried is None:
             continue
-        has_beam = "backwards" in skill.rule.turns
-        is_other = not has_beam or (skill.width >= BEAMS[0]) != is_wide
-        effort = (tried.raw_length, tried.expansions, place)
-        key = (tried.is_new, tried.length, is_other, *effort)
+        is_other = "backwards" not in skill.rule.turns or skill.width >= BEAMS[0]
+        effort = (is_other, tried.raw_length, tried.expansions, place)
+        key = (tried.is_new, tried.length, *effort)
         if best_key is None or key < best_key:
             rule = replace(skill.rule, trust=_trust(taught, tried.estimates))
             best, best_key, spent = replace(skill, rule=rule), key, tried.expansions
+        if skill.is_alone:  # these come in the order of preference
+            break
     if log is not None:
         log(_report(best, len(taught), spent, total))
     return best
@@ -152,7 +166,7 @@ def _report(skill: Skill, count: int, spent: int, total: int) -> str:
 
 
 def _candidates(
-    domain: str, taught: Sequence[_Taught], max_seconds: float | None
+    domain: str, taught: Sequence[_Taught], is_usual: bool, max_seconds: float | None
 ) -> Iterator[Skill]:
     """Yields the skills to try, the ones preferred first."""
     # What the ways forwards take, each alone, on the largest problem.
@@ -173,21 +187,49 @@ def _candidates(
         growth = float(np.polyfit(np.log(lengths), np.log(each), 1)[0])
     known = (largest.expansions / largest.length, largest.length, min(_GROWTH, max(0.0, growth)))
 
-    # Signs and beams: the choices that find short plans with much narrower beams.
+    # Where the regression mostly found the plans, it does so by one sign.
+    if is_usual:
+        signs = _signs_in_order(taught, max_seconds)
+        for beams, sign in itertools.product(_ALONE_BEAMS, signs):
+            for beam in beams:
+                backwards = {"backwards": _WHOLE}
+                rule = PlanningRule(
+                    "practised", backwards, improvement=0, beam=beam, trust=_EVERY_PLAN
+                )
+                yield Skill(domain, rule, (sign,), *known)
+
+    # Elsewhere signs and beams: the choices that find short plans with much narrower beams.
     lengths_by = {sign.name: _narrow_lengths(sign, taught, max_seconds) for sign in _SIGNS}
     listed = []
     for width in _WIDTHS:
         by_score = sorted(_CHOICES, key=lambda signs: _score(signs, width, lengths_by))
         listed += [(signs, width // len(signs)) for signs in by_score[:_MOST_TRIED]]
-    backwards = {"backwards": _WHOLE}
-    choices = [(backwards | turns, signs, beam) for signs, beam in listed]
-    # Where the regression mostly found the plans, the others had better wait until it finds none.
-    if turns and _is_usual("backwards", taught):
-        choices = [(backwards, signs, beam) for signs, beam in listed] + choices
+    choices = [({"backwards": _WHOLE} | turns, signs, beam) for signs, beam in listed]
     for ways, signs, beam in (*choices, (turns, DEFAULTS, 32)):
         if ways:
             rule = PlanningRule("practised", ways, improvement=0, beam=beam, trust=_EVERY_PLAN)
             yield Skill(domain, rule, signs, *known)
+
+
+def _signs_in_order(taught: Sequence[_Taught], max_seconds: float | None) -> list[HeuristicSign]:
+    """Returns the signs by which the regression is tried alone: one comes before those preferred to
+    it if its plans are shorter by more than `_CLEARLY`.
+    """
+    lengths, beam = {sign.name: 0 for sign in _ALONE}, _ALONE_BEAMS[0][0]
+    for one in taught:
+        for sign in _ALONE:
+            rungs = Rungs(one.task, (sign,), Clock(max_seconds))
+            found = rungs.tried(beam, _STEPS * beam * one.length, _PATIENCE)
+            lengths[sign.name] += 2 * one.length if found.plan is None else len(found.plan)
+    preferred = lengths[_ALONE[0].name]
+    return sorted(
+        _ALONE,
+        key=lambda sign: (
+            lengths[sign.name]
+            if sign is _ALONE[0] or lengths[sign.name] < (1 - _CLEARLY) * preferred
+            else preferred + 1
+        ),
+    )
 
 
 def _narrow_lengths(
@@ -223,20 +265,6 @@ def _is_usual(way: str, taught: Sequence[_Taught]) -> bool:
     """
     found = [one.outcome.finder == way for one in taught]
     return found[-1] and 2 * sum(found) > len(found)
-
-
-def _is_wide(taught: Sequence[_Taught], max_seconds: float | None) -> bool:
-    """Returns whether a wide beam is preferred: where the regression mostly finds the plans, and
-    they are so long beside their estimates that planning without experience looks beyond its first
-    ones. Elsewhere a narrow beam leaves more to improve its plans.
-    """
-    if not _is_usual("backwards", taught):
-        return False
-    ratios = [
-        one.length / max(1, Rungs(one.task, DEFAULTS, Clock(max_seconds)).estimate())
-        for one in taught[-2:]
-    ]
-    return float(np.mean(ratios)) > _NEARLY * NEAR
 
 
 class _Tried(NamedTuple):

@@ -7,7 +7,8 @@ So it serves every problem of its domain:
 
     its ways of planning have one turn each, and the shortest plan is taken
     where that is longer than planning without experience would take at once, the regression looks
-      again with as many situations as that keeps
+      again with as many situations as that keeps; where the regression by one sign is all that was
+      learned, other ways look beside it, as far as `SHARE` allows
     where there is no plan, or a far longer one than such plans were, the other ways of planning
       take their turns until one has a plan
     the plan is improved part by part, by narrow beams first, until `SHARE` of the expansions that
@@ -57,7 +58,7 @@ BOTH = HeuristicSign(
 _AT_LEAST = 1.1
 """How many times the expansions that found a plan are spent at least, to improve it too."""
 
-_AT_ONCE, _NOT_AT_ONCE = 58, 105
+_AT_ONCE, _NOT_AT_ONCE = 58, 100
 """The expansions of a step of a plan that planning without experience finds by its first
 regression: its two signs keep 32 situations each, less at first; and where it then looks further,
 since the plan is longer than `NEAR` times the estimate.
@@ -68,8 +69,19 @@ _AFTER_STALL = 2.5
 at least: about half of it improves the plan.
 """
 
+_AFTER_FAILURE = 3.3
+"""The same where the regression found the plans of small problems, and then stalls."""
+
 _GROSS = 1.5
 """How many times as long as trusted a plan may be at most that was improved so far."""
+
+_FEW_AT_ONCE = 8
+"""So many situations are rated together by the deferred search where little of the share is left:
+where planning without experience would leave the plan as it is.
+"""
+
+_ASTRAY = 1.1
+"""How many times as many steps as its plan needs a regression takes at most that is trusted."""
 
 _WIDE = BEAMS[0]
 """How many situations planning without experience keeps in a step at first."""
@@ -132,12 +144,20 @@ class Skill:
         if self.per_step is None:
             return plan_by_rule(task, self.signs, self.rule, **options)
         outcome, found = attempt(self, task, **options)
-        if found.is_proof or (found.plan is not None and outcome.finder == "backwards"):
+        if found.is_proof:
+            return found
+        is_regressed = found.plan is not None and outcome.finder == "backwards"
+        if is_regressed and not self.is_alone:
             return found
         trusted = _trusted(self, outcome)
-        if found.plan is None or len(found.plan) > trusted:
+        if found.plan is None or (len(found.plan) > trusted and not is_regressed):
             found = _second_opinion(self, task, found, **options)
         return kept_or_unlearned(task, found, _GROSS * trusted, **options)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether the regression is the only way that was learned."""
+        return list(self.rule.turns) == ["backwards"]
 
     @property
     def width(self) -> int:
@@ -154,7 +174,8 @@ class Skill:
         if "backwards" in outcome.lengths:
             return known
         longer = max(1.0, length / max(1, self.length))
-        return max(known * longer**self.growth, _AFTER_STALL * spent)
+        times = _AFTER_FAILURE if self.is_alone else _AFTER_STALL
+        return max(known * longer**self.growth, times * spent)
 
 
 def attempt(
@@ -173,12 +194,47 @@ def attempt(
     # plans were, a wider beam does.
     is_trusted = len(found.plan) <= _trusted(skill, outcome)
     is_short = is_trusted and _is_near(outcome, len(found.plan))
-    if outcome.finder == "backwards" and skill.width < _WIDE and not is_short:
+    if skill.is_alone:
+        found = _beside(skill, task, outcome, found, **options)
+    elif outcome.finder == "backwards" and skill.width < _WIDE and not is_short:
         signs = skill.signs[:1] if is_trusted else (LANDMARKS,)  # by another sign
         found = _shorter(found, _wide(signs, task, found, **options).regression)
     elif outcome.finder == "backwards" and skill.width >= _WIDE and is_short:
         return outcome, found  # it would be left as it is
     return outcome, _improved(skill, task, outcome, found, **options)
+
+
+def _beside(
+    skill: Skill,
+    task: PlanningTask,
+    outcome: Outcome,
+    found: Regression,
+    *,
+    max_expansions: int,
+    clock: Clock,
+) -> Regression:
+    """Returns the shorter plan of the one that the regression found, and of those of other ways
+    with what is left of the share: the goals one by one, what is new, and the deferred search;
+    where the regression went astray, a narrower one by another sign.
+    """
+    assert found.plan is not None
+    length = len(found.plan)
+    room = int(SHARE * skill.expected(outcome, length, found.expansions)) - found.expansions
+    signs: Sequence[HeuristicSign] = DEFAULTS
+    turns = {"goal by goal": length, "curiously": length, "deferred": room}
+    at_once = _FEW_AT_ONCE if _is_near(outcome, length) else UNLEARNED.at_once
+    if outcome.lengths["backwards"] > _ASTRAY * length:
+        signs = [sign for sign in (BOTH, RELAXED_PLAN) if sign not in skill.signs][:1] or DEFAULTS
+        turns, room = {"backwards": 1 << 30}, max_expansions
+    room = min(room, max_expansions - found.expansions)
+    if room < length:
+        return found
+    beam = max(1, skill.rule.beam // 2)
+    rule = PlanningRule(
+        "beside", turns, improvement=0, beam=beam, at_once=at_once, trust=(0.0, 0.0)
+    )
+    other = outcome_of(task, signs, rule, max_expansions=room, clock=clock)
+    return _shorter(found, other.regression)
 
 
 def _trusted(skill: Skill, outcome: Outcome) -> float:
@@ -225,12 +281,12 @@ def _second_opinion(
     clock: Clock,
 ) -> Regression:
     """Returns the shorter plan of the one found, and of the wide regression by the first unlearned
-    sign; or, where that has none, of the other ways of planning in turn.
+    sign; or, where that has none or the regression was tried alone, of the other ways in turn.
     """
     options = {"max_expansions": max_expansions, "clock": clock}
-    outcome = _wide((RELAXED_PLAN,), task, found, **options)
-    if outcome.regression.plan is None and not outcome.regression.is_proof:
-        found = _shorter(found, outcome.regression)
+    outcome = None if skill.is_alone else _wide((RELAXED_PLAN,), task, found, **options)
+    if outcome is None or not (outcome.regression.plan or outcome.regression.is_proof):
+        found = found if outcome is None else _shorter(found, outcome.regression)
         spent = max(2, found.expansions)
         turns = {way: min(turn, spent // 2) for way, turn in UNLEARNED.turns.items()}
         left = max(1, max_expansions - spent)
@@ -259,7 +315,7 @@ def _improved(
     assert found.plan is not None and outcome.mutex is not None
     plan, spent = found.plan, found.expansions
     expected = skill.expected(outcome, len(plan), spent)
-    least = int(max(SHARE * expected, _AT_LEAST * spent))
+    least = int(max(SHARE * expected, 0 if skill.is_alone else _AT_LEAST * spent))
     patience = Patience(least, spent, spent, spent)
     for beam in _BEAMS:
         if patience.is_over:

@@ -27,6 +27,7 @@ from sign_model.bits import any_row, as_bytes, pack, popcount
 from sign_model.clock import NO_LIMIT, Clock, OutOfTime
 from sign_model.map_algorithm.a_step import Rating, make_rating
 from sign_model.map_algorithm.heuristics import HeuristicSign
+from sign_model.map_algorithm.landmarks import landmark_table, relaxed_plan_table
 from sign_model.map_algorithm.regression import RegressionSpace, regression_space
 from sign_model.pddl.planning_task import PlanningTask
 
@@ -139,10 +140,17 @@ class Rungs:
                 make_rating(sign, self.space, *ends, schemas, clock, self.tables) for sign in signs
             ]
 
-    def estimate(self) -> int:
+    def estimate(self, *, by_all: bool = False) -> int:
         """Returns how long a plan may be at least, by the landmarks and the relaxed plan of the
-        goal: an estimate, not a bound.
+        goal, or by those of them that the signs read: an estimate, not a bound.
+
+        Args:
+          by_all: whether both are made where they are missing.
         """
+        if by_all and not self.is_excluded:
+            for name, table_of in (("landmarks", landmark_table), ("plan", relaxed_plan_table)):
+                if name not in self.tables:
+                    self.tables[name] = table_of(self.space, self.start, self.clock)
         counts = (
             popcount(any_row(table, np.zeros(len(goal), np.int64), goal, 1))[0]
             for goal in (np.flatnonzero(self.goal),)

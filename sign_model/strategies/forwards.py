@@ -29,7 +29,7 @@ from sign_model.forward_search.relaxed_costs import RelaxedCosts
 from sign_model.strategies.landmarks_left import LandmarksLeft
 
 _AT_ONCE = 32
-"""How many situations are rated together."""
+"""How many situations are rated together; half of them where they are deferred."""
 
 _PREPARED = 32
 """So many situations after one are prepared together, though each waits for its turn."""
@@ -107,6 +107,8 @@ class Forwards:
         only when its turn comes: fewer ratings, longer plans.
       landmarks: of the goal, as a second rating with queues of its own; None for none.
       canonical: of situations that differ only by objects alike; None if none are.
+      at_once: how many situations are rated together, half of them where they are deferred: the
+        fewer, the sooner there is a plan, and the longer it is.
       clock: asked before each rating; OutOfTime once its limit has passed.
 
     Attributes:
@@ -124,8 +126,10 @@ class Forwards:
         is_deferred: bool = False,
         landmarks: LandmarksLeft | None = None,
         canonical: Canonical | None = None,
+        at_once: int = _AT_ONCE,
         clock: Clock = NO_LIMIT,
     ) -> None:
+        self.at_once = at_once
         self.clock, self.canonical, self.num_features = clock, canonical, len(start)
         self.is_bold, self.is_deferred, self.landmarks = is_bold, is_deferred, landmarks
         self.goal, self.goal_words = np.flatnonzero(goal), pack(goal)
@@ -162,7 +166,7 @@ class Forwards:
             if not self.waiting:
                 self.waiting = self._children()
                 continue
-            count = min(_AT_ONCE, max_expansions - self.expansions)
+            count = min(self.at_once, max_expansions - self.expansions)
             now, self.waiting = self.waiting[:count], self.waiting[count:]
             self.waiting = self._rate(now) + self.waiting
 
@@ -226,7 +230,7 @@ class Forwards:
     def _children(self) -> list[int]:
         """Takes situations from the queues, and returns the new ones that follow them."""
         found: list[int] = []
-        most = _AT_ONCE // 2 if self.is_deferred else _AT_ONCE
+        most = -(-self.at_once // 2) if self.is_deferred else self.at_once
         while len(found) < most and any(self.queues) and self.plan is None:
             turn = min((t, i) for i, t in enumerate(self.turns) if self.queues[i])[1]
             self.turns[turn] += 1

@@ -44,6 +44,7 @@ class PlanningRule:
       trust: (a, b): every way has one turn, and the shortest plan is taken if it has at most a n +
         b steps, where n is an estimate of the least length; else `UNLEARNED` plans as well, and the
         shorter plan is kept. The first plan is taken where None.
+      at_once: how many situations the ways forwards rate together.
 
     Examples:
       >>> import sign_model
@@ -59,6 +60,7 @@ class PlanningRule:
     beam: int = 32
     effort: int | None = None
     trust: tuple[float, float] | None = None
+    at_once: int = 32
 
     def __post_init__(self) -> None:
         if not self.turns or not set(self.turns) <= set(WAYS):
@@ -66,12 +68,13 @@ class PlanningRule:
                 f"a planning rule takes its ways from {', '.join(WAYS)}, at least one, got"
                 f" {', '.join(self.turns) or 'none'}"
             )
-        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1, self.beam)
+        numbers = (*self.turns.values(), self.growth - 1, self.improvement + 1)
+        numbers += (self.beam, self.at_once)
         numbers += () if self.effort is None else (self.effort + 1,)
         if not all(isinstance(n, int) and n >= 1 for n in numbers):
             raise ValueError(
-                f"the planning rule '{self.name}' needs whole numbers: turns and beam from 1 up,"
-                " growth from 2 up, improvement and effort from 0 up"
+                f"the planning rule '{self.name}' needs whole numbers: turns, beam and at_once from"
+                " 1 up, growth from 2 up, improvement and effort from 0 up"
             )
         if self.trust is not None and not (len(self.trust) == 2 and all(map(_is_real, self.trust))):
             raise ValueError(

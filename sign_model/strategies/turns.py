@@ -275,7 +275,7 @@ class _Turns:
         if self.forward is not None:
             return self.forward.estimate()
         way = self.ways.get("backwards")
-        return way.rungs.estimate() if isinstance(way, _Backwards) else 0
+        return way.rungs.estimate(by_all=True) if isinstance(way, _Backwards) else 0
 
     def _is_over(self, name: str) -> bool:
         return name in self.ways and self.ways[name].is_exhausted
@@ -398,6 +398,7 @@ def _forwards(turns: _Turns, *, is_bold: bool = False, is_deferred: bool = False
         is_bold=is_bold,
         is_deferred=is_deferred,
         landmarks=landmarks,
+        at_once=turns.rule.at_once,
         canonical=shared.alike.canonical if shared.alike else None,
         clock=shared.clock,
     )

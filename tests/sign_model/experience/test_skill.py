@@ -10,10 +10,13 @@ import pytest
 from experiments.campaigns.inputs.chore_tasks import garden, paint, rails
 from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import rooms
+from experiments.data.pddl_domains import VISITING, visiting
 from sign_model import Memory, PlanningRule, load, load_memory, plan, save_memory, validate
 from sign_model.blocks import random_blocks_tasks
-from sign_model.experience.skill import Skill, attempt
-from sign_model.map_algorithm.heuristics import DEFAULTS
+from sign_model.experience import practice
+from sign_model.experience.skill import BOTH, SHARE, Skill, attempt
+from sign_model.map_algorithm.heuristics import DEFAULTS, RELAXED_PLAN
+from sign_model.map_algorithm.map_planner import Rungs
 from sign_model.strategies.improve import Patience
 from sign_model.strategies.rule import UNLEARNED
 from sign_model.strategies.turns import NEAR, outcome_of
@@ -92,6 +95,55 @@ def test_where_the_regression_finds_no_plan_the_other_ways_find_one():
     names = task.action_names
     assert validate(task, [names[action] for action in found.plan]) == []
     assert len(found.plan) <= len(plan(task).actions)
+
+
+def alone(sign, beam=24, trust=(9.0, 9.0)):
+    rule = PlanningRule("alone", {"backwards": 1 << 30}, improvement=0, beam=beam, trust=trust)
+    return Skill("", rule, (sign,), 80.0, 10, 1.0)
+
+
+def test_of_two_signs_the_one_whose_plans_are_clearly_shorter_comes_first(monkeypatch):
+    series = [load(*rooms(50 + i, 3 + i // 3, 3 + i, 1)) for i in range(4)]
+    outcomes = [outcome_of(task, DEFAULTS, UNLEARNED, max_expansions=20_000) for task in series]
+    taught = [practice._Taught(*one) for one in zip(series, outcomes)]
+    # by one step of 54 on all problems together
+    assert practice._signs_in_order(taught, None) == [RELAXED_PLAN, BOTH]
+    monkeypatch.setattr(practice, "_CLEARLY", 0.0)
+    assert practice._signs_in_order(taught, None) == [BOTH, RELAXED_PLAN]
+
+
+def test_where_the_regression_goes_astray_another_sign_is_tried():
+    task = random_blocks_tasks(11, 1, seed=1007)[0]
+    outcome, found = attempt(alone(RELAXED_PLAN), task, max_expansions=20_000)
+    before = outcome.regression
+    assert outcome.lengths["backwards"] > 1.1 * len(before.plan)
+    assert len(found.plan) <= len(plan(task).actions) < len(before.plan)
+    assert found.expansions > before.expansions
+
+
+def test_other_ways_have_what_is_left_of_the_share():
+    task = load(VISITING, visiting(7))
+    skill = alone(RELAXED_PLAN)
+    outcome, found = attempt(skill, task, max_expansions=20_000)
+    before, length = outcome.regression, len(outcome.regression.plan)
+    assert len(found.plan) < length
+    share = SHARE * skill.expected(outcome, length, before.expansions)
+    assert before.expansions < found.expansions < share * 1.1
+    names = task.action_names
+    assert validate(task, [names[action] for action in found.plan]) == []
+    # nothing is left where the regression took it all
+    _, nothing = attempt(alone(RELAXED_PLAN, beam=48), task, max_expansions=20_000)
+    rungs = Rungs(task, (RELAXED_PLAN,)).tried(48, 20_000)
+    assert nothing.expansions == rungs.expansions
+
+
+def test_a_regression_far_beyond_trust_is_compared_with_planning_without_experience():
+    task = hands(6)
+    _, known = attempt(alone(RELAXED_PLAN), task, max_expansions=20_000)
+    found = alone(RELAXED_PLAN, trust=(0.0, 0.0)).plan(task, max_expansions=20_000)
+    without = plan(task, max_expansions=20_000)
+    assert found.expansions >= known.expansions + without.expansions
+    assert len(found.plan) <= len(without.actions)
 
 
 def test_what_planning_without_experience_takes_is_estimated_by_how_it_plans():

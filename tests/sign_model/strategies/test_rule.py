@@ -28,9 +28,10 @@ def test_a_file_without_a_rule_is_refused_by_name(tmp_path, text):
     [
         ({}, {}, "at least one, got none"),
         ({"sideways": 1}, {}, "got sideways"),
-        ({"forwards": 0}, {}, "turns and beam from 1 up"),
+        ({"forwards": 0}, {}, "turns, beam and at_once from 1 up"),
         ({"forwards": 1}, {"growth": 1}, "growth from 2 up"),
-        ({"forwards": 1}, {"beam": 0}, "turns and beam from 1 up"),
+        ({"forwards": 1}, {"beam": 0}, "turns, beam and at_once from 1 up"),
+        ({"forwards": 1}, {"at_once": 0}, "turns, beam and at_once from 1 up"),
         ({"forwards": 1}, {"trust": (1.0, math.nan)}, "two numbers as its trust"),
         ({"forwards": 1}, {"improvement": -1}, "improvement and effort from 0 up"),
     ],

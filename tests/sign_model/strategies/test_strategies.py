@@ -28,6 +28,7 @@ def searches(task, **options):
         {"is_bold": True},
         {"landmarks": landmarks},
         {"landmarks": landmarks, "is_deferred": True},
+        {"landmarks": landmarks, "is_deferred": True, "at_once": 3},
     ):
         yield Forwards(scripts, task.start, task.goal, **given, **options)
     yield Curiously(scripts, task.start, task.goal)
@@ -138,8 +139,21 @@ def test_what_is_prepared_or_known_before_changes_no_deferred_search(monkeypatch
                 continue
             search.advance(300)
             found.append((search.plan, search.expansions, search.words))
-    for one, other in zip(found[:3], found[3:]):
+    half = len(found) // 2
+    for one, other in zip(found[:half], found[half:]):
         assert one[:2] == other[:2] and np.array_equal(one[2], other[2])
+
+
+def test_fewer_situations_rated_together_lead_to_a_plan_sooner():
+    task = load(*rooms(0, 3, 6, 1))
+    lengths, expansions = [], []
+    for at_once in (8, 32):
+        rule = PlanningRule("one", {"deferred": 4000}, improvement=0, at_once=at_once)
+        result = plan(task, rule=rule)
+        assert validate(task, result.actions) == []
+        lengths.append(len(result.actions))
+        expansions.append(result.expansions)
+    assert lengths[0] >= lengths[1] and 2 * expansions[0] < expansions[1]
 
 
 @pytest.mark.parametrize("way", WAYS)
