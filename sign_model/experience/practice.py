@@ -36,7 +36,7 @@ larger problems it is less, since what is small is soon found in any way.
 """
 
 _CHEAP = 0.1
-"""A way forwards is taken if it solved the largest problem with at most this share."""
+"""A way forwards is taken if it solved the hardest problem with at most this share."""
 
 _TURN = 4
 """How many times as many expansions a way may take as it took on the problems practised."""
@@ -169,17 +169,18 @@ def _candidates(
     domain: str, taught: Sequence[_Taught], is_usual: bool, max_seconds: float | None
 ) -> Iterator[Skill]:
     """Yields the skills to try, the ones preferred first."""
-    # What the ways forwards take, each alone, on the largest problem.
-    largest = max(taught, key=lambda one: (one.length, one.expansions))
-    most, turns = int(_CHEAP * largest.expansions), {}
+    # What the ways forwards take, each alone, on the problem that takes most.
+    hardest = max(taught, key=lambda one: (one.expansions, one.length))
+    most, turns = int(_CHEAP * hardest.expansions), {}
     for way in WAYS[1:]:
         rule = PlanningRule("practised", {way: max(1, most)}, improvement=0, trust=(0.0, 0.0))
         clock = Clock(max_seconds)
-        found = outcome_of(largest.task, DEFAULTS, rule, max_expansions=_WHOLE, clock=clock)
+        found = outcome_of(hardest.task, DEFAULTS, rule, max_expansions=_WHOLE, clock=clock)
         if found.regression.plan is not None:
             turns[way] = _TURN * max(1, found.regression.expansions)
 
     # What a step of a plan takes on the largest problem, and how that grows.
+    largest = max(taught, key=lambda one: (one.length, one.expansions))
     each = [one.expansions / one.length for one in taught]
     lengths = [one.length for one in taught]
     growth = 0.0
