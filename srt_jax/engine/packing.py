@@ -130,6 +130,16 @@ def words_of_cell(cell: Array, height: int, width: int) -> Array:
     return jnp.where(is_there, jnp.uint32(1) << (col % WORD).astype(jnp.uint32), jnp.uint32(0))
 
 
+def has(words: Array, cell: Array, width: int) -> Array:
+    """Returns whether `cell`, int32 [2], lies on the map and is set, bool []: words uint32 [H,
+    words], of W columns.
+    """
+    row, col = cell[0], cell[1]
+    word = lax.dynamic_slice(words, (row, col >> 5), (1, 1))[0, 0]
+    is_set = (word >> (col & 31).astype(jnp.uint32)) & jnp.uint32(1) != 0
+    return is_set & (row >= 0) & (row < words.shape[0]) & (col >= 0) & (col < width)
+
+
 def dilate(masks: Array, group: int = 1) -> Array:
     """Returns the cells of each mask and all that touch them by side or corner.
 

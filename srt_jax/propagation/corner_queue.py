@@ -25,6 +25,7 @@ from jax import lax
 from sign_model.foundation.marks import apart
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
+from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.propagation import row_sweeps
 from srt_jax.propagation.cell_queue import ANY, CLOCKWISE, moves_to_try
@@ -87,6 +88,33 @@ class _Run(NamedTuple):
     cost: Array
 
 
+def begin(free: Array, width: int, start: Array, diagonal: Array) -> tuple[Array, Array]:
+    """Returns what `spread` starts from: the cost of every cell, uint32 [N], 0 at the start, and
+    where that lies, uint32 []; 0 if it is not a free cell of the map.
+
+    Args:
+      free: uint32 [H, words], packed.
+      width: W.
+      start: int32 [2].
+    """
+    cell = place_of(free, width, start)
+    unreached = row_sweeps.unreached(diagonal)
+    cost = jnp.full((free.shape[0] + 2) * (width + 2), unreached, jnp.uint32)
+    return write(cost, jnp.where(cell == 0, unreached, jnp.uint32(0)), cell), cell
+
+
+def place_of(free: Array, width: int, cell: Array) -> Array:
+    """Returns where a cell, int32 [2], lies in a flat bordered field, uint32 []; 0 if it is not a
+    free cell of the map.
+    """
+
+    def place(free: Array, cell: Array) -> Array:
+        flat = (cell[0] + 1) * (width + 2) + cell[1] + 1
+        return jnp.where(packing.has(free, cell, width), flat, 0).astype(jnp.uint32)
+
+    return apart(place)(free, cell)
+
+
 def spread(
     cost: Array,
     free_beside: Array,
@@ -100,7 +128,7 @@ def spread(
     """Returns the exact costs; for use inside a marked call.
 
     Args:
-      cost: uint32 [N], a flat bordered field (`row_sweeps`).
+      cost: uint32 [N], a flat bordered field (`row_sweeps`); what blocked cells hold stays.
       free_beside: uint8 [N], from `cell_queue.neighbours`.
       start: uint32 [], the cell to start from, whose cost is 0; 0 for none.
       is_cut: whether any cell that is reached may improve others, so that all are looked at.

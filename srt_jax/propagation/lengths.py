@@ -14,8 +14,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
+from sign_model.foundation.loops import repeat
 from sign_model.foundation.marks import apart, compiled_whole, runs_in_place
 from srt_jax.engine import packing
 from srt_jax.engine.batching import batch_kernel, each
@@ -30,6 +32,8 @@ UNREACHED = 2**31 - 1
 _SMALL = 1 << 19
 # of that queue, in cells
 _ROOM = 1 << 14
+
+_SAMPLED = 4  # of so many rows one is looked at
 
 
 class Field(NamedTuple):
@@ -112,14 +116,15 @@ def solve_map(free: Array, start: Array) -> tuple[Array, Array]:
     Set up and trimmed map by map, since the temporaries of a whole batch would be memory fresh from
     the system.
     """
-    scale = jnp.asarray(_finest_scale(free), jnp.int32)
+    words = packing.pack(free[None])[0]
+    scale = jnp.asarray(fixed_point.finest_scale_of_words(words, free.shape[1]), jnp.int32)
     straight, diagonal = apart(_units)(scale)
-    field = row_sweeps.new_field(free, start, diagonal)
     if runs_in_place():
-        field = _by_queues(free, field, start, straight, diagonal)
+        field = _by_queues(words, free.shape[1], start, straight, diagonal)
     else:
         field = _sweep_to_the_end(
-            field, lambda field: row_sweeps.four_sweeps(field, straight, diagonal)
+            row_sweeps.new_field(free, start, diagonal),
+            lambda field: row_sweeps.four_sweeps(field, straight, diagonal),
         )
     field = field[1:-1, 1:-1]
     return jnp.where(
@@ -127,30 +132,27 @@ def solve_map(free: Array, start: Array) -> tuple[Array, Array]:
     ), scale
 
 
-def _finest_scale(free: Array) -> Array | int:
-    return fixed_point.finest_scale_of_words(packing.pack(free[None])[0], free.shape[1])
-
-
 def _units(scale: Array) -> tuple[Array, Array]:
     straight, diagonal = fixed_point.pairs(scale)
     return straight.astype(jnp.uint32), diagonal.astype(jnp.uint32)
 
 
-def _by_queues(free: Array, field: Array, start: Array, straight: Array, diagonal: Array) -> Array:
-    """The field with all costs exact; for use inside a marked call."""
-    rows, stride = field.shape
-    free_beside = cell_queue.neighbours(free)
-    cell = ((start[0] + 1) * stride + start[1] + 1).astype(jnp.uint32)
-    cell = jnp.where(row_sweeps.is_reached(field, start), cell, jnp.uint32(0))
-    cost, is_cut = field.reshape(-1), False
-    if field.size <= _SMALL:
+def _by_queues(free: Array, width: int, start: Array, straight: Array, diagonal: Array) -> Array:
+    """The exact costs of a packed map as a bordered field, in which blocked cells are not reached;
+    for use inside a marked call.
+    """
+    shape, stride = (free.shape[0], width), width + 2
+    free_beside = cell_queue.neighbours(free, width)
+    cost, cell = corner_queue.begin(free, width, start, diagonal)
+    is_cut = False
+    if cost.size <= _SMALL:
         # either queue starts, the other one has nothing to do
-        is_rough = _is_rough(free)
+        is_rough = _is_rough(free, width)
         first, cell = jnp.where(is_rough, cell, jnp.uint32(0)), jnp.where(is_rough, 0, cell)
-        room = min(_ROOM, 1 << field.size.bit_length())
+        room = min(_ROOM, 1 << cost.size.bit_length())
         cost, is_cut = cell_queue.spread(cost, free_beside, first, straight, diagonal, stride, room)
-    cost = corner_queue.spread(cost, free_beside, cell, is_cut, straight, diagonal, free.shape)
-    return cost.reshape(rows, stride)
+    cost = corner_queue.spread(cost, free_beside, cell, is_cut, straight, diagonal, shape)
+    return cost.reshape(-1, stride)
 
 
 class _Round(NamedTuple):
@@ -172,10 +174,19 @@ def _sweep_to_the_end(field: Array, sweep: Callable[[Array], Array]) -> Array:
     ).field
 
 
-def _is_rough(free: Array) -> Array:
+def _is_rough(free: Array, width: int) -> Array:
     """Whether paths are likely to turn at every other cell: whether walls begin or end at every
     fifth cell, in a sample of rows.
     """
-    sample = free[::4]
-    num_edges = jnp.sum(sample[:, 1:] != sample[:, :-1], dtype=jnp.int32)
-    return num_edges * 5 > sample.size
+    height, words = free.shape
+
+    def row(i: Array, total: Array) -> Array:
+        """From bit to bit of a word; the steps between words are left out."""
+        line = lax.dynamic_slice(free, (i * _SAMPLED, np.int32(0)), (1, words))[0]
+        edges = (line ^ (line >> jnp.uint32(1))) & jnp.uint32(2**31 - 1)
+        return total + lax.population_count(edges)
+
+    # row by row: as one sum it would take the compiler a quarter of a second
+    num_rows = -(-height // _SAMPLED)
+    edges = repeat(num_rows, row, jnp.zeros(words, jnp.uint32))
+    return jnp.sum(edges, dtype=jnp.uint32) * 5 > num_rows * width

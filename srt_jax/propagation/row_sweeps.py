@@ -46,14 +46,6 @@ def new_field(free: Array, start: Array, diagonal: Array) -> Array:
     )
 
 
-def is_reached(field: Array, cell: Array) -> Array:
-    """Returns whether `cell`, int32 [2], lies on the map and costs nothing: whether the search can
-    start there.
-    """
-    row, col = _bordered(cell, field.shape[0] - 2, field.shape[1] - 2)
-    return lax.dynamic_slice(field, (row, col), (1, 1))[0, 0] == 0
-
-
 def _bordered(cell: Array, height: int, width: int) -> tuple[Array, Array]:
     """Where a cell lies in the bordered field, int32 row and column; (0, 0), a blocked cell of the
     border, for one outside the map.

@@ -3,7 +3,9 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
+from srt_jax.engine import packing
 from srt_jax.propagation import cell_queue, row_sweeps
 from tests.helpers.fields import bordered, flat_cell, new_cost
 from tests.helpers.maps import any_start, noise, random_maps
@@ -14,7 +16,7 @@ STRAIGHT, DIAGONAL = np.uint32(5741), np.uint32(8119)
 
 def _spread(free, start, room):
     """The field that the queue leaves, and whether it was too short."""
-    beside = cell_queue.neighbours(jnp.asarray(free))
+    beside = cell_queue.neighbours(packing.pack(free[None])[0], free.shape[1])
     stride = free.shape[1] + 2
 
     @jax.jit
@@ -24,6 +26,18 @@ def _spread(free, start, room):
 
     cost, is_short = run(new_cost(free, start))
     return np.asarray(cost).reshape(-1, stride), bool(is_short)
+
+
+@pytest.mark.parametrize("width", [1, 27, 28, 29, 32, 61, 64])
+def test_the_neighbours_are_those_of_a_padded_map(width):
+    free = noise(np.random.default_rng(width), 7, width, 0.3)
+    padded = np.pad(free, 2)
+    beside = cell_queue.neighbours(packing.pack(free[None])[0], width)
+    expected = sum(
+        padded[1 + down : 10 + down, 1 + right : 3 + right + width].astype(np.uint8) << i
+        for i, (down, right) in enumerate(cell_queue.CLOCKWISE)
+    )
+    assert np.array_equal(np.asarray(beside).reshape(9, -1), expected)
 
 
 def test_the_queue_finds_the_costs_of_scipy():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from srt_jax.bench.measured_maps import KINDS, maps_of
+from srt_jax.engine import packing
 from srt_jax.moves import FIXED_POINTS
 from srt_jax.propagation import cell_queue, corner_queue
 from tests.helpers.fields import bordered, flat_cell, new_cost
@@ -15,7 +16,7 @@ from tests.helpers.slow_kernels import costs_by_scipy
 
 def _spread(free, start, cost=None, is_cut=False, room=None, pair=(5741, 8119)):
     """The field that the search leaves; from the given costs, where there are any."""
-    beside = cell_queue.neighbours(jnp.asarray(free))
+    beside = cell_queue.neighbours(packing.pack(free[None])[0], free.shape[1])
     straight, diagonal = (np.uint32(units) for units in pair)
 
     @jax.jit
