@@ -40,6 +40,7 @@ the queue is done with, flagged corners are looked for and expanded. It all ends
 is queued or flagged at most four times, once a run, for each of its costs, which only fall.
 """
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -47,8 +48,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.foundation.marks import apart
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
+from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables, next_stop
 from srt_jax.types import Array
@@ -179,6 +182,7 @@ def search(
     diagonal: Array,
     width: int,
     room: int | None = None,
+    is_asked: Array | bool = True,
 ) -> tuple[Best, Corners]:
     """Returns the cost of a shortest path of one map and what `jump_walk` needs; for use inside a
     marked call.
@@ -189,14 +193,16 @@ def search(
       straight, diagonal: uint32 [], the fixed point.
       width: W.
       room: of the queue, a power of two; by default enough for most maps.
+      is_asked: bool [], whether to search at all; else there is no path.
     """
     height = free.shape[0]
     num_cells = height * width
     room = room or max(64, next_power_of_two(num_cells // 16))
     buckets, wider = _buckets(height, width)
     shift = np.uint32(31) - lax.clz(straight) + np.uint32(wider)
-    is_open = _is_free(free, start, width) & _is_free(free, goal, width)
-    start, goal = (jnp.where(is_open, cell, 0) for cell in (start, goal))
+    # all that follows begins here, and would else hold these reads once more
+    is_open, start, goal = apart(functools.partial(_ends, width=width))(free, start, goal)
+    is_open = is_open & is_asked
     tables = jump_tables(free, goal, width)
     goal_row, goal_col = goal[0].astype(jnp.uint32), goal[1].astype(jnp.uint32)
 
@@ -287,11 +293,10 @@ def _buckets(height: int, width: int) -> tuple[int, int]:
     return buckets, (most // (buckets - 2)).bit_length()
 
 
-def _is_free(free: Array, cell: Array, width: int) -> Array:
-    """Whether the cell lies on the map and is free."""
-    word = lax.dynamic_slice(free, (cell[0], cell[1] >> 5), (1, 1))[0, 0]
-    is_set = (word >> (cell[1] & 31).astype(jnp.uint32)) & _ONE != 0
-    return is_set & moves.is_on_map(cell[0], cell[1], free.shape[0], width)
+def _ends(free: Array, start: Array, goal: Array, width: int) -> tuple[Array, Array, Array]:
+    """Whether both ends are free cells of the map, and these; the first cell where not."""
+    is_open = packing.has(free, start, width) & packing.has(free, goal, width)
+    return is_open, jnp.where(is_open, start, 0), jnp.where(is_open, goal, 0)
 
 
 def _lowest(bits: Array) -> Array:

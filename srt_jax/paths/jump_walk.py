@@ -44,17 +44,19 @@ def walk_back(
     straight: Array,
     diagonal: Array,
     width: int,
-    max_cells: int,
+    cells: Array,
 ) -> tuple[Array, Array]:
-    """Returns the cells of the path, int32 [max_cells, 2], at the end of the array, and how many
-    they are, int32 []; for use inside a marked call.
+    """Returns the cells of the path at the end of the array `cells`, int32 [max_cells, 2], and how
+    many they are, int32 []; for use inside a marked call.
 
     Args:
-      best, corners, straight, diagonal, width: of `search`; the goal is reached.
+      best, corners, straight, diagonal, width: of `search`; where the goal is not reached, it is
+        the path.
       goal: int32 [2].
     """
     back_row, back_col = (jnp.asarray(steps) for steps in _BACK.T)
     steps_back = jnp.asarray(_steps_back())
+    max_cells = len(cells)
 
     def run_of(leg: Array) -> Array:
         return np.uint32(LONGEST_SIDE) - ((leg >> RUN) & np.uint32(LONGEST_SIDE))
@@ -84,8 +86,8 @@ def walk_back(
             cells,
         )
 
-    cells = jnp.full((max_cells, 2), -1, jnp.int32)
-    cells = lax.dynamic_update_slice(cells, goal[None], (np.int32(max_cells - 1), np.int32(0)))
+    last = (np.int32(max_cells - 1), np.int32(0))
+    cells = lax.dynamic_update_slice(cells, goal[None], last)
     here = jnp.where(best.cost == NO_COST, jnp.uint32(0), best.cost)
     walk = _Walk(goal[0], goal[1], here, best.leg, run_of(best.leg), jnp.int32(1), cells)
     walk = lax.while_loop(lambda walk: walk.here != 0, step, walk)

@@ -1,36 +1,48 @@
 """A shortest path, or its length, between two cells alone: without the field of costs where there
 is a faster way.
 
-On CPU by jump points (`jump_points`). Elsewhere, where a queue would be copied at every step, the
-whole field is computed by sweeps, and the path read off it: the same cells, since they are defined
-by the costs.
+On CPU by jump points (`jump_points`), or, where walls end at every other cell, by A* cell by cell
+(`cell_search`); a cheap look at the map decides. Elsewhere, where a queue would be copied at every
+step, the whole field is computed by sweeps, and the path read off it. The cells are the same, since
+they are defined by the costs.
 """
+
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.foundation.loops import repeat
 from sign_model.foundation.marks import compiled_whole, runs_in_place
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, cores, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.moves import is_on_map, max_path_cells
-from srt_jax.paths import jump_points
+from srt_jax.paths import cell_search, jump_points
 from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front, first_path
 from srt_jax.propagation import fixed_point
 from srt_jax.propagation.lengths import UNREACHED, solve_map
 from srt_jax.types import Array, Path
 
+_CELLS_A_CORNER = 10
+"""The free cells for each corner, a free cell beside the end of a wall, on the roughest map that is
+searched by jump points. Streets, rooms and mazes of wide corridors have 18 and more; mazes whose
+corridors are two cells wide 11, scattered obstacles on 3 % of the map 9: the former are searched in
+two thirds of the time by jump points, the latter in a third by cells.
+"""
+
 
 def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | None = None) -> Path:
     """Returns a shortest path from `start` to `goal`; num_cells 0 and cost inf where none leads
     there.
 
-    By jump point search (PY16 §3.2) on CPU, several times as fast as a field of costs. Of all
-    shortest paths it is this one, on every machine: going back from the goal, the cell before is
-    always the first neighbour from which a shortest path comes, the four straight neighbours before
-    the four diagonal ones, in row order each. Lengths are those of `cost_to_come`, bit for bit.
+    By jump point search (PY16 §3.2) on CPU, several times as fast as a field of costs; among
+    scattered obstacles by A* cell by cell. Of all shortest paths it is this one, on every machine:
+    going back from the goal, the cell before is always the first neighbour from which a shortest
+    path comes, the four straight neighbours before the four diagonal ones, in row order each.
+    Lengths are those of `cost_to_come`, bit for bit.
 
     Args:
       free: bool [..., H, W], True where the agent fits.
@@ -140,30 +152,98 @@ def exact_path_of_map(
     """Returns the path of one map, its length in units, int32 [], UNREACHED where there is none,
     and the scale of these, int32 []; args as of `path_of_map`.
     """
-    if not _is_by_jump_points(free.shape[0], width):
+    if not _is_searched(free.shape[0], width):
         cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
         return *first_path(cost, scale, goal, max_cells), _cost_at(cost, goal), scale
     straight, diagonal, scale = _fixed_point(free, width)
-    best, corners = jump_points.search(free, start, goal, straight, diagonal, width)
-    is_there = best.cost != jump_points.NO_COST
-    cells, num = walk_back(best, corners, goal, straight, diagonal, width, max_cells)
-    units = jnp.where(is_there, best.cost.astype(jnp.int32), jnp.int32(UNREACHED))
-    return at_front(cells, num, is_there), jnp.where(is_there, num, 0), units, scale
+    found = _found(free, start, goal, straight, diagonal, width, max_cells)
+    is_there = found.units != UNREACHED
+    cells = at_front(found.cells, found.num, is_there)
+    return cells, jnp.where(is_there, found.num, 0), found.units, scale
 
 
 def length_of_map(free: Array, start: Array, goal: Array, width: int) -> Array:
     """Returns the cost alone of `path_of_map`, float32 []."""
-    if not _is_by_jump_points(free.shape[0], width):
+    if not _is_searched(free.shape[0], width):
         return _length_at(*solve_map(packing.unpack(free[None], width)[0], start), goal)
     straight, diagonal, scale = _fixed_point(free, width)
-    best = jump_points.search(free, start, goal, straight, diagonal, width)[0]
-    is_there = best.cost != jump_points.NO_COST
-    return fixed_point.length_where(is_there, best.cost.astype(jnp.int32), scale)
+    units = _found(free, start, goal, straight, diagonal, width, 0).units
+    return fixed_point.length_where(units != UNREACHED, units, scale)
 
 
-def _is_by_jump_points(height: int, width: int) -> bool:
-    """Whether a queue runs in place here, and a leg can be as long as the map."""
+def _is_searched(height: int, width: int) -> bool:
+    """Whether a queue runs in place here, and a leg of jump points can be as long as the map."""
     return runs_in_place() and max(height, width) <= jump_points.LONGEST_SIDE
+
+
+class _Found(NamedTuple):
+    """is_sought: bool [], whether the path is yet to be found; units: int32 [], its length,
+    UNREACHED where there is none; num: int32 [], of the cells at the end of `cells`, int32
+    [max_cells, 2].
+    """
+
+    is_sought: Array
+    units: Array
+    num: Array
+    cells: Array
+
+
+def _found(
+    free: Array,
+    start: Array,
+    goal: Array,
+    straight: Array,
+    diagonal: Array,
+    width: int,
+    max_cells: int,
+) -> _Found:
+    """The path by the way that is faster on the map; without cells where `max_cells` is 0. By jump
+    points also where the other way has no room.
+    """
+    pair = straight, diagonal
+
+    def by_cells(found: _Found) -> _Found:
+        costs = cell_search.search(free, start, goal, *pair, width)
+        units = jnp.where(costs.goal == 0, UNREACHED, costs.at_goal.astype(jnp.int32))
+        found = found._replace(is_sought=costs.is_short, units=units)
+        if not max_cells:
+            return found
+        cells, num = cell_search.walk_back(costs, goal, *pair, width, found.cells)
+        return found._replace(cells=cells, num=num)
+
+    none = jnp.full((max_cells, 2), -1, jnp.int32)
+    found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none)
+    found = lax.cond(_is_rough(free), by_cells, lambda found: found, found)
+    # Not in a branch: these loops, one level deeper, take the compiler twice the time.
+    sought = found.is_sought
+    best, corners = jump_points.search(free, start, goal, *pair, width, is_asked=sought)
+    is_there = best.cost != jump_points.NO_COST
+    units = jnp.where(is_there, best.cost.astype(jnp.int32), found.units)
+    if not max_cells:
+        return found._replace(units=units)
+    cells, num = walk_back(best, corners, goal, *pair, width, found.cells)
+    return found._replace(units=units, cells=cells, num=jnp.where(sought, num, found.num))
+
+
+def _is_rough(free: Array) -> Array:
+    """Whether walls end so often that a search cell by cell is faster than jump points: where many
+    of the squares of 2 x 2 cells have three free ones.
+    """
+    height, words = free.shape
+    one = jnp.uint32(1)
+
+    def row(i: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        above, excess = state
+        below = lax.dynamic_slice(free, (i, np.int32(0)), (1, words))[0]
+        # squares between words have a blocked cell too many, and count only now and then
+        right, aside = above >> one, below >> one
+        corners = ((above & below) & (right ^ aside)) | ((above ^ below) & (right & aside))
+        num_corners, num_free = lax.population_count(corners), lax.population_count(below)
+        return below, excess + (num_corners * _CELLS_A_CORNER - num_free).astype(jnp.int32)
+
+    # row by row: as one sum it would take the compiler a quarter of a second
+    excess = repeat(height, row, (free[0], jnp.zeros(words, jnp.int32)))[1]
+    return jnp.sum(excess, dtype=jnp.int32) > 0
 
 
 def _fixed_point(free: Array, width: int) -> tuple[Array, Array, Array]:

@@ -41,6 +41,10 @@ def assert_is_first(path, free, starts, goals):
         assert (path.cells[i, num:] == -1).all() and np.isinf(path.cost[i]) == (num == 0)
 
 
+def _no_cells(count):
+    return jnp.full((count, 2), -1, jnp.int32)
+
+
 def _costs_at(free, starts, goals):
     costs = np.asarray(srt_jax.cost_to_come(free, starts))
     is_inside = ((goals >= 0) & (goals < free.shape[1:])).all(1)
@@ -111,7 +115,7 @@ def test_where_the_queue_is_too_short_corners_wait_outside():
         pair = jnp.uint32(STRAIGHT), jnp.uint32(DIAGONAL)
         best, corners = jump_points.search(words, start, goal, *pair, 70, room)
         is_there = best.cost != jump_points.NO_COST
-        cells, num = walk_back(best, corners, goal, *pair, 70, 400)
+        cells, num = walk_back(best, corners, goal, *pair, 70, _no_cells(400))
         return at_front(cells, num, is_there), best.cost
 
     words = packing.pack(free)
@@ -142,7 +146,7 @@ def test_each_fixed_point_gives_its_own_first_path():
 
     def one_map(words, start, goal, pair):
         best, corners = jump_points.search(words, start, goal, pair[0], pair[1], 70)
-        cells, num = walk_back(best, corners, goal, pair[0], pair[1], 70, 400)
+        cells, num = walk_back(best, corners, goal, pair[0], pair[1], 70, _no_cells(400))
         is_there = best.cost != jump_points.NO_COST
         return at_front(cells, num, is_there), jnp.where(is_there, num, 0)
 
