@@ -14,7 +14,7 @@ import numpy as np
 from jax import lax
 
 from sign_model.foundation.loops import repeat
-from sign_model.foundation.marks import compiled_whole, runs_in_place
+from sign_model.foundation.marks import apart, compiled_whole, runs_in_place
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, cores, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
@@ -213,8 +213,9 @@ def _found(
 
     none = jnp.full((max_cells, 2), -1, jnp.int32)
     found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none)
-    found = lax.cond(_is_rough(free), by_cells, lambda found: found, found)
-    # Not in a branch: these loops, one level deeper, take the compiler twice the time.
+    # compiled apart: within the loops of `solve` it would take the compiler half as long again
+    found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
+    # not in a branch: one level deeper, these loops take the compiler longer
     sought = found.is_sought
     best, corners = jump_points.search(free, start, goal, *pair, width, is_asked=sought)
     is_there = best.cost != jump_points.NO_COST
