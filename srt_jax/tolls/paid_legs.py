@@ -2,11 +2,12 @@
 
 A leg goes any number of diagonal moves, then a run, which stops where `stops` says. Along a
 diagonal nothing is done at cells from where no run comes to a corner, the goal, or a door that can
-be paid for. A leg ends where its sum is more than the limit, with the octile distance to the goal,
-the toll of a door, and, where nothing has been paid yet, the least toll, which some door ahead must
-ask.
+be paid for. A corner counts as long as the obstacle that makes it may stay. A leg ends where its
+sum is more than the limit, with the octile distance to the goal, the toll of a door, and, where
+nothing has been paid yet, the least toll, which some door ahead must ask.
 """
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from srt_jax.tolls import entry
 from srt_jax.tolls.paid_labels import PAID, Candidate, Held, inserter, record_of
 from srt_jax.tolls.paid_sets import Memory, Metric
 from srt_jax.tolls.stops import Stops
-from srt_jax.types import Array
+from srt_jax.types import FREE, Array
 
 _ONE = np.uint32(1)
 
@@ -125,6 +126,23 @@ def advancer(
             known = [*known, *ids]
         return entry.joined(low, high), behind, is_door
 
+    def are_gone(row: Array, col: Array, run: Array, paid: Array) -> Array:
+        """Whether what stands beside a cell, in the line before the run and behind, is known to be
+        paid for: two bits.
+        """
+        is_vertical, gone = run & _ONE != 0, jnp.uint32(0)
+        for side, step in enumerate((np.uint32(2**32 - 1), _ONE)):
+            its_row = jnp.where(is_vertical, row, row + step)
+            its_col = jnp.where(is_vertical, col + step, col)
+            are_paid = []
+            for layer in range(num_layers):
+                owner = owner_at(layer, its_row, its_col)
+                held = read(bits, (owner + 2).astype(jnp.uint32))
+                are_paid.append((owner == FREE) | (held & paid & ~memory.shared != 0))
+            is_one = functools.reduce(jnp.logical_and, are_paid)
+            gone = gone | (is_one.astype(jnp.uint32) << np.uint32(side))
+        return gone
+
     def is_free_somewhere(paid: Array) -> Array:
         """Whether there may be doors free of charge: into what is paid for, and where obstacles
         overlap, from a cell of two of them to one of a single one.
@@ -213,21 +231,24 @@ def advancer(
             jnp.where(is_waiting, a, b)
             for a, b in zip((leg.row, leg.col, leg.sum), (leg.its_row, leg.its_col, leg.its_sum))
         )
-        length, walls, is_run = scan(move, row, col)
+        length, all_walls, is_run = scan(move, row, col)
         down, right = read_apart(down_by, move), read_apart(right_by, move)
         to_row, to_col = row + length * down, col + length * right
         base = here + length * jnp.where(is_run, metric.straight, metric.diagonal)
         is_inside = (to_row < np.uint32(height)) & (to_col < np.uint32(width))
         far = to_goal(to_row, to_col)
         is_goal = (to_row == goal[0]) & (to_col == goal[1])
-        pays = is_run & (walls == 0) & ~is_goal & ~is_free_somewhere(paid)
+        pays = is_run & (all_walls == 0) & ~is_goal & ~is_free_somewhere(paid)
         asks = jnp.where(pays | (has_paid == 0), least, jnp.uint32(0))
         is_near = is_inside & (base <= held.limit) & (base + far <= held.limit)
         is_near = is_near & (held.limit - base - far >= asks)
 
         def enter(state: tuple) -> tuple:
-            toll, behind, is_door = door(to_row - down, to_col - right, to_row, to_col, paid)
+            last = to_row - down, to_col - right
+            toll, behind, is_door = door(*last, to_row, to_col, paid)
             total, held = base + toll, state[2]
+            is_gone = are_gone(*last, move, paid | behind)
+            walls = jnp.where(is_goal, all_walls, all_walls & ~is_gone)
             is_near = (total <= held.limit) & (total + far <= held.limit)
             pays = has_paid | jnp.where(toll != 0, PAID, jnp.uint32(0))
             is_near = is_near & ((pays != 0) | (held.limit - total - far >= least))

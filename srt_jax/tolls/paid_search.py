@@ -11,8 +11,11 @@ THE SEARCH. A label is a way to a cell: its sum, which of the obstacles on it ha
 (`paid_sets`), and the moves to try from there. Those paid for are free from there on, all others
 are paid at the door (`entry`). Of rectangles no least way enters one twice (`shapes`), so they need
 no memory. A leg ends with a label at a corner, where the moves of `jump_points` begin, and at a
-door, from where it goes on (`paid_legs`). Labels wait in buckets of the sum and the octile distance
-to the goal (`paid_labels`), and a leg ends as well where these are more than the best answer.
+door, from where it goes on (`paid_legs`). Corners of what a label is known to have paid for are
+passed by: on its way that obstacle is gone, and the way above turns at corners of what stays. Else
+whoever has come through a building would be back in it, free of charge, from each of its corners.
+Labels wait in buckets of the sum and the octile distance to the goal (`paid_labels`), and a leg
+ends as well where these are more than the best answer.
 
 WHAT IS NOT LOOKED AT. The way round is known, so a better way pays at least the least toll: as long
 as a label has paid nothing, that toll is added to its sum where it is compared with the limit. And
