@@ -26,6 +26,7 @@ from srt_jax.engine.in_place import write
 from srt_jax.obstacles import Labels
 from srt_jax.removal.nodes import Decisions, decisions_of
 from srt_jax.tolls import entry
+from srt_jax.tolls.paid_labels import Room
 from srt_jax.tolls.paid_search import UNREACHED, Best, search_once
 from srt_jax.tolls.paid_sets import Metric, memory_of, octile, shared_of
 from srt_jax.tolls.shapes import places_of, rectangles_of
@@ -69,7 +70,7 @@ class _State(NamedTuple):
     at: Array
     floor: Array
     num_labels: Array
-    store: Array
+    store: Room
 
 
 class _Look(NamedTuple):
@@ -90,8 +91,8 @@ def search(
     max_nodes: int,
     way_round: Array,
     room: Array,
-    store: Array,
-) -> tuple[Found, Array]:
+    store: Room,
+) -> tuple[Found, Room]:
     """Returns the best set of obstacles of one map; the empty set where nothing is better than the
     way round. For use inside a marked call.
 
@@ -123,7 +124,7 @@ def search(
         places = places_of(labels, changes, asked, metric, limit)
         matters = places.matters
 
-        def look(state: tuple[Array, _Look, Array]) -> tuple[Array, _Look, Array]:
+        def look(state: tuple[Array, _Look, Room]) -> tuple[Array, _Look, Room]:
             # What may be entered twice.
             own = matters & (asked > 0)
             own = own & ~rectangles_of(labels, changes, places.boxes, own)

@@ -19,7 +19,7 @@ from srt_jax.propagation.lengths import UNREACHED as NO_PATH
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
 from srt_jax.tolls.break_or_round import Found, search
-from srt_jax.tolls.paid_labels import most_labels, room_for_labels
+from srt_jax.tolls.paid_labels import Room, most_labels, room_for_labels
 from srt_jax.tolls.paid_search import UNREACHED
 from srt_jax.tolls.paid_sets import Metric
 from srt_jax.types import Array, Task
@@ -87,7 +87,7 @@ def least_total(
 
 
 def _of_map(
-    store: Array,
+    store: Room,
     labels: Labels,
     price: Array,
     start: Array,
@@ -99,7 +99,7 @@ def _of_map(
     *,
     capacity: int,
     max_nodes: int,
-) -> tuple[tuple, Array]:
+) -> tuple[tuple, Room]:
     """The answer on one map; price float32 [M]. store: as of `search`, which it is returned to."""
     num_obstacles = len(price)
     width = labels.all.shape[3]
@@ -115,11 +115,11 @@ def _of_map(
     far = apart.max() * straight + apart.min() * (diagonal - straight)
     least_gain = far + jnp.min(tolls)
 
-    def step(phase: Array, both: tuple[_Ways, Array]) -> tuple[_Ways, Array]:
+    def step(phase: Array, both: tuple[_Ways, Room]) -> tuple[_Ways, Room]:
         state, store = both
         is_first = phase == 0
 
-        def look(state: tuple[Array, Found, Array]) -> tuple[Array, Found, Array]:
+        def look(state: tuple[Array, Found, Room]) -> tuple[Array, Found, Room]:
             metric = Metric(straight, diagonal, start, goal)
             args = (labels, free, tolls, metric, max_nodes, way_round, num_labels, state[2])
             return jnp.bool_(False), *search(*args)

@@ -58,6 +58,13 @@ def with_record(store: Array, record: Record, label: Array) -> Array:
     return lax.dynamic_update_slice(store, jnp.stack(record), (label * np.uint32(_FIELDS),))
 
 
+class Room(NamedTuple):
+    """first, store: as in `Held`, with what earlier searches have left there."""
+
+    first: Array
+    store: Array
+
+
 class Held(NamedTuple):
     """num, num_more, num_waiting: uint32 [], of all, of those that are not the first of their cell,
     and of those that wait. limit: uint32 [], the dearest sum that may matter. best: uint32
@@ -107,10 +114,22 @@ def most_labels(height: Any, width: Any) -> Any:
     return (height + 2) * (width + 2) // 2 + 1024
 
 
-def room_for_labels(height: int, width: int) -> Array:
-    """Returns where `search_once` keeps its labels: a flat array, uint32."""
+def room_for_labels(height: int, width: int) -> Room:
+    """Returns where `search_once` keeps its labels."""
     num_places = height * width + most_labels(height, width) + 2
-    return jnp.zeros(_FIELDS * num_places, jnp.uint32)
+    return Room(jnp.zeros(height * width, jnp.uint32), jnp.zeros(_FIELDS * num_places, jnp.uint32))
+
+
+def first_of(held: Held, cell: Array) -> tuple[Array, Record]:
+    """Returns the first label of a cell, 0 where it has none, and the record read there.
+
+    What an earlier search has left is known by its record: it is beyond those in use, or of another
+    cell. So nothing is cleared: that would take as long as fifty steps.
+    """
+    label = read_apart(held.first, cell)
+    record = record_of(held.store, label)
+    is_one = (label < held.num) & (record.cell == cell)
+    return jnp.where(is_one, label, jnp.uint32(0)), record
 
 
 def ring_of(far: Array, bucket: Array) -> Array:
@@ -120,9 +139,11 @@ def ring_of(far: Array, bucket: Array) -> Array:
 
 
 def inserter(memory: Memory, metric: Metric, limit: Array, room: Array, width: int) -> Callable:
-    """A function that adds a label, if it is no worse than those of its cell."""
+    """A function that adds a label, if it is no worse than those of its cell, of which `first` is
+    the first.
+    """
 
-    def insert(held: Held, new: Candidate, bucket: Array) -> Held:
+    def insert(held: Held, new: Candidate, first: Array, bucket: Array) -> Held:
         store = held.store
         cell = new.row * np.uint32(width) + new.col
         row, col = new.row.astype(jnp.int32), new.col.astype(jnp.int32)
@@ -135,7 +156,6 @@ def inserter(memory: Memory, metric: Metric, limit: Array, room: Array, width: i
             same = jnp.where(is_same, state.label, state.same)
             return _Rivals(own.others, same, is_worse)
 
-        first = read_apart(held.first, cell)
         rivals = lax.while_loop(
             lambda state: ~state.is_worse & (state.label != 0),
             rival,

@@ -21,7 +21,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.paths.jump_points import moves_to_try
 from srt_jax.paths.jump_tables import groups_of, next_stop
 from srt_jax.tolls import entry
-from srt_jax.tolls.paid_labels import PAID, Candidate, Held, inserter, record_of
+from srt_jax.tolls.paid_labels import PAID, Candidate, Held, first_of, inserter
 from srt_jax.tolls.paid_sets import Memory, Metric
 from srt_jax.tolls.stops import Stops
 from srt_jax.types import FREE, Array
@@ -256,8 +256,7 @@ def advancer(
             is_due = is_near & (is_door | is_goal | (walls != 0))
             # Most are worse than the label that their cell has got.
             cell = jnp.where(is_due, to_row * np.uint32(width) + to_col, jnp.uint32(0))
-            first = read_apart(held.first, cell)
-            known = record_of(held.store, first)
+            first, known = first_of(held, cell)
             is_less = (first != 0) & (known.sum < total)
             gives_up = (paid | behind) & ~known.paid
 
@@ -269,7 +268,7 @@ def advancer(
                 )
                 origin = (label << ORIGIN) | move | jnp.where(is_door, DOOR, jnp.uint32(0))
                 reached = (to_row, to_col, total, far, paid | behind, todo | pays, origin, is_goal)
-                return jnp.bool_(False), insert(state[1], Candidate(*reached), bucket)
+                return jnp.bool_(False), insert(state[1], Candidate(*reached), first, bucket)
 
             _, held = lax.while_loop(
                 lambda state: state[0], note, (is_due & ~(is_less & (gives_up == 0)), held)

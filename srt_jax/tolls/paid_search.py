@@ -59,6 +59,7 @@ from srt_jax.tolls.paid_labels import (
     TRIED,
     Held,
     Record,
+    Room,
     record_of,
     ring_of,
     with_record,
@@ -118,8 +119,8 @@ def search_once(
     least: Array,
     limit: Array,
     room: Array,
-    store: Array,
-) -> tuple[Best, Array]:
+    store: Room,
+) -> tuple[Best, Room]:
     """Returns the best way of one map. For use inside a marked call.
 
     Args:
@@ -132,8 +133,7 @@ def search_once(
         `most_labels`.
       store: `room_for_labels`, whose contents do not matter; it is returned with the answer.
     """
-    height, width = labels.all.shape[2:]
-    num_cells = height * width
+    width = labels.all.shape[3]
     start, goal = (cell.astype(jnp.uint32) for cell in (metric.start, metric.goal))
     # Of obstacles that share a bit, its toll.
     bit = lax.population_count((memory.bits & -memory.bits) - _ONE)[2:]
@@ -204,7 +204,7 @@ def search_once(
             limit=state.limit,
             best=jnp.uint32(0),
             is_full=jnp.bool_(False),
-            first=write(jnp.zeros(num_cells, jnp.uint32), _ONE, at_start),
+            first=write(state.held.first, _ONE, at_start),
             heads=write(jnp.zeros(BUCKETS + 1, jnp.uint32), _ONE, bucket & np.uint32(BUCKETS - 1)),
             store=with_record(state.held.store, begin, jnp.uint32(_ONE)),
         )
@@ -229,15 +229,15 @@ def search_once(
         first,
         nothing,
         jnp.bool_(False),
-        jnp.zeros(num_cells, jnp.uint32),
+        store.first,
         jnp.zeros(BUCKETS + 1, jnp.uint32),
-        with_record(store, begin._replace(cell=nothing, moves=nothing), nothing),
+        with_record(store.store, begin._replace(cell=nothing, moves=nothing), nothing),
     )
     looks = _Looks(jnp.bool_(False), first, nothing, held)
     # Ends: after the second look.
     looks = lax.while_loop(lambda state: ~state.is_over, look, looks)
     best = _best_of(labels, owner_at, tolls, looks.held, metric)
-    return best._replace(num_labels=looks.num_labels), looks.held.store
+    return best._replace(num_labels=looks.num_labels), Room(looks.held.first, looks.held.store)
 
 
 def _owner_reader(labels: Labels) -> Callable:
