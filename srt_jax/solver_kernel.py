@@ -186,14 +186,12 @@ def _shortest(
     max_branches: int,
 ) -> tuple[First, Way]:
     """The least total of length and tolls; the bound on removals is the price of the goal."""
-    free, reached, bound = goal_prices(task, among)
-    among = among & jnp.isfinite(bound)
-    found = least_total(task, toll, room, among, free, capacity=capacity, max_nodes=max_branches)
+    found = least_total(task, toll, room, among, capacity=capacity, max_nodes=max_branches)
     cost = totals(task.removal_cost, found.needed < NEVER)
     cost = jnp.where(found.route.num_cells > 0, cost, jnp.inf)
     way = _way_of_chain(task, found.route, cost, found.needed, max_destroyed=max_destroyed)
     way = way._replace(total=found.total, total_bound=found.bound)
-    return First(free, reached, bound), way
+    return First(found.free, found.reached, found.price), way
 
 
 def _paper(

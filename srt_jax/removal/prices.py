@@ -67,28 +67,33 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array, Array]:
       uint32 [B, H, words] twice, packed; float32 [B], rounded down.
     """
 
-    def one_map(
-        labels: Labels,
-        may_go: Array,
-        cost: Array,
-        start: Array,
-        goal: Array,
-        is_requested: Array,
-    ) -> tuple[Array, Array, Array]:
-        terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
-        nothing = jnp.zeros(cost.shape, bool)
-        most = jnp.where(is_requested, sums.never(), sums.zero())
+    def one_map(labels: Labels, *args: Array) -> tuple[Array, Array, Array]:
         known = obstacles.survey(labels)
-        found = _levels(labels, known, start, goal, nothing, terms, nothing, sums.zero(), most)
-        (price,) = sums.to_float32(found.price[:, None], terms.costs)
-        return (
-            known.free,
-            jnp.where(is_requested, found.first, jnp.uint32(0)),
-            jnp.where(is_requested, price, jnp.inf),
-        )
+        return known.free, *goal_price(labels, known, *args)
 
     return obstacles.of_all(
         one_map, task.labels, task.destroyable, task.removal_cost, task.start, task.goal, among
+    )
+
+
+def goal_price(
+    labels: Labels,
+    known: Survey,
+    may_go: Array,
+    cost: Array,
+    start: Array,
+    goal: Array,
+    is_requested: Array,
+) -> tuple[Array, Array]:
+    """Returns of one map what `goal_prices` does, but for the free cells."""
+    terms = Terms(start, goal, sums.costs_of(cost, may_go), may_go)
+    nothing = jnp.zeros(cost.shape, bool)
+    most = jnp.where(is_requested, sums.never(), sums.zero())
+    found = _levels(labels, known, start, goal, nothing, terms, nothing, sums.zero(), most)
+    (price,) = sums.to_float32(found.price[:, None], terms.costs)
+    return (
+        jnp.where(is_requested, found.first, jnp.uint32(0)),
+        jnp.where(is_requested, price, jnp.inf),
     )
 
 

@@ -16,6 +16,7 @@ from srt_jax.obstacles import Labels
 from srt_jax.paths.shortest import exact_path_of_map
 from srt_jax.propagation import fixed_point
 from srt_jax.propagation.lengths import UNREACHED as NO_PATH
+from srt_jax.removal.prices import goal_price
 from srt_jax.removal.route import NEVER, Route, needed_on
 from srt_jax.tolls import entry
 from srt_jax.tolls.break_or_round import Found, search
@@ -33,12 +34,16 @@ class LeastTotal(NamedTuple):
       if it need not.
     total: float32 [B], length and tolls of the route; inf without one, or where it does not fit.
     bound: float32 [B], proven: no route has a lesser total. inf where none exists.
+    free, reached, price: what is known at first, from `prices.goal_prices`.
     """
 
     route: Route
     needed: Array
     total: Array
     bound: Array
+    free: Array
+    reached: Array
+    price: Array
 
 
 class _Ways(NamedTuple):
@@ -54,25 +59,24 @@ def least_total(
     toll: Array,
     room: Array,
     among: Array,
-    free: Array,
     *,
     capacity: int,
     max_nodes: int,
 ) -> LeastTotal:
     """Returns the least total of every task in `among` (bool [B]), whose start is free and whose
-    goal is on the map.
+    goal is on the map. All of a map in one go: its labels are read while they are at hand.
 
     Args:
       toll: float32 [B], what one unit of removal cost is worth in cell sides.
       room: int32 [B], how many of the `capacity` cells a route may use.
-      free: uint32 [B, H, words], the cells free with nothing gone, packed.
       max_nodes: searches, at most.
     """
     price = jnp.where(task.destroyable, task.removal_cost * toll[:, None], jnp.inf)
     one_map = functools.partial(_of_map, capacity=capacity, max_nodes=max_nodes)
     # As many as fit a map of the task's own size: padding changes nothing.
     num_labels = most_labels(task.size[:, 0], task.size[:, 1]).astype(jnp.uint32)
-    args = (price, task.start, task.goal, room, among, num_labels, free)
+    ends = (task.destroyable, task.removal_cost, task.start, task.goal, among)
+    args = (price, room, num_labels, *ends)
     height, width = task.labels.shape[2:]
 
     def all_maps(labels: Array, *args: Array) -> tuple:
@@ -90,12 +94,13 @@ def _of_map(
     store: Room,
     labels: Labels,
     price: Array,
+    room: Array,
+    num_labels: Array,
+    may_go: Array,
+    cost: Array,
     start: Array,
     goal: Array,
-    room: Array,
-    is_requested: Array,
-    num_labels: Array,
-    free: Array,
+    is_asked: Array,
     *,
     capacity: int,
     max_nodes: int,
@@ -103,6 +108,9 @@ def _of_map(
     """The answer on one map; price float32 [M]. store: as of `search`, which it is returned to."""
     num_obstacles = len(price)
     width = labels.all.shape[3]
+    known = obstacles.survey(labels)
+    reached, least = goal_price(labels, known, may_go, cost, start, goal, is_asked)
+    is_requested = is_asked & jnp.isfinite(least)
     # The units, in which the longest route over whatever can be opened is held.
     openable = obstacles.open_cells(labels, price < jnp.inf)
     scale = jnp.asarray(fixed_point.finest_scale_within(openable, width), jnp.int32)
@@ -121,7 +129,7 @@ def _of_map(
 
         def look(state: tuple[Array, Found, Room]) -> tuple[Array, Found, Room]:
             metric = Metric(straight, diagonal, start, goal)
-            args = (labels, free, tolls, metric, max_nodes, way_round, num_labels, state[2])
+            args = (labels, known.free, tolls, metric, max_nodes, way_round, num_labels, state[2])
             return jnp.bool_(False), *search(*args)
 
         # Whoever breaks goes as far as the octile distance and pays the least toll.
@@ -136,9 +144,7 @@ def _of_map(
         is_new = is_requested & (is_first | (found.total < state.found.total))
 
         def walk() -> tuple[Route, Array, Array]:
-            passable = lax.cond(
-                is_first, lambda: free, lambda: obstacles.open_cells(labels, found.gone)
-            )
+            passable = obstacles.opened(labels, known, found.gone, known.free, found.gone)
             cells, num_cells, units, own_scale = exact_path_of_map(
                 passable, start, goal, width, capacity
             )
@@ -150,8 +156,8 @@ def _of_map(
             route = Route(cells, num_cells, cost)
             return route, needed_on(labels, route, num_obstacles), total
 
-        known = state.route, state.needed, found.total
-        route, needed, units = lax.cond(is_new, walk, lambda: known)
+        same = state.route, state.needed, found.total
+        route, needed, units = lax.cond(is_new, walk, lambda: same)
         found = found._replace(total=jnp.where(is_first, units, found.total))
         return _Ways(found, route, needed), store
 
@@ -176,7 +182,7 @@ def _of_map(
     total_length = fixed_point.length_where(fits, total.astype(jnp.int32), scale)
     is_open = fits & (found.bound < total) & (bound >= total_length)
     bound = jnp.where(is_open, jnp.nextafter(total_length, jnp.float32(0)), bound)
-    return (route, needed, total_length, bound), store
+    return (route, needed, total_length, bound, known.free, reached, least), store
 
 
 def _num_diagonal(route: Route) -> Array:
