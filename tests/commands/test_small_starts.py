@@ -2,6 +2,7 @@
 however they are loaded.
 """
 
+import inspect
 import json
 import pathlib
 import subprocess
@@ -145,10 +146,12 @@ NOT_PLAIN = (
 
 @pytest.mark.parametrize("line", PLAIN)
 def test_the_short_way_reads_what_the_parser_reads(line, monkeypatch):
-    calls = []
+    calls, form = [], inspect.signature(short_plan.plan_files)
 
     def planned(*given, **named):
-        calls.append((*given, *named.values()))
+        call = form.bind(*given, **named)
+        call.apply_defaults()
+        calls.append(call.arguments)
         return 0
 
     monkeypatch.setattr(short_plan, "plan_files", planned)
