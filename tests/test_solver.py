@@ -188,3 +188,22 @@ def test_a_task_whose_arrays_do_not_fit_is_refused_by_name(change, error, messag
 def test_an_option_out_of_range_is_refused_by_name(options):
     with pytest.raises(ValueError, match=next(iter(options))):
         solve(make_task(np.ones((3, 3), bool), (0, 0), (2, 2)), **options)
+
+
+def test_the_route_is_the_same_among_few_obstacles_and_among_many():
+    """Padding to many brings another search of the route into the program."""
+    rng = np.random.default_rng(8)
+    free = rng.random((60, 60)) > 0.25
+    free[0, 0] = free[-1, -1] = True
+    labels = np.where(free, -1, 0).astype(np.int32)
+    labels[:, 30] = 1
+    few = make_task(labels, (0, 0), (59, 59))
+    room = 300 - len(few.destroyable)
+    more = {"destroyable": np.zeros(room, bool), "removal_cost": np.ones(room, np.float32)}
+    many = few.replace(
+        **{name: np.concatenate([getattr(few, name), new]) for name, new in more.items()}
+    )
+    expected, found = solve(few), solve(many)
+    assert int(found.status) == Status.SOLVED
+    for name in ("cells", "num_cells", "cost", "destroyed", "destroyed_at", "removal_bound"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))

@@ -32,6 +32,8 @@ searched by jump points. Streets, rooms and mazes of wide corridors have 18 and 
 corridors are two cells wide 11, scattered obstacles on 3 % of the map 9: the former are searched in
 two thirds of the time by jump points, the latter in a third by cells.
 """
+_MANY_OBSTACLES = 256
+"""From which on obstacles may lie scattered; streets with fewer do not wait for the compiler."""
 
 
 def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | None = None) -> Path:
@@ -131,7 +133,12 @@ def _path_maps(free: Array, start: Array, goal: Array, *, max_cells: int) -> dic
 
 
 def path_of_map(
-    free: Array, start: Array, goal: Array, width: int, max_cells: int
+    free: Array,
+    start: Array,
+    goal: Array,
+    width: int,
+    max_cells: int,
+    num_obstacles: int | None = None,
 ) -> tuple[Array, Array, Array]:
     """Returns the path of one map, as in `types.Path`: (cells, num_cells, cost); for use inside a
     marked call.
@@ -140,14 +147,23 @@ def path_of_map(
       free: uint32 [H, words], packed.
       start, goal: int32 [2].
       width: W.
+      num_obstacles: M, if known: among few obstacles jump points serve, and there is less to
+        compile.
     """
-    cells, num_cells, units, scale = exact_path_of_map(free, start, goal, width, max_cells)
+    cells, num_cells, units, scale = exact_path_of_map(
+        free, start, goal, width, max_cells, num_obstacles
+    )
     is_there = units != UNREACHED
     return cells, num_cells, fixed_point.length_where(is_there, units, scale)
 
 
 def exact_path_of_map(
-    free: Array, start: Array, goal: Array, width: int, max_cells: int
+    free: Array,
+    start: Array,
+    goal: Array,
+    width: int,
+    max_cells: int,
+    num_obstacles: int | None = None,
 ) -> tuple[Array, Array, Array, Array]:
     """Returns the path of one map, its length in units, int32 [], UNREACHED where there is none,
     and the scale of these, int32 []; args as of `path_of_map`.
@@ -156,7 +172,8 @@ def exact_path_of_map(
         cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
         return *first_path(cost, scale, goal, max_cells), _cost_at(cost, goal), scale
     straight, diagonal, scale = _fixed_point(free, width)
-    found = _found(free, start, goal, straight, diagonal, width, max_cells)
+    may_be_rough = num_obstacles is None or num_obstacles >= _MANY_OBSTACLES
+    found = _found(free, start, goal, straight, diagonal, width, max_cells, may_be_rough)
     is_there = found.units != UNREACHED
     cells = at_front(found.cells, found.num, is_there)
     return cells, jnp.where(is_there, found.num, 0), found.units, scale
@@ -196,6 +213,7 @@ def _found(
     diagonal: Array,
     width: int,
     max_cells: int,
+    may_be_rough: bool = True,
 ) -> _Found:
     """The path by the way that is faster on the map; without cells where `max_cells` is 0. By jump
     points also where the other way has no room.
@@ -213,8 +231,9 @@ def _found(
 
     none = jnp.full((max_cells, 2), -1, jnp.int32)
     found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none)
-    # compiled apart: within the loops of `solve` it would take the compiler half as long again
-    found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
+    if may_be_rough:
+        # compiled apart: within the loops of `solve` it would take the compiler half as long again
+        found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
     # not in a branch: one level deeper, these loops take the compiler longer
     sought = found.is_sought
     best, corners = jump_points.search(free, start, goal, *pair, width, is_asked=sought)

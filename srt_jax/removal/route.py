@@ -44,7 +44,8 @@ def route_through(
       obstacle must be destroyed, NEVER where it is not in the way. A route that does not fit meets
       none.
     """
-    route = Route(*path_of_map(free, start, goal, labels.all.shape[3], capacity))
+    width = labels.all.shape[3]
+    route = Route(*path_of_map(free, start, goal, width, capacity, num_obstacles))
     return route, needed_on(labels, route, num_obstacles)
 
 

@@ -146,7 +146,7 @@ def _of_map(
         def walk() -> tuple[Route, Array, Array]:
             passable = obstacles.opened(labels, known, found.gone, known.free, found.gone)
             cells, num_cells, units, own_scale = exact_path_of_map(
-                passable, start, goal, width, capacity
+                passable, start, goal, width, capacity, num_obstacles
             )
             is_there = units != NO_PATH
             cost = fixed_point.length_where(is_there, units, own_scale)
