@@ -5,7 +5,7 @@ series.
 
 import numpy as np
 
-from experiments.campaigns.inputs.vehicle_tasks import Pddl, network, objects, problem
+from experiments.campaigns.inputs.vehicle_tasks import Pddl, both_ways, network, objects, problem
 
 GARDEN = """(define (domain garden) (:requirements :strips :typing) (:types bed can amount)
  (:predicates (path ?x ?y - bed) (here ?x - bed) (tap ?x - bed) (stands ?c - can ?x - bed)
@@ -73,7 +73,7 @@ def garden(seed: int, beds: int, cans: int, thirsty: int) -> Pddl:
     """Beds joined by paths, a tap, cans that hold one pour, beds that need one or two."""
     rng = np.random.default_rng(seed)
     pairs = sorted(network(rng, list(range(beds))))
-    start = [f"path b{a} b{b}" for one, other in pairs for a, b in ((one, other), (other, one))]
+    start = both_ways("path b{} b{}", pairs)
     start += ["less n0 n1", "less n1 n2", "hands-free", f"here b{rng.integers(beds)}"]
     start.append(f"tap b{rng.integers(beds)}")
     start += [f"stands c{i} b{rng.integers(beds)}" for i in range(cans)]
@@ -103,7 +103,7 @@ def rails(seed: int, tracks: int, wagons: int) -> Pddl:
     """An engine that draws two wagons at most, and tracks that hold one each."""
     rng = np.random.default_rng(seed)
     pairs = sorted(network(rng, list(range(tracks))))
-    start = [f"joined x{a} x{b}" for one, other in pairs for a, b in ((one, other), (other, one))]
+    start = both_ways("joined x{} x{}", pairs)
     start += [f"on-track e0 x{rng.integers(tracks)}", "last e0"]
     here, there = (rng.choice(tracks, wagons, replace=False).tolist() for _ in range(2))
     start += [f"waits w{i} x{at}" for i, at in enumerate(here)]

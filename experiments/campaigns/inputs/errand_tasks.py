@@ -5,7 +5,14 @@ keys open.
 
 import numpy as np
 
-from experiments.campaigns.inputs.vehicle_tasks import Pddl, network, objects, problem
+from experiments.campaigns.inputs.vehicle_tasks import (
+    Pddl,
+    both_ways,
+    carried,
+    network,
+    objects,
+    problem,
+)
 
 FERRY = """(define (domain crossing) (:requirements :strips :typing) (:types shore car)
  (:predicates (boat-at ?s - shore) (car-at ?c - car ?s - shore) (on-deck ?c - car) (deck-empty))
@@ -89,13 +96,10 @@ KEYS = """(define (domain keys) (:requirements :strips :typing) (:types cell key
 def ferry(seed: int, shores: int, cars: int) -> Pddl:
     """A ferry with room for one car."""
     rng = np.random.default_rng(seed)
-    start, goal = ["deck-empty", f"boat-at s{rng.integers(shores)}"], []
-    for car in range(cars):
-        here, there = rng.choice(shores, 2, replace=False)
-        start.append(f"car-at c{car} s{here}")
-        goal.append(f"car-at c{car} s{there}")
+    boat = ["deck-empty", f"boat-at s{rng.integers(shores)}"]
+    start, goal = carried(rng, "car-at c{} s{}", cars, shores)
     listed = objects({"shore": ("s", shores), "car": ("c", cars)})
-    return FERRY, problem("crossing", listed, start, goal)
+    return FERRY, problem("crossing", listed, boat + start, goal)
 
 
 def lifts(seed: int, floors: int, people: int) -> Pddl:
@@ -156,7 +160,7 @@ def keys(seed: int, cells: int, locked: int, shapes: int, moved: int) -> Pddl:
     """
     rng = np.random.default_rng(seed)
     pairs = sorted(network(rng, list(range(cells))))
-    start = [f"next x{a} x{b}" for one, other in pairs for a, b in ((one, other), (other, one))]
+    start = both_ways("next x{} x{}", pairs)
     start += ["at x0", "hand-free"]
     start += [f"open x{i}" for i in range(cells - locked)]
     start += [f"lock x{i} s{i % shapes}" for i in range(cells - locked, cells)]

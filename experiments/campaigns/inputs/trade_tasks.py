@@ -5,7 +5,14 @@ hold-out for what was chosen on other series.
 
 import numpy as np
 
-from experiments.campaigns.inputs.vehicle_tasks import Pddl, network, objects, problem
+from experiments.campaigns.inputs.vehicle_tasks import (
+    Pddl,
+    both_ways,
+    carried,
+    network,
+    objects,
+    problem,
+)
 
 COURIERS = """(define (domain couriers) (:requirements :strips :typing)
  (:types corner courier letter)
@@ -69,38 +76,30 @@ def couriers(seed: int, corners: int, couriers: int, letters: int) -> Pddl:
     """Couriers whose beats overlap, so that letters go from hand to hand."""
     rng = np.random.default_rng(seed)
     pairs = sorted(network(rng, list(range(corners))))
-    start = [f"street x{a} x{b}" for one, other in pairs for a, b in ((one, other), (other, one))]
+    start = both_ways("street x{} x{}", pairs)
     share = -(-corners // couriers)
     for i in range(couriers):
         own = set(range(max(0, i * share - 2), min(corners, (i + 1) * share + 1)))
         own |= set(range(corners)) if couriers == 1 or i == couriers - 1 else set()
         start += [f"beat c{i} x{corner}" for corner in sorted(own)]
         start += [f"stands c{i} x{rng.choice(sorted(own))}", f"empty-handed c{i}"]
-    goal = []
-    for letter in range(letters):
-        here, there = rng.choice(corners, 2, replace=False)
-        start.append(f"lies l{letter} x{here}")
-        goal.append(f"lies l{letter} x{there}")
+    lies, goal = carried(rng, "lies l{} x{}", letters, corners)
     counts = {"corner": ("x", corners), "courier": ("c", couriers), "letter": ("l", letters)}
-    return COURIERS, problem("couriers", objects(counts), start, goal)
+    return COURIERS, problem("couriers", objects(counts), start + lies, goal)
 
 
 def drones(seed: int, roofs: int, drones: int, boxes: int) -> Pddl:
     """Drones that fly five times on one charge, and carry one box each."""
     rng = np.random.default_rng(seed)
     pairs = sorted(network(rng, list(range(roofs))))
-    start = [f"near x{a} x{b}" for one, other in pairs for a, b in ((one, other), (other, one))]
+    start = both_ways("near x{} x{}", pairs)
     start += ["full n5", *(f"less n{i} n{i + 1}" for i in range(5))]
     start += [f"socket x{i}" for i in range(0, roofs, 3)]
     for i in range(drones):
         start += [f"hovers d{i} x{rng.integers(roofs)}", f"left d{i} n5", f"bare d{i}"]
-    goal = []
-    for box in range(boxes):
-        here, there = rng.choice(roofs, 2, replace=False)
-        start.append(f"lies b{box} x{here}")
-        goal.append(f"lies b{box} x{there}")
+    lies, goal = carried(rng, "lies b{} x{}", boxes, roofs)
     counts = {"roof": ("x", roofs), "drone": ("d", drones), "box": ("b", boxes)}
-    return DRONES, problem("drones", objects(counts | {"charge": ("n", 6)}), start, goal)
+    return DRONES, problem("drones", objects(counts | {"charge": ("n", 6)}), start + lies, goal)
 
 
 def kitchen(seed: int, dishes: int, pots: int, burners: int) -> Pddl:

@@ -3,7 +3,7 @@ those of competitions: roads with trucks, cities with planes, deliveries of limi
 two-handed robots.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -49,6 +49,25 @@ ROOMS = """(define (domain rooms) (:requirements :strips :typing) (:types room b
   :effect (and (lies ?b ?x) (empty ?h) (not (grips ?h ?b)))))"""
 
 
+def carried(
+    rng: np.random.Generator, form: str, count: int, places: int
+) -> tuple[list[str], list[str]]:
+    """Returns where things are at first and at last, two places each, as facts of a form such as
+    "at x{} p{}".
+    """
+    start, goal = [], []
+    for thing in range(count):
+        here, there = rng.choice(places, 2, replace=False)
+        start.append(form.format(thing, here))
+        goal.append(form.format(thing, there))
+    return start, goal
+
+
+def both_ways(form: str, pairs: Iterable[tuple[int, int]]) -> list[str]:
+    """Returns facts of a form such as "road p{} p{}" that join the places of each pair."""
+    return [form.format(*ends) for pair in pairs for ends in (pair, pair[::-1])]
+
+
 def roads(
     seed: int, places: int, trucks: int, parcels: int, *, capacity: int = 3, cities: int = 1
 ) -> Pddl:
@@ -67,13 +86,11 @@ def roads(
     for truck in range(trucks):
         room = capacity if truck % 2 == 0 else max(1, capacity - 1)
         start += [f"at t{truck} p{rng.integers(places)}", f"room-left t{truck} r{room}"]
-    goal = []
-    for parcel in range(parcels):
-        here, there = rng.choice(places, 2, replace=False)
-        start.append(f"at x{parcel} p{here}")
-        goal.append(f"at x{parcel} p{there}")
+    lies, goal = carried(rng, "at x{} p{}", parcels, places)
     counts = {"place": ("p", places), "truck": ("t", trucks), "parcel": ("x", parcels)}
-    return ROADS, problem("roads", objects(counts | {"room": ("r", capacity + 1)}), start, goal)
+    return ROADS, problem(
+        "roads", objects(counts | {"room": ("r", capacity + 1)}), start + lies, goal
+    )
 
 
 def airlines(seed: int, cities: int, spots: int, parcels: int, planes: int) -> Pddl:
