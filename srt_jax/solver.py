@@ -255,9 +255,10 @@ def _in_buckets(
         return solution if is_full and shape.room == room else cut(solution, part, room)
 
     everything = (task, tolls)
-    is_cut, most = size < B, MOST_OF_PARTS if size < B else MOST
+    is_cut = size < B
     kind = (mode, slots, max_branches, is_cut, *_settings())
     own = own._replace(batch=min(size, own.batch))
+    most = MOST_OF_PARTS if is_cut else MOST
     shape = _shapes.choose(
         kind, own, lambda shape: _is_kept(program(shape, is_cut), shape), room_of, most
     )

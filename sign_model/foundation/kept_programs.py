@@ -121,9 +121,7 @@ class KeptProgram:
         if key not in self._loaded:
             if first_answers.patience() and (found := self._on_numpy(key, args, leaves)):
                 return found[0]
-            self._loaded[key] = self._load(
-                args, structure, shapes, traced=self._traced.pop(key, None)
-            )
+            self._loaded[key] = self._load(args, structure, shapes, lowered=self._lowered_of(key))
         program = self._loaded[key]
         if program.is_first_tier:
             return self._call_first_tier(key, program, args)
@@ -151,6 +149,11 @@ class KeptProgram:
             with contextlib.suppress(OSError):
                 mark.touch()
         return (jax.tree.unflatten(traced.out_structure, out),)
+
+    def _lowered_of(self, key: Any) -> tuple[Any, Any] | None:
+        """Returns what was traced for NumPy, lowered; it is not needed for that any more."""
+        traced = self._traced.pop(key, None)
+        return None if traced is None else (traced.function.lower(), traced.out_structure)
 
     def _call_first_tier(self, key: Any, program: _Program, args: tuple) -> Any:
         began = time.perf_counter()
@@ -208,7 +211,6 @@ class KeptProgram:
         *,
         is_final: bool = False,
         lowered: Any = None,
-        traced: "_Traced | None" = None,
     ) -> _Program:
         """Returns a program on flat arguments and the structure of its results: from disk, else
         compiled, and kept.
@@ -226,9 +228,7 @@ class KeptProgram:
         options = self._options_of(is_first)
         if file is not None:
             options = _never_seen(options)
-        if lowered is None and traced is not None:
-            lowered = traced.function.lower(), traced.out_structure
-        elif lowered is None:
+        if lowered is None:
             lowered = self._lowered(args, structure)
         flat, out_structure = lowered
         compiled = flat.compile(options or None)

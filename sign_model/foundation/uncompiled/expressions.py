@@ -135,26 +135,19 @@ class _Step(NamedTuple):
         return text if self.shape else f"{text}[()]"
 
 
-def index_text(starts: Sequence[str], sizes: Sequence[int], shape: Sequence[int]) -> str:
+def index_text(
+    starts: Sequence[str], sizes: Sequence[int], shape: Sequence[int], *, drops: bool = False
+) -> str:
     """Returns an index, as text: slices that begin at `starts`, moved to lie within an array of
-    `shape`.
+    `shape`; `drops`: the axes of which they take a single entry are dropped.
     """
-    return ", ".join(
-        ":" if size == side else f"op.slice_in({start}, {side - size}, {size})"
-        for start, size, side in zip(starts, sizes, shape)
-    )
 
+    def along(start: str, size: int, side: int) -> str:
+        if drops and size == 1:
+            return f"op.index_in({start}, {side - 1})"
+        return ":" if size == side else f"op.slice_in({start}, {side - size}, {size})"
 
-def entry_text(starts: Sequence[str], sizes: Sequence[int], shape: Sequence[int]) -> str:
-    """`index_text` that drops the axes of which it takes a single entry."""
-    return ", ".join(
-        ":"
-        if size == side != 1
-        else f"op.index_in({start}, {side - 1})"
-        if size == 1
-        else f"op.slice_in({start}, {side - size}, {size})"
-        for start, size, side in zip(starts, sizes, shape)
-    )
+    return ", ".join(map(along, starts, sizes, shape))
 
 
 def _fold(kind: str, step: _Step) -> str:
@@ -231,20 +224,13 @@ def _slice(step: _Step) -> str:
     return f"{step.name}[{index}]"
 
 
-def _shift_right(step: _Step) -> str:
-    return (
-        " >> ".join(step.names)
-        if step.dtype.kind == "u"
-        else f"op.shifted_as({', '.join(step.names)}, 'u')"
-    )
+def _shift_right(kind: str) -> Callable[[_Step], str]:
+    def text(step: _Step) -> str:
+        if step.dtype.kind == kind:
+            return " >> ".join(step.names)
+        return f"op.shifted_as({', '.join(step.names)}, '{kind}')"
 
-
-def _shift_right_signed(step: _Step) -> str:
-    return (
-        " >> ".join(step.names)
-        if step.dtype.kind == "i"
-        else f"op.shifted_as({', '.join(step.names)}, 'i')"
-    )
+    return text
 
 
 def _iota(step: _Step) -> str:
@@ -335,8 +321,8 @@ _OF_KIND: dict[str, Callable[[_Step], str]] = {
     "reshape": _reshape,
     "squeeze": _squeeze,
     "slice": _slice,
-    "shift_right_logical": _shift_right,
-    "shift_right_arithmetic": _shift_right_signed,
+    "shift_right_logical": _shift_right("u"),
+    "shift_right_arithmetic": _shift_right("i"),
     "iota": _iota,
     "bitcast_convert_type": _bitcast,
     "gather": _gather,

@@ -16,7 +16,6 @@ from sign_model.foundation.uncompiled.expressions import (
     NAMES,
     Place,
     UntranslatableError,
-    entry_text,
     expression,
     index_text,
 )
@@ -163,7 +162,7 @@ class _Writer:
             ends = np.cumsum(params["sizes"])[:-1].tolist()
             lines.append(f"{_targets(step.made)} = np.split({given[0]}, {ends}, {params['axis']})")
         elif kind == "dynamic_slice" and follower is not None:
-            index = entry_text(given[1:], params["slice_sizes"], shape)
+            index = index_text(given[1:], params["slice_sizes"], shape, drops=True)
             lines.append(f"{follower.made[0]} = {given[0]}[{index}]")
         elif kind == "dynamic_slice":
             index = index_text(given[1:], params["slice_sizes"], shape)
