@@ -2,6 +2,8 @@
 cells.
 """
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -32,8 +34,12 @@ def random_labels(shape, seed=0):
     return labels, rng
 
 
+packed = jax.jit(packing.pack)
+unpack = jax.jit(packing.unpack, static_argnums=1)
+
+
 def unpacked(words, width):
-    return np.asarray(packing.unpack(jnp.asarray(words), width))
+    return np.asarray(unpack(words, width))
 
 
 def open_without(labels, gone):
@@ -42,6 +48,32 @@ def open_without(labels, gone):
 
 def covered_by_any(labels, which):
     return ((labels >= 0) & which[labels.clip(0)]).any(axis=0)
+
+
+# Jitted once, not in each test: the shares of cells are not part of the program.
+
+
+@functools.cache
+def in_batch(fun, count):
+    return jax.jit(batch_kernel(lambda *args: fun(*args, count)))
+
+
+@functools.cache
+def alone(fun, count):
+    """Returns `fun` of one task of a batch, outside a marked call: there, as on a GPU, it takes
+    another way.
+    """
+    return jax.jit(lambda labels, which, *args: fun(obstacles.Labels(labels, which), *args, count))
+
+
+@jax.jit
+def opened_in_steps(labels, first, new):
+    def in_steps(own, first, new):
+        known = obstacles.survey(own)
+        before = obstacles.opened(own, known, first, known.free, first)
+        return known.free, obstacles.opened(own, known, first | new, before, new)
+
+    return batch_kernel(lambda *args: obstacles.of_all(in_steps, *args))(labels, first, new)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -64,14 +96,7 @@ def test_a_cell_opens_when_all_its_owners_are_gone_and_is_of_obstacles_when_any_
 def test_cells_opened_step_by_step_are_those_open_at_the_end(shape, share):
     labels, rng = random_labels(shape, seed=2)
     first, new = (rng.random((shape[0], shape[4])) < share for _ in range(2))
-
-    def in_steps(own, first, new):
-        known = obstacles.survey(own)
-        before = obstacles.opened(own, known, first, known.free, first)
-        return known.free, obstacles.opened(own, known, first | new, before, new)
-
-    steps = batch_kernel(lambda *args: obstacles.of_all(in_steps, *args))
-    free, end = jax.jit(steps)(labels, first, new)
+    free, end = opened_in_steps(labels, first, new)
     for one, gone, at_first, words in zip(labels, first | new, free, end):
         nothing = np.zeros_like(gone)
         assert np.array_equal(unpacked(at_first[None], shape[3])[0], open_without(one, nothing))
@@ -85,10 +110,9 @@ def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
     B, _, H, W, M = shape
     cells = rng.random((B, H, W)) < share
     goals = np.stack([rng.integers(0, H, B), rng.integers(0, W, B)], axis=1).astype(np.int32)
-    words = packing.pack(jnp.asarray(cells))
-    fast = jax.jit(batch_kernel(lambda *args: obstacles.all_nearest_of(*args, M)))(
-        labels, words, goals
-    )
+    words = packed(cells)
+    fast = in_batch(obstacles.all_nearest_of, M)(labels, words, goals)
+    plainly = alone(obstacles.nearest_of, M)
     for which, (one, in_mask, (row, col)) in enumerate(zip(labels, cells, goals)):
         down, across = (abs(place) for place in np.mgrid[-row : H - row, -col : W - col])
         order = np.maximum(down, across) * 5741 + np.minimum(down, across) * 2378
@@ -96,10 +120,7 @@ def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
             min(order[((one == i).any(axis=0)) & in_mask], default=obstacles.FAR) for i in range(M)
         ]
         assert fast[which].tolist() == expected
-        plain = obstacles.nearest_of(
-            obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], goals[which], M
-        )
-        assert plain.tolist() == expected  # outside a marked call, as on a GPU, by another way
+        assert plainly(labels, np.int32(which), words[which], goals[which]).tolist() == expected
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -107,42 +128,40 @@ def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
 def test_the_obstacles_met_are_the_owners_of_the_cells_in_the_mask(shape, share):
     labels, rng = random_labels(shape, seed=1)
     cells = rng.random(labels[:, 0].shape) < share
-    words = packing.pack(jnp.asarray(cells))
-    fast = jax.jit(
-        batch_kernel(lambda labels, cells: obstacles.all_met_by(labels, cells, shape[4]))
-    )(labels, words)
+    words = packed(cells)
+    fast = in_batch(obstacles.all_met_by, shape[4])(labels, words)
+    plainly = alone(obstacles.met_by, shape[4])
     for which, (one, in_mask) in enumerate(zip(labels, cells)):
         owners = set(one[:, in_mask].ravel().tolist()) - {-1, -2}
         assert set(np.flatnonzero(fast[which]).tolist()) == owners
-        # Outside a marked call, as on a GPU, by another way.
-        plain = obstacles.met_by(
-            obstacles.Labels(jnp.asarray(labels), jnp.int32(which)), words[which], shape[4]
+        assert (
+            set(np.flatnonzero(plainly(labels, np.int32(which), words[which])).tolist()) == owners
         )
-        assert set(np.flatnonzero(plain).tolist()) == owners
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
     _, _, height, width, _ = shape
     cells = np.random.default_rng(2).random((height, width)) < 0.15
-    mask = packing.pack(jnp.asarray(cells[None]))
-    got = unpacked(obstacles.beside(mask[0])[None], width)[0]
+    mask = packed(cells[None])
+    got = unpacked(jax.jit(obstacles.beside)(mask[0])[None], width)[0]
     padded, expected = np.pad(cells, 1), np.zeros_like(cells)
     for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
         expected |= padded[down : down + height, across : across + width]
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
-    assert np.array_equal(
-        unpacked(packing.dilate(mask), width)[0], ndimage.binary_dilation(cells, np.ones((3, 3)))
-    )
+    dilated = unpacked(jax.jit(packing.dilate)(mask), width)[0]
+    assert np.array_equal(dilated, ndimage.binary_dilation(cells, np.ones((3, 3))))
 
 
 def test_one_cell_is_in_its_own_mask_and_no_other():
+    only = jax.jit(lambda cell: obstacles.only(cell, 5, 3))
+    holds = jax.jit(obstacles.holds)
     for row, col in ((0, 0), (0, 31), (2, 32), (4, 69)):
-        mask = obstacles.only(jnp.array([row, col], jnp.int32), 5, 3)
+        mask = only(jnp.array([row, col], jnp.int32))
         assert np.argwhere(unpacked(mask[None], 70)[0]).tolist() == [[row, col]]
         held = [
-            [bool(obstacles.holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)]
+            [bool(holds(mask, jnp.array([r, c], jnp.int32))) for c in (0, 31, 32, 69)]
             for r in (0, 2, 4)
         ]
         assert sum(map(sum, held)) == 1
