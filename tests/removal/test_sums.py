@@ -2,6 +2,7 @@
 end.
 """
 
+import types
 from fractions import Fraction
 
 import jax
@@ -11,6 +12,23 @@ import pytest
 
 from srt_jax.removal import sums
 
+# Each as one program: outside jit every step of it would be compiled alone.
+jitted = types.SimpleNamespace(
+    **{
+        fun.__name__: jax.jit(fun)
+        for fun in (
+            sums.costs_of,
+            sums.total,
+            sums.with_cost,
+            sums.with_costs,
+            sums.least,
+            sums.is_less,
+            sums.are_within,
+            sums.dearest,
+            sums.to_float32,
+        )
+    }
+)
 LEAST, GREATEST = np.float32(1.5e-45), np.finfo(np.float32).max
 
 
@@ -69,14 +87,14 @@ def test_sums_are_exact_and_rounded_down(kind):
 
 def test_the_greatest_sum_fits_and_is_no_infinity():
     cost = np.array([GREATEST] * 3 + [LEAST], np.float32)
-    costs = sums.costs_of(jnp.asarray(cost), jnp.ones(4, bool))
-    total = sums.total(costs, jnp.ones(4, bool))
+    costs = jitted.costs_of(jnp.asarray(cost), jnp.ones(4, bool))
+    total = jitted.total(costs, jnp.ones(4, bool))
     assert number(total, costs) == sum(map(whole, cost)) and int(costs.num_words) == sums.WORDS - 1
-    assert sums.to_float32(total[:, None], costs)[0] == GREATEST
+    assert jitted.to_float32(total[:, None], costs)[0] == GREATEST
 
 
 def test_small_whole_costs_take_one_word():
-    costs = sums.costs_of(
+    costs = jitted.costs_of(
         jnp.asarray([1, 2.5, 100, 1e30], jnp.float32), jnp.asarray([True, True, True, False])
     )
     assert int(costs.num_words) == 1
@@ -84,44 +102,50 @@ def test_small_whole_costs_take_one_word():
 
 def test_the_least_and_which_are_it():
     cost = jnp.asarray([3, 1e8, 1, 1, 1e-8], jnp.float32)
-    costs = sums.costs_of(cost, jnp.ones(5, bool))
-    all_of = sums.with_costs(
+    costs = jitted.costs_of(cost, jnp.ones(5, bool))
+    all_of = jitted.with_costs(
         jnp.zeros((sums.WORDS, 5), jnp.uint32), jnp.ones(5, bool), sums.zero(), costs
     )
-    low, which = sums.least(all_of, jnp.asarray([True, True, True, True, False]), costs.num_words)
+    low, which = jitted.least(all_of, jnp.asarray([True, True, True, True, False]), costs.num_words)
     assert number(low, costs) == whole(1) and which.tolist() == [False, False, True, True, False]
-    low, which = sums.least(all_of, jnp.zeros(5, bool), costs.num_words)
+    low, which = jitted.least(all_of, jnp.zeros(5, bool), costs.num_words)
     assert (low == sums.never()).all() and not which.any()
 
 
 def test_less_is_less_in_the_smallest_place():
     cost = jnp.asarray([1e8, 1e-8], jnp.float32)
-    costs = sums.costs_of(cost, jnp.ones(2, bool))
-    large, both = (sums.total(costs, jnp.asarray(which)) for which in ([True, False], [True, True]))
-    assert (
-        sums.is_less(large, both) and not sums.is_less(both, large) and not sums.is_less(both, both)
+    costs = jitted.costs_of(cost, jnp.ones(2, bool))
+    large, both = (
+        jitted.total(costs, jnp.asarray(which)) for which in ([True, False], [True, True])
     )
-    assert sums.is_less(both, sums.never()) and not sums.is_less(sums.never(), sums.never())
+    assert (
+        jitted.is_less(large, both)
+        and not jitted.is_less(both, large)
+        and not jitted.is_less(both, both)
+    )
+    assert jitted.is_less(both, sums.never()) and not jitted.is_less(sums.never(), sums.never())
 
 
 def test_a_chain_is_within_its_own_sum_and_not_within_less():
     cost = jnp.asarray([1e8, 0.1, 0.2], jnp.float32)
     yes = jnp.ones(3, bool)
-    costs = sums.costs_of(cost, yes)
+    costs = jitted.costs_of(cost, yes)
     numbers = jnp.zeros((sums.WORDS, 3), jnp.uint32)
-    forth = sums.with_costs(numbers, yes, sums.with_cost(sums.zero(), costs, jnp.int32(0)), costs)
-    back = sums.with_costs(numbers, yes, sums.zero(), costs)
+    forth = jitted.with_costs(
+        numbers, yes, jitted.with_cost(sums.zero(), costs, jnp.int32(0)), costs
+    )
+    back = jitted.with_costs(numbers, yes, sums.zero(), costs)
     # Of each: met for 1e8 from one side and for nothing from the other.
     limits = [
-        sums.total(costs, jnp.asarray(which))
+        jitted.total(costs, jnp.asarray(which))
         for which in ([True, True, False], [True, False, True])
     ]
-    assert sums.are_within(forth, back, costs, limits[0], sums.zero()).tolist() == [
+    assert jitted.are_within(forth, back, costs, limits[0], sums.zero()).tolist() == [
         False,
         True,
         False,
     ]
-    assert sums.are_within(forth, back, costs, limits[1], sums.zero()).tolist() == [
+    assert jitted.are_within(forth, back, costs, limits[1], sums.zero()).tolist() == [
         False,
         True,
         True,
@@ -130,8 +154,8 @@ def test_a_chain_is_within_its_own_sum_and_not_within_less():
 
 def test_what_make_task_refuses_counts_as_the_nearest_cost():
     cost = jnp.asarray([0, -1, np.inf], jnp.float32)
-    costs = sums.costs_of(cost, jnp.ones(3, bool))
-    assert number(sums.total(costs, jnp.ones(3, bool)), costs) == whole(GREATEST)
+    costs = jitted.costs_of(cost, jnp.ones(3, bool))
+    assert number(jitted.total(costs, jnp.ones(3, bool)), costs) == whole(GREATEST)
 
 
 def test_many_costs_are_added_without_overflow():
@@ -139,8 +163,8 @@ def test_many_costs_are_added_without_overflow():
         cost = np.full(count, 16777215.0, np.float32)
         cost[0] = 2.0**-20
         which = jnp.ones(count, bool)
-        costs = sums.costs_of(jnp.asarray(cost), which)
-        assert number(sums.total(costs, which), costs) == sum(map(whole, cost))
+        costs = jitted.costs_of(jnp.asarray(cost), which)
+        assert number(jitted.total(costs, which), costs) == sum(map(whole, cost))
 
 
 def test_totals_of_a_batch():
@@ -165,11 +189,11 @@ def test_without_the_marks_the_sums_have_the_same_bits(monkeypatch):
 def test_the_dearest_is_found_among_costs_of_all_sizes_and_one_step_apart():
     cost = np.array([1e-45, 3, np.nextafter(np.float32(3), np.float32(4)), 1e-39, 3e38, 3e38, 2])
     cost, every = jnp.asarray(cost, jnp.float32), jnp.ones(7, bool)
-    costs = sums.costs_of(cost, every)
+    costs = jitted.costs_of(cost, every)
     left = np.ones(7, bool)
     order = []
     while left.any():
-        order.append(int(sums.dearest(costs, jnp.asarray(left))))
+        order.append(int(jitted.dearest(costs, jnp.asarray(left))))
         left[order[-1]] = False
     assert order == [4, 5, 2, 1, 6, 3, 0]
-    assert int(sums.dearest(costs, jnp.zeros(7, bool))) == 0
+    assert int(jitted.dearest(costs, jnp.zeros(7, bool))) == 0
