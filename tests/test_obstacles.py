@@ -13,6 +13,7 @@ from scipy import ndimage
 from srt_jax import obstacles
 from srt_jax.engine import packing
 from srt_jax.engine.batching import batch_kernel
+from tests.helpers.jitted import Jitted
 from tests.helpers.slowly import slow
 
 SHAPES = [
@@ -34,12 +35,11 @@ def random_labels(shape, seed=0):
     return labels, rng
 
 
-packed = jax.jit(packing.pack)
-unpack = jax.jit(packing.unpack, static_argnums=1)
+jitted = Jitted(packing, unpack=(1,))
 
 
 def unpacked(words, width):
-    return np.asarray(unpack(words, width))
+    return np.asarray(jitted.unpack(words, width))
 
 
 def open_without(labels, gone):
@@ -110,7 +110,7 @@ def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
     B, _, H, W, M = shape
     cells = rng.random((B, H, W)) < share
     goals = np.stack([rng.integers(0, H, B), rng.integers(0, W, B)], axis=1).astype(np.int32)
-    words = packed(cells)
+    words = jitted.pack(cells)
     fast = in_batch(obstacles.all_nearest_of, M)(labels, words, goals)
     plainly = alone(obstacles.nearest_of, M)
     for which, (one, in_mask, (row, col)) in enumerate(zip(labels, cells, goals)):
@@ -128,7 +128,7 @@ def test_the_nearness_of_an_obstacle_is_that_of_its_nearest_cell(shape, share):
 def test_the_obstacles_met_are_the_owners_of_the_cells_in_the_mask(shape, share):
     labels, rng = random_labels(shape, seed=1)
     cells = rng.random(labels[:, 0].shape) < share
-    words = packed(cells)
+    words = jitted.pack(cells)
     fast = in_batch(obstacles.all_met_by, shape[4])(labels, words)
     plainly = alone(obstacles.met_by, shape[4])
     for which, (one, in_mask) in enumerate(zip(labels, cells)):
@@ -143,14 +143,14 @@ def test_the_obstacles_met_are_the_owners_of_the_cells_in_the_mask(shape, share)
 def test_beside_a_mask_are_the_cells_that_share_a_side_with_it(shape):
     _, _, height, width, _ = shape
     cells = np.random.default_rng(2).random((height, width)) < 0.15
-    mask = packed(cells[None])
+    mask = jitted.pack(cells[None])
     got = unpacked(jax.jit(obstacles.beside)(mask[0])[None], width)[0]
     padded, expected = np.pad(cells, 1), np.zeros_like(cells)
     for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
         expected |= padded[down : down + height, across : across + width]
     assert np.array_equal(got, expected)
     assert np.array_equal(got | cells, ndimage.binary_dilation(cells))
-    dilated = unpacked(jax.jit(packing.dilate)(mask), width)[0]
+    dilated = unpacked(jitted.dilate(mask), width)[0]
     assert np.array_equal(dilated, ndimage.binary_dilation(cells, np.ones((3, 3))))
 
 

@@ -44,21 +44,21 @@ def _first_is_less(costs):
 
 def test_a_choice_between_two_costs_has_the_mean_and_the_gradient_of_its_closed_form():
     smooth = perturbed(_first_is_less, num_samples=200_000, temperature=0.3)
-    value, gradient = jax.value_and_grad(smooth, argnums=1)(KEY, COSTS)
+    value, gradient = jax.jit(jax.value_and_grad(smooth, argnums=1))(KEY, COSTS)
     assert abs(value - _share_of_first((2, 2.4), 0.3)) < 0.005
     np.testing.assert_allclose(
         gradient, _differences(lambda c: _share_of_first(c, 0.3), COSTS), rtol=0.03
     )
-    _, along = jax.jvp(
-        lambda costs: smooth(KEY, costs), (COSTS,), (jnp.array([1.0, 0.5], jnp.float32),)
-    )
+    way = jnp.array([1.0, 0.5], jnp.float32)
+    push = jax.jit(lambda costs: jax.jvp(lambda costs: smooth(KEY, costs), (costs,), (way,)))
+    _, along = push(COSTS)
     np.testing.assert_allclose(along, gradient[0] + 0.5 * gradient[1], rtol=1e-3)
 
 
 @pytest.mark.parametrize("pathwise", [True, False])
 def test_a_smooth_minimum_has_the_mean_and_the_gradient_of_its_closed_form(pathwise):
     smooth = perturbed(jnp.min, num_samples=200_000, temperature=0.3, pathwise=pathwise)
-    value, gradient = jax.value_and_grad(smooth, argnums=1)(KEY, COSTS)
+    value, gradient = jax.jit(jax.value_and_grad(smooth, argnums=1))(KEY, COSTS)
     assert abs(value - _mean_least((2, 2.4), 0.3)) < 0.005
     np.testing.assert_allclose(
         gradient, _differences(lambda c: _mean_least(c, 0.3), COSTS), atol=0.02
@@ -87,7 +87,7 @@ def test_the_smooth_cost_of_a_path_is_below_the_hard_one_and_tends_to_it_as_the_
 def test_costs_that_are_infinite_stay_so_and_have_no_gradient():
     costs = jnp.array([2.0, jnp.inf], jnp.float32)
     smooth = perturbed(jnp.min, num_samples=64, temperature=0.3)
-    value, gradient = jax.value_and_grad(smooth, argnums=1)(KEY, costs)
+    value, gradient = jax.jit(jax.value_and_grad(smooth, argnums=1))(KEY, costs)
     assert np.isfinite(value) and gradient[1] == 0 and np.isfinite(gradient[0])
 
 
@@ -106,10 +106,11 @@ def test_the_gradient_of_smooth_least_costs_equals_differences_under_the_same_no
         temperature=0.3,
         pathwise=True,
     )
-    gradient = jax.grad(smooth, argnums=1)(KEY, costs)
+    both = jax.jit(jax.value_and_grad(smooth, argnums=1))
+    _, gradient = both(KEY, costs)
     for seed in range(3):
         way = np.random.default_rng(seed).choice([-1, 1], costs.shape).astype(np.float32) / 64
-        difference = smooth(KEY, costs + way) - smooth(KEY, costs - way)
+        difference = both(KEY, costs + way)[0] - both(KEY, costs - way)[0]
         assert float(difference) / 2 == pytest.approx(
             float((gradient * way).sum()), rel=5e-3, abs=2e-5
         )
@@ -121,14 +122,18 @@ def test_the_score_is_within_five_standard_errors_of_the_differences_of_the_valu
         lambda c: (c.argmin(axis=-1) == 0).astype(jnp.float32), num_samples=20_000, temperature=0.3
     )
     seeds = jax.random.split(KEY, 32)
-    gradients = jax.vmap(jax.grad(jump, argnums=1), in_axes=(0, None))(seeds, costs)
+    gradients = jax.jit(jax.vmap(jax.grad(jump, argnums=1), in_axes=(0, None)))(seeds, costs)
+
+    @jax.jit
+    def differences_along(step):
+        one = lambda key: (jump(key, costs + step) - jump(key, costs - step)) / (2 * eps)  # noqa: E731
+        return jax.vmap(one)(seeds)
+
     eps = np.float32(1 / 16)  # curvature within it is far below the tolerance
     for index in range(3):
         step = np.eye(3, dtype=np.float32)[index] * eps
-        differences = jax.vmap(
-            lambda key, step=step: (jump(key, costs + step) - jump(key, costs - step)) / (2 * eps)
-        )(seeds)
-        error = gradients[:, index] - differences  # the same noise in both
+        # the same noise in both
+        error = np.asarray(gradients[:, index] - differences_along(step))
         assert abs(error.mean()) < 5 * error.std(ddof=1) / len(seeds) ** 0.5 + 1e-3
 
 

@@ -5,15 +5,13 @@ import pytest
 
 from srt_jax.engine import packing
 from srt_jax.moves import FIXED_POINTS
-from srt_jax.propagation.fixed_point import (
-    MAX_COST,
-    finest_scale,
-    finest_scale_of_words,
-    pairs,
-    to_length,
-)
+from srt_jax.propagation import fixed_point
+from srt_jax.propagation.fixed_point import MAX_COST, pairs, to_length
+from tests.helpers.jitted import Jitted
 from tests.helpers.maps import noise, random_maps, snake
 from tests.helpers.slow_kernels import costs_by_scipy
+
+jitted = Jitted(fixed_point, finest_scale_of_words=(1,))
 
 
 @pytest.mark.parametrize("scale", range(len(FIXED_POINTS)))
@@ -55,9 +53,11 @@ def test_the_scale_is_the_finest_that_no_shortest_path_can_overflow():
 def test_padding_and_place_do_not_change_the_scale():
     free = np.zeros((2048, 2048), bool)
     free[:1100, :1101] = snake(1100, 1101)
-    small = finest_scale(jnp.asarray(free[:1100, :1101]))
-    assert int(small) == int(finest_scale(jnp.asarray(free))) > 0
-    assert int(finest_scale(jnp.asarray(noise(np.random.default_rng(0), 100, 100, 0.1)))) == 0
+    small = jitted.finest_scale(jnp.asarray(free[:1100, :1101]))
+    assert int(small) == int(jitted.finest_scale(jnp.asarray(free))) > 0
+    assert (
+        int(jitted.finest_scale(jnp.asarray(noise(np.random.default_rng(0), 100, 100, 0.1)))) == 0
+    )
 
 
 @pytest.mark.parametrize("shape", [(900, 901), (1101, 1300), (2, 2_000_001), (30, 31)])
@@ -66,8 +66,9 @@ def test_a_packed_map_has_the_scale_of_the_map(shape):
     scales = set()
     for density in (0.0, 0.02, 0.1, 0.3, 0.6, 0.95):
         free = jnp.asarray(noise(rng, *shape, density))
-        scale = finest_scale_of_words(packing.pack(free[None])[0], shape[1])
-        assert int(scale) == int(finest_scale(free))
+        words = jax.jit(packing.pack)(free[None])[0]
+        scale = jitted.finest_scale_of_words(words, shape[1])
+        assert int(scale) == int(jitted.finest_scale(free))
         scales.add(int(scale))
     assert len(scales) > 1 or shape == (30, 31)
 
@@ -76,14 +77,14 @@ def test_a_packed_map_has_the_scale_of_the_map(shape):
 def test_the_error_documented_for_a_size_holds_whatever_is_on_the_map(side, error):
     worst = np.ones((side, side), bool)
     worst[1::2, 1::2] = False  # three free cells in every square: no map needs a coarser scale
-    straight, diagonal = FIXED_POINTS[int(finest_scale(jnp.asarray(worst)))]
+    straight, diagonal = FIXED_POINTS[int(jitted.finest_scale(jnp.asarray(worst)))]
     assert abs(diagonal / straight / 2**0.5 - 1) < error
     assert int(worst.sum()) * straight < MAX_COST
 
 
 def test_a_map_too_large_for_exact_lengths_is_refused():
     with pytest.raises(ValueError, match="too large for exact lengths"):
-        jax.eval_shape(finest_scale, jax.ShapeDtypeStruct((20_000, 20_000), bool))
+        jax.eval_shape(fixed_point.finest_scale, jax.ShapeDtypeStruct((20_000, 20_000), bool))
 
 
 def test_pairs_are_looked_up_by_scale():

@@ -2,7 +2,6 @@
 end.
 """
 
-import types
 from fractions import Fraction
 
 import jax
@@ -11,24 +10,9 @@ import numpy as np
 import pytest
 
 from srt_jax.removal import sums
+from tests.helpers.jitted import Jitted
 
-# Each as one program: outside jit every step of it would be compiled alone.
-jitted = types.SimpleNamespace(
-    **{
-        fun.__name__: jax.jit(fun)
-        for fun in (
-            sums.costs_of,
-            sums.total,
-            sums.with_cost,
-            sums.with_costs,
-            sums.least,
-            sums.is_less,
-            sums.are_within,
-            sums.dearest,
-            sums.to_float32,
-        )
-    }
-)
+jitted = Jitted(sums)
 LEAST, GREATEST = np.float32(1.5e-45), np.finfo(np.float32).max
 
 
