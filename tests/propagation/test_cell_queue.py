@@ -1,5 +1,7 @@
 """The queue of cells of cost_to_come, and the sweeps that take its place on a GPU."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,17 +16,23 @@ from tests.helpers.slow_kernels import costs_by_scipy
 STRAIGHT, DIAGONAL = np.uint32(5741), np.uint32(8119)
 
 
-def _spread(free, start, room):
-    """The field that the queue leaves, and whether it was too short."""
-    beside = cell_queue.neighbours(packing.pack(free[None])[0], free.shape[1])
-    stride = free.shape[1] + 2
+@functools.cache
+def _program(stride, room):
+    """One program for all maps of a shape: the map and the start are arguments."""
 
     @jax.jit
-    def run(cost):
-        cell = jnp.uint32(flat_cell(free, start))
+    def run(cost, free, cell):
+        beside = cell_queue.neighbours(packing.pack(free[None])[0], free.shape[1])
         return cell_queue.spread(cost, beside, cell, STRAIGHT, DIAGONAL, stride, room)
 
-    cost, is_short = run(new_cost(free, start))
+    return run
+
+
+def _spread(free, start, room):
+    """The field that the queue leaves, and whether it was too short."""
+    stride = free.shape[1] + 2
+    cell = np.uint32(flat_cell(free, start))
+    cost, is_short = _program(stride, room)(new_cost(free, start), free, cell)
     return np.asarray(cost).reshape(-1, stride), bool(is_short)
 
 
@@ -32,7 +40,8 @@ def _spread(free, start, room):
 def test_the_neighbours_are_those_of_a_padded_map(width):
     free = noise(np.random.default_rng(width), 7, width, 0.3)
     padded = np.pad(free, 2)
-    beside = cell_queue.neighbours(packing.pack(free[None])[0], width)
+    words = jax.jit(packing.pack)(free[None])[0]
+    beside = jax.jit(cell_queue.neighbours, static_argnums=1)(words, width)
     expected = sum(
         padded[1 + down : 10 + down, 1 + right : 3 + right + width].astype(np.uint8) << i
         for i, (down, right) in enumerate(cell_queue.CLOCKWISE)

@@ -1,7 +1,8 @@
 """The search from corner to corner behind cost_to_come, against SciPy on every kind of map."""
 
+import functools
+
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -14,18 +15,25 @@ from tests.helpers.maps import any_start, noise, random_maps
 from tests.helpers.slow_kernels import costs_by_scipy
 
 
-def _spread(free, start, cost=None, is_cut=False, room=None, pair=(5741, 8119)):
-    """The field that the search leaves; from the given costs, where there are any."""
-    beside = cell_queue.neighbours(packing.pack(free[None])[0], free.shape[1])
-    straight, diagonal = (np.uint32(units) for units in pair)
+@functools.cache
+def _program(shape, is_cut, room):
+    """One program for all maps of a shape: the map, the start and the fixed point are arguments."""
 
     @jax.jit
-    def run(cost):
-        cell = jnp.uint32(0 if start is None else flat_cell(free, start))
-        return corner_queue.spread(cost, beside, cell, is_cut, straight, diagonal, free.shape, room)
+    def run(cost, free, cell, straight, diagonal):
+        beside = cell_queue.neighbours(packing.pack(free[None])[0], shape[1])
+        return corner_queue.spread(cost, beside, cell, is_cut, straight, diagonal, shape, room)
 
+    return run
+
+
+def _spread(free, start, cost=None, is_cut=False, room=None, pair=(5741, 8119)):
+    """The field that the search leaves; from the given costs, where there are any."""
+    cell = np.uint32(0 if start is None else flat_cell(free, start))
     cost = new_cost(free, start) if cost is None else cost
-    return np.asarray(run(cost)).reshape(free.shape[0] + 2, -1)
+    units = (np.uint32(units) for units in pair)
+    field = _program(free.shape, is_cut, room)(cost, free, cell, *units)
+    return np.asarray(field).reshape(free.shape[0] + 2, -1)
 
 
 @pytest.mark.parametrize("kind", KINDS)
