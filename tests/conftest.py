@@ -3,11 +3,12 @@
 import contextlib
 import os
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import jax
 import pytest
 
+from sign_model.foundation import kept_programs
 from sign_model.foundation.uncompiled.first_answers import uncompiled
 
 jax.config.update("jax_numpy_rank_promotion", "raise")
@@ -40,10 +41,30 @@ QUICK = (
 )
 """Folders and files of the tests that `-m quick` selects: little to compile, no long search."""
 
-UNCOMPILED = ("answers", "commands", "docs", "draw", "robots")
-"""Folders of the tests that need answers and do not judge the code that gives them: most of their
-answers NumPy gives sooner than they could be compiled.
+UNCOMPILED = (
+    "answers",
+    "commands",
+    "docs",
+    "draw",
+    "robots",
+)
+"""Folders and files of the tests that need answers and do not judge the code that gives them: most
+of their answers NumPy gives sooner than they could be compiled.
 """
+
+OPTIMISED = (
+    "removal",
+    "sign_model/foundation",
+    "test_solver.py",
+    "test_solver_batches.py",
+    "test_transformations.py",
+    "tolls",
+)
+"""Folders and files of the tests that judge the solver: there its program for small maps is
+compiled again, optimised, as soon as for a user. Both programs give the same bits, and the second
+takes three times as long to compile as the first: other tests wait for it until it would pay.
+"""
+SECONDS_BEFORE_OPTIMISING = 5.0
 
 SHARED_DATA = pathlib.Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -57,19 +78,28 @@ def shared_data() -> pathlib.Path:
     return folder
 
 
+def is_in(path: pathlib.Path, places: Sequence[str]) -> bool:
+    """Returns whether a test's file is, or is in, one of some files and folders of the tests."""
+    folder = pathlib.Path(__file__).resolve().parent
+    return any(folder / place in (path, *path.parents) for place in places)
+
+
 @pytest.fixture(autouse=True)
-def compiled_or_not(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Has calls of the tests in UNCOMPILED answered without compiling where that is short."""
-    folder = request.path.relative_to(pathlib.Path(__file__).resolve().parent).parts[0]
-    with uncompiled(1.0) if folder in UNCOMPILED else contextlib.nullcontext():
+def compiled_or_not(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[None]:
+    """Has calls of the tests in UNCOMPILED answered without compiling where that is short, and
+    programs optimised early in those in OPTIMISED alone.
+    """
+    if not is_in(request.path, OPTIMISED):
+        monkeypatch.setattr(kept_programs, "PATIENCE", SECONDS_BEFORE_OPTIMISING)
+    is_uncompiled = is_in(request.path, UNCOMPILED)
+    with uncompiled(1.0) if is_uncompiled else contextlib.nullcontext():
         yield
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Marks the tests of QUICK, but for those that are slow."""
-    folder = pathlib.Path(__file__).resolve().parent
-    quick = [folder / place for place in QUICK]
     for item in items:
-        is_quick = any(place == item.path or place in item.path.parents for place in quick)
-        if is_quick and not item.get_closest_marker("slow"):
+        if is_in(item.path, QUICK) and not item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.quick)
