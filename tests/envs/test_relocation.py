@@ -164,13 +164,13 @@ def test_alone_jitted_and_in_a_batch_steps_agree():
     levels, _ = pool()
     env, params = envs.make(levels=levels)
     numbers = jnp.arange(16, dtype=jnp.int32)
-    states = jax.vmap(env.reset_to, in_axes=(0, None))(numbers, params)[1]
+    states = jax.jit(jax.vmap(env.reset_to, in_axes=(0, None)))(numbers, params)[1]
     keys = jax.random.split(jax.random.key(5), 16)
-    batch = jax.vmap(env.step, in_axes=(0, 0, 0, None))(keys, states, numbers, params)
-    for i in (0, 7, 13):
-        one = env.step(
-            keys[i], jax.tree.map(lambda array, i=i: array[i], states), numbers[i], params
-        )
+    batch = jax.jit(jax.vmap(env.step, in_axes=(0, 0, 0, None)))(keys, states, numbers, params)
+    jitted = jax.jit(env.step)
+    for i, step in ((0, env.step), (7, jitted), (13, jitted)):
+        state = jax.tree.map(lambda array, i=i: array[i], states)
+        one = step(keys[i], state, numbers[i], params)
         jax.tree.map(lambda a, b, i=i: np.testing.assert_array_equal(a, b[i]), one, batch)
 
 
@@ -190,8 +190,8 @@ def test_sampled_levels_are_solvable_and_their_oracle_is_right(kind):
 
 
 def test_sampled_levels_are_the_same_inside_a_jit():
-    outside = envs.sample_levels(jax.random.key(4), count=4)
-    inside = jax.jit(lambda key: envs.sample_levels(key, count=4))(jax.random.key(4))
+    outside = envs.sample_levels(jax.random.key(4), count=64, kind="walls")
+    inside = jax.jit(lambda key: envs.sample_levels(key, count=64, kind="walls"))(jax.random.key(4))
     jax.tree.map(np.testing.assert_array_equal, outside, inside)
 
 
@@ -269,8 +269,8 @@ def test_wrong_options_are_named():
 def test_the_rules_read_no_more_than_the_cells_around():
     levels, _ = pool()
     env, params = envs.make(levels=levels)
-    state = env.reset_to(0, params)[1]
-    effect = jax.make_jaxpr(lambda action: act(levels, state, action))(jnp.int32(0))
+    state = jax.eval_shape(env.reset_to, 0, params)[1]
+    effect = jax.make_jaxpr(functools.partial(act, levels))(state, jnp.int32(0))
     largest = max(variable.aval.size for equation in effect.eqns for variable in equation.outvars)
     assert largest < 16 * 16, "an array of a map's size is made in a step"
 
@@ -278,7 +278,7 @@ def test_the_rules_read_no_more_than_the_cells_around():
 def test_what_is_given_wrongly_is_named_with_the_remedy():
     levels, _ = pool()
     env, params = envs.make(levels=levels)
-    key, state = jax.random.key(0), env.reset_to(0, params)[1]
+    key, state = jax.random.key(0), jax.jit(env.reset_to)(0, params)[1]
     with pytest.raises(TypeError, match=r"whole number 0\.\.15, got float32"):
         env.step(key, state, jnp.float32(1.5), params)
     with pytest.raises(ValueError, match=r"jax.vmap\(env.step"):
