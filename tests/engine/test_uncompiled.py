@@ -88,24 +88,25 @@ def test_fields_and_paths(name, monkeypatch):
     same_bits(lambda: FIELDS[name](free), monkeypatch)
 
 
+def of_costs_of_every_size():
+    """A task with removal costs that float32 cannot add, and such as a processor may take for zero;
+    four obstacles must go.
+    """
+    labels = np.full((2, 12, 16), -1, np.int32)
+    for obstacle, col in enumerate((3, 6, 9, 12)):
+        labels[0, :, col] = obstacle
+    labels[1, 4:, 6] = 4
+    costs = np.array([3e38, 1e-4, 1e-40, 16777216, 1], np.float32)
+    return srt_jax.make_task(labels, (0, 0), (11, 15), removal_cost=costs)
+
+
 @pytest.mark.parametrize(
     "mode",
     ["least", "shortest", "paper", pytest.param("literal", marks=pytest.mark.slow)],
 )
 def test_answers_in_every_mode(mode, monkeypatch):
     made = generate("mixed", count=6, size=24, seed=7)
-    tasks = srt_jax.stack([task for _, task, _ in made])
+    tasks = srt_jax.stack([*(task for _, task, _ in made), of_costs_of_every_size()])
     found = same_bits(lambda: srt_jax.solve(tasks, mode=mode, toll=5.0), monkeypatch)
-    assert (np.asarray(found.num_destroyed) > 0).any()
-
-
-def test_costs_of_every_size(monkeypatch):
-    """Removal costs that float32 cannot add, and such as a processor may take for zero."""
-    labels = np.full((2, 12, 16), -1, np.int32)
-    for obstacle, col in enumerate((3, 6, 9, 12)):
-        labels[0, :, col] = obstacle
-    labels[1, 4:, 6] = 4
-    costs = np.array([3e38, 1e-4, 1e-40, 16777216, 1], np.float32)
-    task = srt_jax.make_task(labels, (0, 0), (11, 15), removal_cost=costs)
-    found = same_bits(lambda: srt_jax.solve(task), monkeypatch)
-    assert int(found.num_destroyed) == 4
+    assert (np.asarray(found.num_destroyed[:-1]) > 0).any()
+    assert mode == "shortest" or int(found.num_destroyed[-1]) == 4

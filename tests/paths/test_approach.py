@@ -61,7 +61,7 @@ def test_a_solution_without_a_route_carries_it():
         np.testing.assert_array_equal(one.approach[:count], own[:count])
         assert count == (own[:, 0] >= 0).sum()
     # what came out of jit does not know its task
-    jitted = jax.jit(solve)(of(batch, int(np.flatnonzero(~is_solved)[0])))
+    jitted = jax.jit(lambda solution: solution)(of(solutions, int(np.flatnonzero(~is_solved)[0])))
     with pytest.raises(AttributeError, match=r"call srt_jax.approach\(task\)"):
         _ = jitted.approach
 
