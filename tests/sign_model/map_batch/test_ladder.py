@@ -50,7 +50,7 @@ def test_every_plan_of_a_batch_is_valid_and_near_the_optimum():
 
 def test_a_plan_does_not_depend_on_the_tasks_beside_it():
     # more tasks than batch slots: slots are refilled
-    tasks = random_blocks_tasks(5, 40, seed=7)
+    tasks = random_blocks_tasks(4, 40, seed=7)
     on_table = dataclasses.replace(
         tasks[0],
         goal=tasks[0].situation([("ontable", "b1"), ("on", "b0", "b2")]),
@@ -269,7 +269,7 @@ def test_a_longer_plan_of_the_search_gives_way_to_that_of_planning_alone():
 
 
 def test_a_batch_may_hold_one_task_or_none():
-    task = random_blocks_tasks(5, 1, seed=5)[0]
+    task = random_blocks_tasks(4, 1, seed=5)[0]
     assert len(plan_batch([task], ladder=LADDER)[0].actions) >= len(plan(task).actions)
     assert plan_batch([]) == []
 

@@ -49,10 +49,11 @@ def test_the_matrices_of_a_published_task_are_read_back_bit_for_bit(shared_data,
     assert_same_matrices(load(path.parent / "domain.pddl", path))
 
 
+# few sizes: each is compiled
 @settings(max_examples=12, deadline=None)
-@given(st.data(), st.integers(1, 6), st.integers(0, 5))
-def test_the_matrices_of_any_task_are_read_back_bit_for_bit(data, num_features, num_actions):
-    seed = data.draw(st.integers(0, 2**31))
+@given(st.integers(0, 2**31), st.sampled_from([(1, 0), (2, 5), (6, 3)]))
+def test_the_matrices_of_any_task_are_read_back_bit_for_bit(seed, size):
+    num_features, num_actions = size
     rng = np.random.default_rng(seed)
     parts = [rng.random((num_actions, num_features)) < 0.3 for _ in range(3)]
     assert_same_matrices(
