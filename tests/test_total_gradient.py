@@ -40,7 +40,8 @@ def test_forward_mode_and_a_batch_agree_with_reverse_mode(walls):
     def totals(costs):
         return least_total(batch.replace(removal_cost=costs), tolls)
 
-    _, along = jax.jvp(totals, (costs,), (jnp.ones_like(costs),))
+    push = jax.jit(lambda costs: jax.jvp(totals, (costs,), (jnp.ones_like(costs),)))
+    _, along = push(costs)
     assert along.tolist() == [1.0, 2.0, 0.0]
     back = jax.jit(jax.grad(lambda costs: totals(costs).sum()))(costs)
     assert back.tolist() == [[0.5, 0.5], [0.0, 2.0], [0.0, 0.0]]

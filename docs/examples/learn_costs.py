@@ -74,6 +74,7 @@ def _patches(rng: np.random.Generator, side: int) -> np.ndarray:
     ]
 
 
+@jax.jit
 def paths(maps: dict[str, np.ndarray], costs: jax.Array) -> jax.Array:
     """Returns the cheapest path of each map at `costs`: for each cell the length walked in it,
     float32 [B, H, W].
