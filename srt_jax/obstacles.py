@@ -58,6 +58,31 @@ def as_words(which: Array) -> Array:
     return packing.pack(which[None, None])[0, 0]
 
 
+def ids_of(which: Array) -> Array:
+    """Returns the obstacles of each set of a batch, ascending, then -1: bool [B, M] -> int32 [B,
+    M].
+    """
+    num = which.shape[1]
+
+    def ids_of_one(which: Array) -> Array:
+        # the sets hold few of thousands: to sort them would take longer than all that found them
+        def note(state: tuple[Array, Array], _: Array, col: Array, is_set: Array) -> Any:
+            count, ids = state
+            ids = write(ids, jnp.where(is_set, col.astype(jnp.int32), -1), count)
+            return count + is_set.astype(jnp.uint32), ids
+
+        begin = jnp.uint32(0), jnp.full(num + 1, -1, jnp.int32)
+        return packing.for_each_cell(as_words(which)[None], note, begin)[1][:num]
+
+    def all_sets(which: Array) -> Array:
+        if runs_in_place():
+            return each(ids_of_one, which)
+        ids = jnp.sort(jnp.where(which, jnp.arange(num, dtype=jnp.int32)[None], num), axis=1)
+        return jnp.where(ids < num, ids, -1)
+
+    return compiled_whole(all_sets)(which)
+
+
 def open_cells(labels: Labels, gone: Array) -> Array:
     """Returns the cells that are free once the obstacles `gone` (bool [M]) are: every owner of a
     cell has to go.

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from srt_jax.engine.packing import unpack
-from srt_jax.obstacles import holds, opens_at
+from srt_jax.obstacles import holds, ids_of, opens_at
 from srt_jax.removal.branch_and_bound import search_least
 from srt_jax.removal.paper_loop import Symbolic, greedy_walk
 from srt_jax.removal.prices import goal_prices
@@ -99,6 +99,8 @@ def answer_batch(
     first, separating = blockages(
         task, free, reached, is_cut_off=is_cut_off, is_inside=is_inside, is_apart=is_apart
     )
+    separating = separating | covering(task, is_inside)
+    blocking, separating = jnp.split(ids_of(jnp.concatenate([first.on_contour, separating])), 2)
     # What fits into the answer, and the status.
     has_route = way.is_there & (way.num_destroyed <= max_destroyed) & (way.num_cells <= room)
     status = jnp.full(starts.shape, Status.SOLVED, jnp.int32)
@@ -129,10 +131,10 @@ def answer_batch(
         total_bound=way.total_bound,
         seed=first.seed,
         contour=unpack(first.contour, task.labels.shape[3]),
-        blocking=_as_ids(first.on_contour),
+        blocking=blocking,
         plan=jnp.where(has_route[:, None, None], way.plan, -1),
         plan_at=jnp.where(has_route[:, None], way.plan_at, -1),
-        separating=_as_ids(separating | covering(task, is_inside)),
+        separating=separating,
     )
 
 
@@ -216,10 +218,3 @@ def _total_cost(task: Task, ids: Array) -> Array:
     [B].
     """
     return totals(jnp.take_along_axis(task.removal_cost, ids.clip(0), axis=1), ids >= 0)
-
-
-def _as_ids(mask: Array) -> Array:
-    """Returns the indices that are True, ascending, then -1: bool [B, M] -> int32 [B, M]."""
-    M = mask.shape[1]
-    ids = jnp.sort(jnp.where(mask, jnp.arange(M, dtype=jnp.int32)[None], M), axis=1)
-    return jnp.where(ids < M, ids, -1)

@@ -13,12 +13,17 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from sign_model.foundation.marks import compiled_whole, runs_in_place
+from srt_jax.engine.batching import each
 from srt_jax.obstacles import Labels
 from srt_jax.paths.shortest import path_of_map
 from srt_jax.types import Array
 
 NEVER = np.int32(2**31 - 1)
 """The index at which an obstacle is needed that is not needed at all."""
+
+_FEW = 64
+"""Up to so many obstacles, taking the least of those left is faster than sorting them all."""
 
 
 class Route(NamedTuple):
@@ -88,12 +93,41 @@ def in_order(needed: Array, *, max_destroyed: int) -> tuple[Array, Array, Array]
     """
     num_obstacles = needed.shape[1]
     count = (needed < NEVER).sum(axis=1, dtype=jnp.int32)
-    ids_of = jnp.broadcast_to(jnp.arange(num_obstacles, dtype=jnp.int32), needed.shape)
-    at, ids = lax.sort((needed, ids_of), dimension=1, num_keys=2)
+    select = _least_first if max_destroyed <= _FEW else _sorted
+    at, ids = select(needed, count, min(max_destroyed, num_obstacles))
     missing = max(0, max_destroyed - num_obstacles)
-    at, ids = (
-        jnp.pad(x, ((0, 0), (0, missing)), constant_values=NEVER)[:, :max_destroyed]
-        for x in (at, ids)
-    )
+    at, ids = (jnp.pad(x, ((0, 0), (0, missing)), constant_values=NEVER) for x in (at, ids))
     is_one = at < NEVER
     return jnp.where(is_one, ids, -1), jnp.where(is_one, at, -1), count
+
+
+def _sorted(needed: Array, count: Array, most: int) -> tuple[Array, Array]:
+    """The least `most` indices of each route, ties by id, and whose they are; int32 [B, most]."""
+    ids_of = jnp.broadcast_to(jnp.arange(needed.shape[1], dtype=jnp.int32), needed.shape)
+    at, ids = lax.sort((needed, ids_of), dimension=1, num_keys=2)
+    return at[:, :most], ids[:, :most]
+
+
+def _least_first(needed: Array, count: Array, most: int) -> tuple[Array, Array]:
+    """`_sorted`, one after the other: of thousands of obstacles a route needs a few gone. Where a
+    route needs fewer than `most`, NEVER follows.
+    """
+
+    def one_route(needed: Array, count: Array) -> tuple[Array, Array]:
+        def take(i: Array, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            left, at, ids = state
+            which = lax.argmin(left, 0, jnp.int32)
+            first = lax.dynamic_slice(left, (which,), (1,))
+            at = lax.dynamic_update_slice(at, first, (i,))
+            ids = lax.dynamic_update_slice(ids, which[None], (i,))
+            return lax.dynamic_update_slice(left, first | NEVER, (which,)), at, ids
+
+        none = jnp.full(most, NEVER, jnp.int32)
+        return lax.fori_loop(jnp.int32(0), jnp.minimum(count, most), take, (needed, none, none))[1:]
+
+    def all_routes(needed: Array, count: Array) -> tuple[Array, Array]:
+        if runs_in_place():
+            return each(one_route, needed, count)
+        return _sorted(needed, count, most)
+
+    return compiled_whole(all_routes)(needed, count)
