@@ -10,6 +10,7 @@ import functools
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from sign_model.foundation.loops import repeat
@@ -21,6 +22,10 @@ from srt_jax.propagation.word_queue import chosen, flood_rest
 from srt_jax.types import Array
 
 _MAX_ROUNDS = 4  # streets need three or four, the last of which finds that nothing changes
+_WORTH_A_ROUND = 16
+"""One word of so many has to have changed in a round for the next one to be worth more than a queue
+of the words that may change: in a small region, or among scattered obstacles, few do.
+"""
 
 
 def reach(free: Array, start: Array) -> Array:
@@ -154,17 +159,19 @@ def cells_in_group(free: Array, cell: Array) -> Array:
 
 
 class _Rounds(NamedTuple):
-    """reached: uint32 [H, lanes + 2 * group]; is_changing: bool []; num_rounds: int32 []."""
+    """reached: uint32 [H, lanes + 2 * group]; num_changed: uint32 [], words in the last round;
+    num_rounds: int32 [].
+    """
 
     reached: Array
-    is_changing: Array
+    num_changed: Array
     num_rounds: Array
 
 
 class _Row(NamedTuple):
     """line, bare: uint32 [lanes + 2 * group] and [lanes], the row before with guards and without
-    (to cut it out again costs 30 %); changed: uint32 [lanes], the bits that changed, ORed over
-    rows; reached: uint32 [H, lanes + 2 * group].
+    (to cut it out again costs 30 %); changed: uint32 [lanes], how many rows changed; reached:
+    uint32 [H, lanes + 2 * group].
     """
 
     line: Array
@@ -174,7 +181,7 @@ class _Row(NamedTuple):
 
 
 class _Swept(NamedTuple):
-    """reached: uint32 [H, lanes + 2 * group]; changed: uint32 [lanes], the bits that changed in
+    """reached: uint32 [H, lanes + 2 * group]; changed: uint32 [lanes], how often a row changed in
     this round.
     """
 
@@ -208,7 +215,7 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
 
         begin = _Swept(state.reached, jnp.zeros(lanes, jnp.uint32))
         reached, changed = repeat(2, one_way, begin)
-        return _Rounds(reached, jnp.any(changed != jnp.uint32(0)), state.num_rounds + 1)
+        return _Rounds(reached, jnp.sum(changed, dtype=jnp.uint32), state.num_rounds + 1)
 
     def rest(free: Array, reached: Array) -> Array:
         return flood_rest(
@@ -216,15 +223,18 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
         )
 
     # sweeps to the end where a queue does not pay, else some rounds and then the queue
-    state = _Rounds(reached, jnp.bool_(True), jnp.int32(0))
+    state = _Rounds(reached, jnp.uint32(height * lanes), jnp.int32(0))
     if not runs_in_place():
-        reached = lax.while_loop(lambda state: state.is_changing, one_round, state).reached
+        reached = lax.while_loop(lambda state: state.num_changed != 0, one_round, state).reached
     else:
+        worth_it = np.uint32(max(1, height * lanes // _WORTH_A_ROUND))
         state = lax.while_loop(
-            lambda state: state.is_changing & (state.num_rounds < _MAX_ROUNDS), one_round, state
+            lambda state: (state.num_changed >= worth_it) & (state.num_rounds < _MAX_ROUNDS),
+            one_round,
+            state,
         )
         reached = lax.cond(
-            state.is_changing, rest, lambda free, reached: reached, free, state.reached
+            state.num_changed != 0, rest, lambda free, reached: reached, free, state.reached
         )
     return reached[:, group:-group]
 
@@ -264,7 +274,7 @@ def _sweep(
         new = fill_runs(here, new & here)
         line = jnp.pad(new, (group, group))
         reached = lax.dynamic_update_slice(reached, line[None], at)
-        return _Row(line, new, changed | (new ^ old), reached)
+        return _Row(line, new, changed + (new != old).astype(jnp.uint32), reached)
 
     nothing = jnp.zeros_like(free[0])
     begin = _Row(nothing, nothing[inner], swept.changed, swept.reached)
