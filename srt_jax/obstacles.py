@@ -29,6 +29,11 @@ FAR = 2**28
 _ALWAYS_SELECTED = 2
 """Of so few words of obstacles, each is compared with, empty or not."""
 
+MANY = 256
+"""From which on obstacles may lie scattered; programs for fewer, such as a street has, do without
+what pays among those alone: they would take longer to compile.
+"""
+
 _MOST_SELECTED = 16
 """Up to so many words of obstacles, comparing with each is faster than a table look-up per cell."""
 
@@ -150,11 +155,15 @@ class Survey(NamedTuple):
     """What one pass over the labels of a map tells.
 
     free: uint32 [H, words], the cells open with nothing gone. traces: uint32 [_TRACES, H], which
-    obstacles a row may hold cells of: those of which it has each of the `_traces`.
+    obstacles a row may hold cells of: those of which it has each of the `_traces`. as_left,
+    as_above: uint32 [H, words], the cells with the labels of the one to the left, and of the one
+    above; None where there are few obstacles.
     """
 
     free: Array
     traces: Array
+    as_left: Array | None
+    as_above: Array | None
 
 
 _TRACES = 2
@@ -163,16 +172,24 @@ obstacles, as on streets.
 """
 
 
-def survey(labels: Labels) -> Survey:
-    """Returns the cells open with nothing gone, and what `opened` needs to look at few rows."""
+def survey(labels: Labels, num_obstacles: int) -> Survey:
+    """Returns the cells open with nothing gone, and what `opened` and `met_beside` need to look at
+    few rows and few cells.
+    """
+    are_many = num_obstacles >= MANY
 
-    def one_row(row: Array) -> tuple[Array, Array]:
+    def one_row(row: Array) -> tuple[Array, Array, Any]:
         ids = _owners_in_row(labels, row)
         traces = functools.reduce(jnp.bitwise_or, _traces(ids).transpose(1, 0, 2))
-        return _as_row(ids == FREE, jnp.logical_and), _joined(traces)
+        free, same = _as_row(ids == FREE, jnp.logical_and), None
+        if are_many:
+            left = jnp.pad(ids, ((0, 0), (1, 0)), constant_values=FREE)[:, :-1]
+            above = _owners_in_row(labels, jnp.maximum(row - 1, 0))
+            same = tuple(_as_row(ids == other, jnp.logical_and) for other in (left, above))
+        return free, _joined(traces), same
 
-    free, traces = lax.map(one_row, _rows(labels))
-    return Survey(free, traces.T)
+    free, traces, same = lax.map(one_row, _rows(labels))
+    return Survey(free, traces.T, *(same or (None, None)))
 
 
 def opened(labels: Labels, known: Survey, gone: Array, before: Array, new: Array) -> Array:
@@ -322,6 +339,23 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
         _visit_owners(labels, cells, note, jnp.zeros(num_obstacles + 1, jnp.uint32))[:num_obstacles]
         != 0
     )
+
+
+def met_beside(
+    labels: Labels, known: Survey, reached: Array, passable: Array, num_obstacles: int
+) -> Array:
+    """Returns the obstacles that a region meets by a side: those that cover a cell beside it which
+    is not passable, bool [M].
+
+    Args:
+      reached, passable: masks.
+    """
+    border = beside(reached) & ~passable
+    if known.as_left is not None and known.as_above is not None:
+        # one cell of a run, or of a column, that the same obstacles cover
+        above = jnp.pad(border, ((1, 0), (0, 0)))[:-1]
+        border = border & ~((border << jnp.uint32(1)) & known.as_left) & ~(above & known.as_above)
+    return met_by(labels, border, num_obstacles)
 
 
 def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) -> Array:

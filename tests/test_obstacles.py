@@ -69,7 +69,7 @@ def alone(fun, count):
 @jax.jit
 def opened_in_steps(labels, first, new):
     def in_steps(own, first, new):
-        known = obstacles.survey(own)
+        known = obstacles.survey(own, len(first))
         before = obstacles.opened(own, known, first, known.free, first)
         return known.free, obstacles.opened(own, known, first | new, before, new)
 
@@ -101,6 +101,39 @@ def test_cells_opened_step_by_step_are_those_open_at_the_end(shape, share):
         nothing = np.zeros_like(gone)
         assert np.array_equal(unpacked(at_first[None], shape[3])[0], open_without(one, nothing))
         assert np.array_equal(unpacked(words[None], shape[3])[0], open_without(one, gone))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("num_obstacles", [0, obstacles.MANY])
+def test_obstacles_met_by_a_region_cover_a_cell_beside_it(shape, num_obstacles):
+    labels, rng = random_labels(shape, seed=4)
+    # runs and columns of one label, of which not every cell is looked at
+    labels = np.repeat(np.repeat(labels, 3, axis=2), 3, axis=3)[:, :, : shape[2], : shape[3]]
+    passable = (labels == -1).all(axis=1)
+    reached = passable & (rng.random(passable.shape) < 0.3)
+
+    def met(own, reached, free):
+        known = obstacles.survey(own, num_obstacles)
+        return obstacles.met_beside(own, known, reached, free, shape[4])
+
+    met_by_all = batch_kernel(lambda *args: obstacles.of_all(met, *args))
+    words = [packing.pack(jnp.asarray(mask)) for mask in (reached, passable)]
+    got = np.asarray(jax.jit(met_by_all)(labels, *words))
+    for one, region, free, which in zip(labels, reached, passable, got):
+        padded = np.pad(region, 1)
+        beside = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
+        owners = one[:, beside & ~free]
+        assert np.array_equal(np.flatnonzero(which), np.unique(owners[owners >= 0]))
+
+
+@pytest.mark.parametrize("num_obstacles", [1, 40, 300])
+def test_the_members_of_a_set_are_listed_in_ascending_order(num_obstacles):
+    rng = np.random.default_rng(num_obstacles)
+    sets = rng.random((4, num_obstacles)) < np.array([0, 0.05, 0.5, 1])[:, None]
+    for one, ids in zip(sets, np.asarray(jax.jit(obstacles.ids_of)(sets))):
+        members = np.flatnonzero(one)
+        assert np.array_equal(ids[: len(members)], members)
+        assert (ids[len(members) :] == -1).all()
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -171,7 +171,7 @@ def _search(
     """The search on one map; may_go bool [M], cost float32 [M]."""
     num_obstacles = len(cost)
     height, width = labels.all.shape[2:]
-    known = obstacles.survey(labels)
+    known = obstacles.survey(labels, num_obstacles)
     given = _Map(labels, known, may_go, sums.costs_of(cost, may_go), start, goal, room)
     nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
 

@@ -18,6 +18,7 @@ another.
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import lax
 
@@ -67,8 +68,10 @@ def goal_prices(task: Task, among: Array) -> tuple[Array, Array, Array]:
       uint32 [B, H, words] twice, packed; float32 [B], rounded down.
     """
 
+    num_obstacles = task.destroyable.shape[1]
+
     def one_map(labels: Labels, *args: Array) -> tuple[Array, Array, Array]:
-        known = obstacles.survey(labels)
+        known = obstacles.survey(labels, num_obstacles)
         return known.free, *goal_price(labels, known, *args)
 
     return obstacles.of_all(
@@ -116,27 +119,32 @@ def prices_of(
             jnp.where(is_back, *ends)
             for ends in ((terms.goal, terms.start), (terms.start, terms.goal))
         )
-        limit = jnp.where(is_back, state.forth.price, most)
+        limit = jnp.where(is_back, state.found.price[0], most)
         found = _levels(labels, known, source, target, gone, terms, in_goal & is_back, paid, limit)
-        forth, back = (
-            _select(state.forth, found, ~is_back),
-            _select(state.back, found, is_back),
+        both = jax.tree.map(
+            lambda old, new: lax.dynamic_update_index_in_dim(old, new, state.direction, 0),
+            state.found,
+            found,
         )
-        return _Ways(state.direction + 1, forth, back)
+        return _Ways(state.direction + 1, both)
 
     def continues(state: _Ways) -> Array:
-        is_closed = state.forth.is_there & ~obstacles.holds(state.forth.first, terms.goal)
+        found = state.found
+        is_closed = found.is_there[0] & ~obstacles.holds(found.first[0], terms.goal)
         return (state.direction == 0) | ((state.direction == 1) & is_closed)
 
-    nothing = jnp.zeros((height, num_words(width)), jnp.uint32)
+    # nothing yet, of both directions
+    nothing = jnp.zeros((2, height, num_words(width)), jnp.uint32)
     none, numbers = (
-        jnp.zeros(num_obstacles, bool),
-        jnp.zeros((sums.WORDS, num_obstacles), jnp.uint32),
+        jnp.zeros((2, num_obstacles), bool),
+        jnp.zeros((2, sums.WORDS, num_obstacles), jnp.uint32),
     )
-    nowhere = _Found(nothing, sums.never(), jnp.bool_(False), numbers, none, none)
+    never, no = jnp.stack([sums.never()] * 2), jnp.zeros(2, bool)
+    nowhere = _Found(nothing, never, no, numbers, none, none)
     # Ends: after the way back, or after the way forth where nothing has to be destroyed or nothing
     # leads to the goal.
-    _, forth, back = lax.while_loop(continues, one_way, _Ways(jnp.int32(0), nowhere, nowhere))
+    both = lax.while_loop(continues, one_way, _Ways(jnp.int32(0), nowhere)).found
+    forth, back = (_Found(*(field[i] for field in both)) for i in (0, 1))
     affordable = forth.is_open & forth.is_there
     # An obstacle's number from either side holds `paid` and its own cost, which count once.
     is_short = sums.are_within(forth.open_at, back.open_at, terms.costs, forth.price, paid)
@@ -162,11 +170,12 @@ class _Found(NamedTuple):
 
 
 class _Ways(NamedTuple):
-    """direction: int32 [], the next one: 0 forth, 1 back. forth, back: what was found so far."""
+    """direction: int32 [], the next one: 0 forth, 1 back. found: what was found so far, forth and
+    back along one more axis: to choose between arrays takes longer than to write into one.
+    """
 
     direction: Array
-    forth: _Found
-    back: _Found
+    found: _Found
 
 
 class _Level(NamedTuple):
@@ -220,11 +229,11 @@ def _levels(
         is_there = obstacles.holds(reached, target)
 
         # What the flood meets opens at this price and its own cost.
-        def beside() -> Array:
-            border = obstacles.beside(reached) & ~passable
-            return (obstacles.met_by(labels, border, num_obstacles) | met) & may_go & ~state.is_met
+        def opening() -> Array:
+            beside = obstacles.met_beside(labels, known, reached, passable, num_obstacles)
+            return (beside | met) & may_go & ~state.is_met
 
-        is_new = lax.cond(is_there, lambda: jnp.zeros(num_obstacles, bool), beside)
+        is_new = lax.cond(is_there, lambda: jnp.zeros(num_obstacles, bool), opening)
         open_at = sums.with_costs(state.open_at, is_new, state.price, costs)
         is_met = state.is_met | is_new
         # The next price. Also an obstacle that costs nothing, or nothing more, opens at a level of
@@ -265,7 +274,3 @@ def _levels(
     end = lax.while_loop(lambda state: state.continues, level, begin)
     price = jnp.where(end.is_there, end.price, sums.never())
     return _Found(end.first, price, end.is_there, end.open_at, end.is_met, end.is_open)
-
-
-def _select(old: _Found, new: _Found, is_new: Array) -> _Found:
-    return _Found(*(jnp.where(is_new, after, before) for before, after in zip(old, new)))

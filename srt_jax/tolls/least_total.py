@@ -108,7 +108,7 @@ def _of_map(
     """The answer on one map; price float32 [M]. store: as of `search`, which it is returned to."""
     num_obstacles = len(price)
     width = labels.all.shape[3]
-    known = obstacles.survey(labels)
+    known = obstacles.survey(labels, num_obstacles)
     reached, least = goal_price(labels, known, may_go, cost, start, goal, is_asked)
     is_requested = is_asked & jnp.isfinite(least)
     # The units, in which the longest route over whatever can be opened is held.

@@ -139,7 +139,7 @@ def test_tight_are_the_members_of_least_sets_and_what_is_gone_costs_nothing_more
             costs = sums.costs_of(cost, may_go)
             paid = sums.zero()  # what is gone is given
             own, terms = Labels(labels, which), Terms(start, goal, costs, may_go)
-            found = prices_of(own, survey(own), terms, gone, paid, sums.never())
+            found = prices_of(own, survey(own, len(cost)), terms, gone, paid, sums.never())
             return found._replace(goal=sums.to_float32(found.goal[:, None], costs)[0])
 
         return jax.lax.map(
