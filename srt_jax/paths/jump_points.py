@@ -182,7 +182,6 @@ def search(
     diagonal: Array,
     width: int,
     room: int | None = None,
-    is_asked: Array | bool = True,
 ) -> tuple[Best, Corners]:
     """Returns the cost of a shortest path of one map and what `jump_walk` needs; for use inside a
     marked call.
@@ -193,7 +192,6 @@ def search(
       straight, diagonal: uint32 [], the fixed point.
       width: W.
       room: of the queue, a power of two; by default enough for most maps.
-      is_asked: bool [], whether to search at all; else there is no path.
     """
     height = free.shape[0]
     num_cells = height * width
@@ -202,7 +200,6 @@ def search(
     shift = np.uint32(31) - lax.clz(straight) + np.uint32(wider)
     # all that follows begins here, and would else hold these reads once more
     is_open, start, goal = apart(functools.partial(_ends, width=width))(free, start, goal)
-    is_open = is_open & is_asked
     tables = jump_tables(free, goal, width)
     goal_row, goal_col = goal[0].astype(jnp.uint32), goal[1].astype(jnp.uint32)
 

@@ -19,6 +19,7 @@ from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, cores, eager, packing
 from srt_jax.engine.batching import batch_kernel, each_or_all
 from srt_jax.moves import is_on_map, max_path_cells
+from srt_jax.obstacles import MANY
 from srt_jax.paths import cell_search, jump_points
 from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front, first_path
@@ -32,8 +33,6 @@ searched by jump points. Streets, rooms and mazes of wide corridors have 18 and 
 corridors are two cells wide 11, scattered obstacles on 3 % of the map 9: the former are searched in
 two thirds of the time by jump points, the latter in a third by cells.
 """
-_MANY_OBSTACLES = 256
-"""From which on obstacles may lie scattered; streets with fewer do not wait for the compiler."""
 
 
 def shortest_path(free: Array, start: Array, goal: Array, *, max_cells: int | None = None) -> Path:
@@ -172,7 +171,7 @@ def exact_path_of_map(
         cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
         return *first_path(cost, scale, goal, max_cells), _cost_at(cost, goal), scale
     straight, diagonal, scale = _fixed_point(free, width)
-    may_be_rough = num_obstacles is None or num_obstacles >= _MANY_OBSTACLES
+    may_be_rough = num_obstacles is None or num_obstacles >= MANY
     found = _found(free, start, goal, straight, diagonal, width, max_cells, may_be_rough)
     is_there = found.units != UNREACHED
     cells = at_front(found.cells, found.num, is_there)
@@ -229,20 +228,23 @@ def _found(
         cells, num = cell_search.walk_back(costs, goal, *pair, width, found.cells)
         return found._replace(cells=cells, num=num)
 
+    def by_jump_points(found: _Found) -> _Found:
+        best, corners = jump_points.search(free, start, goal, *pair, width)
+        is_there = best.cost != jump_points.NO_COST
+        units = jnp.where(is_there, best.cost.astype(jnp.int32), UNREACHED)
+        found = found._replace(is_sought=jnp.bool_(False), units=units)
+        if not max_cells:
+            return found
+        cells, num = walk_back(best, corners, goal, *pair, width, found.cells)
+        return found._replace(cells=cells, num=num)
+
     none = jnp.full((max_cells, 2), -1, jnp.int32)
     found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none)
-    if may_be_rough:
-        # compiled apart: within the loops of `solve` it would take the compiler half as long again
-        found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
-    # not in a branch: one level deeper, these loops take the compiler longer
-    sought = found.is_sought
-    best, corners = jump_points.search(free, start, goal, *pair, width, is_asked=sought)
-    is_there = best.cost != jump_points.NO_COST
-    units = jnp.where(is_there, best.cost.astype(jnp.int32), found.units)
-    if not max_cells:
-        return found._replace(units=units)
-    cells, num = walk_back(best, corners, goal, *pair, width, found.cells)
-    return found._replace(units=units, cells=cells, num=jnp.where(sought, num, found.num))
+    if not may_be_rough:
+        return by_jump_points(found)
+    # compiled apart: within the loops of `solve` they would take the compiler half as long again
+    found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
+    return lax.cond(found.is_sought, apart(by_jump_points), lambda found: found, found)
 
 
 def _is_rough(free: Array) -> Array:
