@@ -11,6 +11,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -320,6 +321,21 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Any) -> Any:
         )
 
     return compiled_whole(all_maps)(labels, *args)
+
+
+def one_by_one(fun: Callable[..., Any], labels: Array, *args: Any) -> Any:
+    """Returns fun(labels of one map, ...) of each map of a batch, in a loop that is in no marked
+    call: `fun` makes such calls.
+    """
+    count = len(labels)
+
+    def one_map(which: Array, args: Any) -> Any:
+        return fun(Labels(labels, which), *args)
+
+    if count == 1:
+        out = one_map(jnp.int32(0), jax.tree.map(lambda arg: arg[0], args))
+        return jax.tree.map(lambda leaf: leaf[None], out)
+    return lax.map(lambda one: one_map(*one), (jnp.arange(count, dtype=jnp.int32), args))
 
 
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:

@@ -1,5 +1,6 @@
 """Loops that a marked call can hold (`marks`), with the same bits under `jax_enable_x64`."""
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -27,16 +28,18 @@ def in_a_loop(fun: Callable) -> Callable:
     """Returns `fun` as the body of a loop of one step, whose steps may be as large as they are
     inside a marked call.
 
-    At least one of its arguments holds integers or bools. The number of steps is hidden from the
-    compiler, which would otherwise remove the loop.
+    The number of steps is hidden from the compiler, which would otherwise remove the loop. It is
+    computed from all arguments: so none of them is unused in a marked call, whichever results the
+    compiler finds that nobody needs.
     """
 
     def run(*args: Any) -> Any:
+        once = jax.jit(fun, inline=True)  # traced once for both, the shapes and the step
         empty = jax.tree.map(
-            lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(fun, *args)
+            lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(once, *args)
         )
         return lax.fori_loop(
-            jnp.int32(0), jnp.int32(1) + hidden_zero(args), lambda _, out: fun(*args), empty
+            jnp.int32(0), jnp.int32(1) + _zero_of_all(args), lambda _, out: once(*args), empty
         )
 
     return run
@@ -50,3 +53,15 @@ def hidden_zero(args: Any) -> Array:
         leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating)
     )
     return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
+
+
+def _zero_of_all(args: Any) -> Array:
+    """Returns `hidden_zero`, computed from every array of `args`."""
+    firsts = (leaf.reshape(-1)[0] for leaf in jax.tree.leaves(args))
+    bits = [
+        lax.bitcast_convert_type(first, jnp.int32)
+        if jnp.issubdtype(first.dtype, jnp.floating)
+        else first.astype(jnp.int32)
+        for first in firsts
+    ]
+    return functools.reduce(jnp.add, ((bit & 1) >> 1 for bit in bits))

@@ -26,26 +26,28 @@ rounded, down.
 """
 
 import functools
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import lax
 
+from sign_model.foundation.loops import in_a_loop
+from sign_model.foundation.marks import compiled_whole
 from srt_jax import obstacles
-from srt_jax.engine import packing
 from srt_jax.obstacles import Labels, Survey
 from srt_jax.removal import sums
 from srt_jax.removal.nodes import (
+    Decisions,
     Nodes,
-    decisions_at,
+    decisions_of,
     first_nodes,
     following,
-    paid_at,
     with_bound,
     with_children,
 )
-from srt_jax.removal.prices import Prices, Terms, prices_of
+from srt_jax.removal.prices import Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.removal.sums import Costs
 from srt_jax.types import Array, Task
@@ -84,7 +86,7 @@ def search_least(
 
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
     args = (task.destroyable, task.removal_cost, task.start, task.goal, room, among)
-    return Removal(*obstacles.of_all(search, task.labels, *args))
+    return Removal(*obstacles.one_by_one(search, task.labels, *args))
 
 
 class _Best(NamedTuple):
@@ -99,7 +101,7 @@ class _Best(NamedTuple):
 
 class _State(NamedTuple):
     """num: int32 [], nodes expanded. reached: the mask of cells reached with nothing destroyed.
-    is_too_long: bool [].
+    is_too_long, continues: bool [].
 
     low: the least bound of the open nodes, a number of `sums`. at: int32 [], the node that is next.
     """
@@ -111,6 +113,7 @@ class _State(NamedTuple):
     is_too_long: Array
     low: Array
     at: Array
+    continues: Array
 
 
 class _Walk(NamedTuple):
@@ -130,30 +133,16 @@ class _Walk(NamedTuple):
     continues: Array
 
 
-class _Map(NamedTuple):
-    """What does not change during the search on one map. known: from one pass over its labels.
-
-    may_go: bool [M]. costs: of M obstacles. start, goal: int32 [2]. room: int32 [], the cells a
-      route may use.
+class _Node(NamedTuple):
+    """What is known at a node. gone, tight, affordable: bool [M], as in `Prices`; bound: a number
+    of `sums`. is_worth_it: bool [], whether it may lead to a better answer than the best.
     """
 
-    labels: Labels
-    known: Survey
-    may_go: Array
-    costs: Costs
-    start: Array
-    goal: Array
-    room: Array
-
-
-class _Answer(NamedTuple):
-    """What one node leads to. best: with the answer of this node. branch: int32 [], the obstacle to
-    branch on, -1 none. is_too_long: bool [], whether the route of this node does not fit.
-    """
-
-    best: _Best
-    branch: Array
-    is_too_long: Array
+    gone: Array
+    tight: Array
+    affordable: Array
+    bound: Array
+    is_worth_it: Array
 
 
 def _search(
@@ -168,99 +157,159 @@ def _search(
     capacity: int,
     max_nodes: int,
 ) -> tuple:
-    """The search on one map; may_go bool [M], cost float32 [M]."""
-    num_obstacles = len(cost)
-    height, width = labels.all.shape[2:]
-    known = obstacles.survey(labels, num_obstacles)
-    given = _Map(labels, known, may_go, sums.costs_of(cost, may_go), start, goal, room)
-    nowhere = (_nowhere(capacity), jnp.full(num_obstacles, NEVER, jnp.int32))
+    """The search on one map; may_go bool [M], cost float32 [M].
 
-    def is_unfinished(state: _State) -> Array:
-        return (
-            (state.num < max_nodes) & sums.is_less(state.low, state.best.cost) & ~state.is_too_long
+    Each step is a marked call of its own, and the loops round them are not: as one function the
+    search takes the compiler twice as long as its steps.
+    """
+    known, all_costs, state = _marked(
+        functools.partial(_begin, capacity=capacity, max_nodes=max_nodes)
+    )(labels, may_go, cost, is_requested)
+
+    costs = all_costs._replace(lowest=())
+
+    def expand(state: _State) -> _State:
+        nodes = state.nodes
+        node, reached, walk = _marked(functools.partial(_look, capacity=capacity))(
+            labels,
+            known,
+            Terms(start, goal, costs, may_go),
+            Decisions(nodes.parent, nodes.obstacle, nodes.is_gone),
+            nodes.paid,
+            state.at,
+            state.low,
+            state.best.cost,
+            state.num,
+            state.reached,
         )
 
-    # The first node settles nothing. Its bound is 0; a task that is not requested has it closed, so
-    # the search ends before it begins.
-    low = jnp.where(is_requested, sums.zero(), sums.never())
-    nodes = first_nodes(max_nodes, low)
-    best = _Best(sums.never(), *nowhere)
-    reached = jnp.zeros((height, packing.num_words(width)), jnp.uint32)
-    begin = _State(jnp.int32(0), nodes, best, reached, jnp.bool_(False), low, jnp.int32(0))
+        def try_walk(walk: _Walk) -> _Walk:
+            before = walk._replace(cost=(), continues=())
+            at_node = node._replace(is_worth_it=())
+            return _marked(_try_walk)(before, labels, known, all_costs, start, goal, room, at_node)
+
+        # Ends: after the second set of obstacles; or thinning, where each time there is one less
+        # that may not be needed.
+        walk = lax.while_loop(lambda walk: walk.continues, try_walk, walk)
+        own = _Best(walk.cost, walk.route, walk.needed)
+        kept = (state.num, nodes, state.best, state.at)
+        settled = _marked(functools.partial(_settle, max_nodes=max_nodes))(
+            *kept, own, node.gone, node.bound, node.is_worth_it, costs, room
+        )
+        return state._replace(reached=reached, **settled)
 
     # Ends: no open node has a bound below the best cost, or `max_nodes` are expanded, or a route
     # does not fit. The least bound of the open nodes, or the best cost, is then proven.
-    end = lax.while_loop(is_unfinished, lambda state: _expand(state, given, nowhere), begin)
-    bound = jnp.where(sums.is_less(end.low, end.best.cost), end.low, end.best.cost)
-    bound, cost = sums.to_float32(jnp.stack([bound, end.best.cost], axis=1), given.costs)
+    end = lax.while_loop(lambda state: state.continues, expand, state)
+    bound, cost = _marked(_proven)(end.low, end.best.cost, Costs((), (), all_costs.lowest, ()))
     return known.free, end.reached, bound, cost, end.best.route, end.best.needed
 
 
-def _expand(state: _State, given: _Map, nowhere: tuple[Route, Array]) -> _State:
-    """Expands the node that is next: closes it, adds its children, and picks the node after it."""
-    nodes, best, at = state.nodes, state.best, state.at
-
-    # The bound of the node: what it has paid and the price of the goal from there. It is never
-    # below its parent's bound, the least of the open ones.
-    gone, stays = decisions_at(nodes, at, len(given.may_go))
-    paid = paid_at(nodes, at)
-    terms = Terms(given.start, given.goal, given.costs, given.may_go & ~stays)
-    prices = prices_of(given.labels, given.known, terms, gone, paid, best.cost)
-    bound = jnp.where(sums.is_less(state.low, prices.goal), prices.goal, state.low)
-
-    # An answer, where the node may still lead to one that is better than the best.
-    answer = lax.cond(
-        sums.is_less(bound, best.cost),
-        functools.partial(_answer_at, given, nowhere),
-        lambda *_: _Answer(best, jnp.int32(-1), jnp.bool_(False)),
-        best,
-        gone,
-        prices,
-        bound,
-    )
-
-    # The node is closed, unless the search ends here: then its bound must still count.
-    nodes = with_bound(nodes, jnp.where(answer.is_too_long, bound, sums.never()), at)
-    child_bound = jnp.where(answer.branch >= 0, bound, sums.never())
-    nodes = with_children(nodes, state.num, at, answer.branch, child_bound, given.costs)
-    reached = jnp.where(state.num == 0, prices.reached, state.reached)
-    low, after = following(nodes, given.costs)
-    return _State(state.num + 1, nodes, answer.best, reached, answer.is_too_long, low, after)
+def _marked(step: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a step as a marked call. It must use each of its arguments (`marks`): what it does
+    not use is left empty.
+    """
+    return compiled_whole(in_a_loop(step))
 
 
-def _answer_at(
-    given: _Map,
-    nowhere: tuple[Route, Array],
-    best: _Best,
-    gone: Array,
-    prices: Prices,
-    bound: Array,
-) -> _Answer:
-    """The best answer with that of this node, and the obstacle to branch on."""
-    none = jnp.zeros(len(given.may_go), bool)
-    begin = _Walk(
+def _begin(
+    labels: Labels,
+    may_go: Array,
+    cost: Array,
+    is_requested: Array,
+    *,
+    capacity: int,
+    max_nodes: int,
+) -> tuple[Survey, Costs, _State]:
+    """One pass over the labels, the exact costs, and the state before the first node."""
+    known = obstacles.survey(labels, len(cost))
+    # The first node settles nothing. Its bound is 0; a task that is not requested has it closed, so
+    # the search ends before it begins.
+    low = jnp.where(is_requested, sums.zero(), sums.never())
+    best = _Best(sums.never(), _nowhere(capacity), jnp.full(len(cost), NEVER, jnp.int32))
+    state = _State(
         jnp.int32(0),
-        *nowhere,
-        sums.zero(),
-        none,
-        is_thinning=jnp.bool_(False),
-        continues=jnp.bool_(True),
+        first_nodes(max_nodes, low),
+        best,
+        jnp.zeros_like(known.free),
+        is_too_long=jnp.bool_(False),
+        low=low,
+        at=jnp.int32(0),
+        continues=is_requested,
     )
-    # Ends: after the second set of obstacles; or thinning, where each time there is one less that
-    # may not be needed.
-    own = lax.while_loop(
-        lambda state: state.continues,
-        lambda state: _try_walk(state, given, gone, prices, bound),
-        begin,
-    )
+    return known, sums.costs_of(cost, may_go), state
 
+
+def _look(
+    labels: Labels,
+    known: Survey,
+    terms: Terms,
+    decisions: Decisions,
+    paid: Array,
+    at: Array,
+    low: Array,
+    best_cost: Array,
+    num: Array,
+    reached: Array,
+    *,
+    capacity: int,
+) -> tuple[_Node, Array, _Walk]:
+    """The bound of the node that is next, what was reached at the first one, and the walk before
+    its first try.
+    """
+    # What it has paid and the price of the goal from there. It is never below its parent's bound,
+    # the least of the open ones.
+    num_obstacles = len(terms.may_go)
+    gone, stays = decisions_of(decisions, at, num_obstacles)
+    terms = terms._replace(may_go=terms.may_go & ~stays)
+    prices = prices_of(
+        labels,
+        known,
+        terms,
+        gone,
+        lax.dynamic_index_in_dim(paid, at, axis=1, keepdims=False),
+        best_cost,
+    )
+    bound = jnp.where(sums.is_less(low, prices.goal), prices.goal, low)
+    is_worth_it = sums.is_less(bound, best_cost)
+    walk = _Walk(
+        jnp.int32(0),
+        _nowhere(capacity),
+        jnp.full(num_obstacles, NEVER, jnp.int32),
+        sums.zero(),
+        jnp.zeros(num_obstacles, bool),
+        is_thinning=jnp.bool_(False),
+        continues=is_worth_it,
+    )
+    node = _Node(gone, prices.tight, prices.affordable, bound, is_worth_it)
+    return node, jnp.where(num == 0, prices.reached, reached), walk
+
+
+def _settle(
+    num: Array,
+    nodes: Nodes,
+    best: _Best,
+    at: Array,
+    own: _Best,
+    gone: Array,
+    bound: Array,
+    is_worth_it: Array,
+    costs: Costs,
+    room: Array,
+    *,
+    max_nodes: int,
+) -> dict[str, Any]:
+    """Takes the answer of a node if it is better, closes the node, adds its children, and picks the
+    node after it.
+    """
     # The answer replaces the best one if it costs less and fits. One that does not fit is returned
     # where there is no other, for its number of cells.
-    is_too_long = own.route.num_cells > given.room
-    is_better = sums.is_less(own.cost, best.cost) & ~is_too_long
+    is_too_long = own.route.num_cells > room
+    is_better = is_worth_it & sums.is_less(own.cost, best.cost) & ~is_too_long
     is_returned = is_better | (is_too_long & (best.route.num_cells == 0))
     pairs = ((own.route, own.needed), (best.route, best.needed))
     route, needed = jax.tree.map(lambda a, b: jnp.where(is_returned, a, b), *pairs)
+    best = _Best(jnp.where(is_better, own.cost, best.cost), route, needed)
 
     # The first obstacle on the route that is not settled; none if the route needs only what is
     # gone.
@@ -268,23 +317,54 @@ def _answer_at(
     first = lax.argmin(order, 0, jnp.int32)
     is_settled = jnp.min(order) == NEVER
     branch = jnp.where(is_settled | is_too_long, -1, first)
-    better = _Best(jnp.where(is_better, own.cost, best.cost), route, needed)
-    return _Answer(better, branch, is_too_long)
+
+    # The node is closed, unless the search ends here: then its bound must still count.
+    nodes = with_bound(nodes, jnp.where(is_too_long, bound, sums.never()), at)
+    child_bound = jnp.where(branch >= 0, bound, sums.never())
+    nodes = with_children(nodes, num, at, branch, child_bound, costs)
+    low, after = following(nodes, costs)
+    num = num + 1
+    continues = (num < max_nodes) & sums.is_less(low, best.cost) & ~is_too_long
+    return {
+        "num": num,
+        "nodes": nodes,
+        "best": best,
+        "is_too_long": is_too_long,
+        "low": low,
+        "at": after,
+        "continues": continues,
+    }
 
 
-def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Array) -> _Walk:
+def _proven(low: Array, best_cost: Array, costs: Costs) -> tuple[Array, Array]:
+    """The bound that is proven and the cost of the best answer, rounded down: float32 [] each."""
+    bound = jnp.where(sums.is_less(low, best_cost), low, best_cost)
+    bound, cost = sums.to_float32(jnp.stack([bound, best_cost], axis=1), costs)
+    return bound, cost
+
+
+def _try_walk(
+    state: _Walk,
+    labels: Labels,
+    known: Survey,
+    costs: Costs,
+    start: Array,
+    goal: Array,
+    room: Array,
+    node: _Node,
+) -> _Walk:
     """Walks once: over the tight obstacles, then if that leads nowhere over all affordable ones,
     then without the dearest one that may not be needed.
     """
     # Which obstacles are open this time, and the route over them.
-    ids = jnp.arange(len(given.may_go), dtype=jnp.int32)
-    spared = (ids == sums.dearest(given.costs, state.left)) & state.left
+    ids = jnp.arange(len(node.gone), dtype=jnp.int32)
+    spared = (ids == sums.dearest(costs, state.left)) & state.left
     without = (state.needed < NEVER) & ~spared
-    tight_or_more = gone | jnp.where(state.num_tried == 0, prices.tight, prices.affordable)
+    tight_or_more = node.gone | jnp.where(state.num_tried == 0, node.tight, node.affordable)
     opened = jnp.where(state.is_thinning, without, tight_or_more)
     capacity = state.route.cells.shape[0]
-    free = obstacles.opened(given.labels, given.known, opened, given.known.free, opened)
-    found = route_through(given.labels, free, given.start, given.goal, len(given.may_go), capacity)
+    free = obstacles.opened(labels, known, opened, known.free, opened)
+    found = route_through(labels, free, start, goal, len(node.gone), capacity)
 
     # If nothing leads round the spared obstacle, the route before it is kept.
     is_there = found[0].num_cells > 0
@@ -292,15 +372,13 @@ def _try_walk(state: _Walk, given: _Map, gone: Array, prices: Prices, bound: Arr
     route, needed = jax.tree.map(
         lambda a, b: jnp.where(is_kept, a, b), (state.route, state.needed), found
     )
-    own = sums.total(given.costs, needed < NEVER)
+    own = sums.total(costs, needed < NEVER)
     left = (needed < NEVER) & (~state.is_thinning | (state.left & ~spared))
 
     # What costs no more than any answer needs all that it destroys, unless some of it costs
     # nothing.
-    is_least = ~sums.is_less(bound, own) & ~jnp.any(left & (given.costs.digits == 0))
-    is_thinning = (
-        (route.num_cells > 0) & (route.num_cells <= given.room) & ~is_least & jnp.any(left)
-    )
+    is_least = ~sums.is_less(node.bound, own) & ~jnp.any(left & (costs.digits == 0))
+    is_thinning = (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
     continues = is_thinning | (~is_there & (state.num_tried == 0))
     return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, continues)
 
