@@ -20,7 +20,7 @@ from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
-from srt_jax.engine.reuse import MOST, MOST_OF_PARTS, Bucket, Shapes
+from srt_jax.engine.reuse import MOST, Bucket, Shapes, most_of_parts
 from srt_jax.moves import max_path_cells
 from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.solver_kernel import answer_batch, way_of
@@ -258,7 +258,7 @@ def _in_buckets(
     is_cut = size < B
     kind = (mode, slots, max_branches, is_cut, *_settings())
     own = own._replace(batch=min(size, own.batch))
-    most = MOST_OF_PARTS if is_cut else MOST
+    most = most_of_parts(own, B) if is_cut else MOST
     shape = _shapes.choose(
         kind, own, lambda shape: _is_kept(program(shape, is_cut), shape), room_of, most
     )

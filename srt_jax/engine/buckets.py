@@ -31,7 +31,7 @@ def batch_bucket(count: int) -> int:
 
 
 def obstacle_bucket(count: int) -> int:
-    """Returns the number of obstacles to which `count` is padded: up to 64 cost a solver nothing
+    """Returns the number of obstacles to which `count` is padded: up to 128 cost a solver nothing
     that can be measured.
     """
-    return max(64, batch_bucket(count))
+    return max(128, batch_bucket(count))

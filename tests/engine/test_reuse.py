@@ -99,7 +99,6 @@ def test_answers_do_not_depend_on_the_shape_they_are_computed_in():
 
 
 def test_parts_of_a_large_batch_run_in_a_shape_for_a_few_more_obstacles(monkeypatch):
-    """But never in one that takes much longer."""
     monkeypatch.setattr(cores, "num_cores", lambda: 2)
     monkeypatch.setattr(solver, "_shapes", Shapes())
     labels = np.full((40, 1, 128, 128), -1, np.int32)
@@ -124,4 +123,13 @@ def test_parts_of_a_large_batch_run_in_a_shape_for_a_few_more_obstacles(monkeypa
     (wide,) = shapes_after(150)
     assert wide.obstacles == 256 and wide.batch < 40
     assert shapes_after(3, 100) == {wide}
-    assert not reuse._serves(wide, wide._replace(height=64), reuse.MOST_OF_PARTS)
+
+
+def test_parts_may_waste_a_second_and_a_second_layer_wastes_little():
+    streets = Bucket(8, 1, 512, 512, 128, 1024)
+    layered = streets._replace(layers=2)
+    for count in (264, 100_000):
+        assert reuse._serves(layered, streets, reuse.most_of_parts(streets, count))
+    larger = streets._replace(height=768, width=768)
+    assert reuse._serves(larger, streets, reuse.most_of_parts(streets, 64))
+    assert not reuse._serves(larger, streets, reuse.most_of_parts(streets, 10_000))
