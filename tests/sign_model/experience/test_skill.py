@@ -8,6 +8,7 @@ import json
 import pytest
 
 from experiments.campaigns.inputs.chore_tasks import garden, paint, rails
+from experiments.campaigns.inputs.craft_tasks import boards, probes, shunting, tools
 from experiments.campaigns.inputs.errand_tasks import ferry, keys, lifts, pictures, yards
 from experiments.campaigns.inputs.vehicle_tasks import rooms
 from experiments.data.pddl_domains import VISITING, visiting
@@ -181,6 +182,10 @@ def test_errands_of_every_kind_get_plans():
         garden(1, 5, 2, 3),
         paint(1, 3, 1, 2),
         rails(1, 5, 3),
+        probes(1, 6, 2, 3),
+        shunting(1, 4, 3),
+        tools(1, 5, 2, 3),
+        boards(1, 3, 2, 1),
     ):
         task = load(*texts)
         result = plan(task, max_seconds=10)
