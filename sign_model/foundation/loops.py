@@ -57,11 +57,13 @@ def hidden_zero(args: Any) -> Array:
 
 def _zero_of_all(args: Any) -> Array:
     """Returns `hidden_zero`, computed from every array of `args`."""
-    firsts = (leaf.reshape(-1)[0] for leaf in jax.tree.leaves(args))
-    bits = [
-        lax.bitcast_convert_type(first, jnp.int32)
-        if jnp.issubdtype(first.dtype, jnp.floating)
-        else first.astype(jnp.int32)
-        for first in firsts
-    ]
-    return functools.reduce(jnp.add, ((bit & 1) >> 1 for bit in bits))
+
+    def first_bits(leaf: Array) -> Array:
+        if leaf.ndim:
+            leaf = lax.reshape(lax.slice(leaf, (0,) * leaf.ndim, (1,) * leaf.ndim), ())
+        is_float = jnp.issubdtype(leaf.dtype, jnp.floating)
+        to_int = lax.bitcast_convert_type if is_float else lax.convert_element_type
+        return to_int(leaf, jnp.int32)
+
+    bits = functools.reduce(lax.bitwise_or, map(first_bits, jax.tree.leaves(args)))
+    return (bits & 1) >> 1

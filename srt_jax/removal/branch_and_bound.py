@@ -52,6 +52,11 @@ from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.removal.sums import Costs
 from srt_jax.types import Array, Task
 
+_SMALL = 1 << 14
+"""Cells of a map up to which the search is one function: their programs are compiled without LLVM's
+optimisation at first, which takes less time for one function than for several.
+"""
+
 
 class Removal(NamedTuple):
     """The answer to each task of a batch.
@@ -84,9 +89,12 @@ def search_least(
     the search, with its number of cells. `max_nodes`: branches looked at, at most.
     """
 
-    search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes)
+    height, width = task.labels.shape[2:]
+    is_whole = height * width <= _SMALL
+    search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes, is_whole=is_whole)
     args = (task.destroyable, task.removal_cost, task.start, task.goal, room, among)
-    return Removal(*obstacles.one_by_one(search, task.labels, *args))
+    run = obstacles.of_all if is_whole else obstacles.one_by_one
+    return Removal(*run(search, task.labels, *args))
 
 
 class _Best(NamedTuple):
@@ -156,21 +164,27 @@ def _search(
     *,
     capacity: int,
     max_nodes: int,
+    is_whole: bool,
 ) -> tuple:
     """The search on one map; may_go bool [M], cost float32 [M].
 
-    Each step is a marked call of its own, and the loops round them are not: as one function the
-    search takes the compiler twice as long as its steps.
+    Either as a whole in a marked call, or each step is a marked call of its own, and the loops
+    round them are not: LLVM takes twice as long for one function as for its steps.
     """
-    known, all_costs, state = _marked(
-        functools.partial(_begin, capacity=capacity, max_nodes=max_nodes)
-    )(labels, may_go, cost, is_requested)
 
+    def marked(step: Callable[..., Any], **options: int) -> Callable[..., Any]:
+        # Such a call must use each of its arguments (`marks`), hence the empty ones.
+        step = functools.partial(step, **options) if options else step
+        return step if is_whole else compiled_whole(in_a_loop(step))
+
+    known, all_costs, state = marked(_begin, capacity=capacity, max_nodes=max_nodes)(
+        labels, may_go, cost, is_requested
+    )
     costs = all_costs._replace(lowest=())
 
     def expand(state: _State) -> _State:
         nodes = state.nodes
-        node, reached, walk = _marked(functools.partial(_look, capacity=capacity))(
+        node, reached, walk = marked(_look, capacity=capacity)(
             labels,
             known,
             Terms(start, goal, costs, may_go),
@@ -186,14 +200,14 @@ def _search(
         def try_walk(walk: _Walk) -> _Walk:
             before = walk._replace(cost=(), continues=())
             at_node = node._replace(is_worth_it=())
-            return _marked(_try_walk)(before, labels, known, all_costs, start, goal, room, at_node)
+            return marked(_try_walk)(before, labels, known, all_costs, start, goal, room, at_node)
 
         # Ends: after the second set of obstacles; or thinning, where each time there is one less
         # that may not be needed.
         walk = lax.while_loop(lambda walk: walk.continues, try_walk, walk)
         own = _Best(walk.cost, walk.route, walk.needed)
         kept = (state.num, nodes, state.best, state.at)
-        settled = _marked(functools.partial(_settle, max_nodes=max_nodes))(
+        settled = marked(_settle, max_nodes=max_nodes)(
             *kept, own, node.gone, node.bound, node.is_worth_it, costs, room
         )
         return state._replace(reached=reached, **settled)
@@ -201,15 +215,8 @@ def _search(
     # Ends: no open node has a bound below the best cost, or `max_nodes` are expanded, or a route
     # does not fit. The least bound of the open nodes, or the best cost, is then proven.
     end = lax.while_loop(lambda state: state.continues, expand, state)
-    bound, cost = _marked(_proven)(end.low, end.best.cost, Costs((), (), all_costs.lowest, ()))
+    bound, cost = marked(_proven)(end.low, end.best.cost, Costs((), (), all_costs.lowest, ()))
     return known.free, end.reached, bound, cost, end.best.route, end.best.needed
-
-
-def _marked(step: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a step as a marked call. It must use each of its arguments (`marks`): what it does
-    not use is left empty.
-    """
-    return compiled_whole(in_a_loop(step))
 
 
 def _begin(
