@@ -16,7 +16,7 @@ from sign_model.foundation.marks import jitted
 from srt_jax.engine import cores, eager
 from srt_jax.engine.arguments import common_batch, fold, is_traced, require_forms, unfold
 from srt_jax.engine.batching import batch_kernel
-from srt_jax.engine.buckets import batch_bucket, map_bucket, obstacle_bucket
+from srt_jax.engine.buckets import SMALL_MAP, batch_bucket, map_bucket, obstacle_bucket
 from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
@@ -312,16 +312,16 @@ _SHORT_ROUTES = 1024
 compile, and answers take no longer. On 512 x 512 they would take half as long again.
 """
 
-_SMALL_MAP, _SMALL_BATCH = 1 << 14, 1 << 17
-"""Cells of a map, and labels of a batch, up to which tasks are answered before their program is
-optimised. One map of 64 x 64 takes 0.9 ms then instead of 0.35, and the first answer a third less
+_SMALL_BATCH = 1 << 17
+"""Labels of a batch of small maps up to which tasks are answered before their program is optimised.
+One map of 64 x 64 takes 0.9 ms then instead of 0.35, and the first answer a third less
 time.
 """
 
 
 def _is_small(task: Task, *_: Array) -> bool:
     _, _, height, width = task.labels.shape
-    return height * width <= _SMALL_MAP and math.prod(task.labels.shape) <= _SMALL_BATCH
+    return height * width <= SMALL_MAP and math.prod(task.labels.shape) <= _SMALL_BATCH
 
 
 @functools.cache

@@ -52,7 +52,7 @@ def hidden_zero(args: Any) -> Array:
     some = next(
         leaf for leaf in jax.tree.leaves(args) if not jnp.issubdtype(leaf.dtype, jnp.floating)
     )
-    return (some.reshape(-1)[0].astype(jnp.int32) & 1) >> 1
+    return _zero_of_all(some)
 
 
 def _zero_of_all(args: Any) -> Array:

@@ -4,6 +4,9 @@ from sign_model.foundation.sizes import next_power_of_two
 
 _SIZES = (8, 16, 32, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048, 3072, 4096)
 
+SMALL_MAP = 1 << 14
+"""Cells of a map up to which a program may be compiled without LLVM's optimisation at first."""
+
 
 def size_bucket(length: int) -> int:
     """Returns the side to which a map's side is padded, so that few shapes are compiled."""

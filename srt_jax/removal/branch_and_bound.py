@@ -36,6 +36,7 @@ from jax import lax
 from sign_model.foundation.loops import in_a_loop
 from sign_model.foundation.marks import compiled_whole
 from srt_jax import obstacles
+from srt_jax.engine.buckets import SMALL_MAP
 from srt_jax.obstacles import Labels, Survey
 from srt_jax.removal import sums
 from srt_jax.removal.nodes import (
@@ -51,11 +52,6 @@ from srt_jax.removal.prices import Terms, prices_of
 from srt_jax.removal.route import NEVER, Route, route_through
 from srt_jax.removal.sums import Costs
 from srt_jax.types import Array, Task
-
-_SMALL = 1 << 14
-"""Cells of a map up to which the search is one function: their programs are compiled without LLVM's
-optimisation at first, which takes less time for one function than for several.
-"""
 
 
 class Removal(NamedTuple):
@@ -90,7 +86,8 @@ def search_least(
     """
 
     height, width = task.labels.shape[2:]
-    is_whole = height * width <= _SMALL
+    # One function takes less time than several where LLVM's optimisation is left out at first.
+    is_whole = height * width <= SMALL_MAP
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes, is_whole=is_whole)
     args = (task.destroyable, task.removal_cost, task.start, task.goal, room, among)
     run = obstacles.of_all if is_whole else obstacles.one_by_one
