@@ -72,13 +72,12 @@ def ids_of(which: Array) -> Array:
 
     def ids_of_one(which: Array) -> Array:
         # the sets hold few of thousands: to sort them would take longer than all that found them
-        def note(state: tuple[Array, Array], _: Array, col: Array, is_set: Array) -> Any:
+        def note(state: tuple[Array, Array], _: Array, col: Array) -> tuple[Array, Array]:
             count, ids = state
-            ids = write(ids, jnp.where(is_set, col.astype(jnp.int32), -1), count)
-            return count + is_set.astype(jnp.uint32), ids
+            return count + jnp.uint32(1), write(ids, col.astype(jnp.int32), count)
 
-        begin = jnp.uint32(0), jnp.full(num + 1, -1, jnp.int32)
-        return packing.for_each_cell(as_words(which)[None], note, begin)[1][:num]
+        begin = jnp.uint32(0), jnp.full(num, -1, jnp.int32)
+        return packing.for_each_cell(as_words(which)[None], note, begin)[1]
 
     def all_sets(which: Array) -> Array:
         if runs_in_place():
@@ -131,8 +130,7 @@ def _owners_in_row(labels: Labels, row: Array) -> Array:
 
 def _as_row(passes: Array, join: Callable[[Array, Array], Array]) -> Array:
     """The layers of a row, bool [L, W], joined and packed: uint32 [words]."""
-    joined = functools.reduce(join, (passes[layer] for layer in range(len(passes))))
-    return packing.pack(joined[None, None])[0, 0]
+    return packing.pack_row(functools.reduce(join, (passes[i] for i in range(len(passes)))))
 
 
 def _row_reader(
@@ -203,20 +201,24 @@ def opened(labels: Labels, known: Survey, gone: Array, before: Array, new: Array
     """
     if not runs_in_place():
         return open_cells(labels, gone)
-    height = labels.all.shape[2]
     row_of = _row_reader(labels, gone, _is_open, jnp.logical_and)
-    ids = jnp.arange(len(new), dtype=jnp.int32)
-    of_new = _joined(jnp.where(new, _traces(ids), jnp.uint32(0)))
-    is_due = functools.reduce(
-        jnp.logical_and, (known.traces[i] & of_new[i] != 0 for i in range(_TRACES))
-    )
 
-    def read_row(mask: Array, _: Array, row: Array, is_set: Array) -> Array:
+    def read_row(mask: Array, _: Array, row: Array) -> Array:
         # read in vain, a row is what it was
-        row = jnp.minimum(row.astype(jnp.int32), jnp.int32(height - 1))
+        row = row.astype(jnp.int32)
         return lax.dynamic_update_slice(mask, row_of(row)[None], (row, jnp.int32(0)))
 
-    return packing.for_each_cell(packing.pack(is_due[None, None])[0], read_row, before)
+    due = packing.pack(_rows_of(known, new)[None, None])[0]
+    return packing.for_each_cell(due, read_row, before)
+
+
+def _rows_of(known: Survey, which: Array) -> Array:
+    """Returns the rows that may hold cells of the obstacles `which` (bool [M]): bool [H]."""
+    traces = _traces(jnp.arange(len(which), dtype=jnp.int32))
+    bits = _joined(jnp.where(which, traces, jnp.uint32(0)))
+    return functools.reduce(
+        jnp.logical_and, (known.traces[i] & bits[i] != 0 for i in range(_TRACES))
+    )
 
 
 def _traces(ids: Array) -> Array:
@@ -358,20 +360,21 @@ def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:
 
 
 def met_beside(
-    labels: Labels, known: Survey, reached: Array, passable: Array, num_obstacles: int
+    labels: Labels, known: Survey, reached: Array, passable: Array, among: Array
 ) -> Array:
-    """Returns the obstacles that a region meets by a side: those that cover a cell beside it which
-    is not passable, bool [M].
+    """Returns which of the obstacles `among` (bool [M]) a region meets by a side: those that cover
+    a cell beside it which is not passable, bool [M].
 
     Args:
       reached, passable: masks.
     """
     border = beside(reached) & ~passable
+    border = jnp.where(_rows_of(known, among)[:, None], border, jnp.uint32(0))
     if known.as_left is not None and known.as_above is not None:
         # one cell of a run, or of a column, that the same obstacles cover
         above = jnp.pad(border, ((1, 0), (0, 0)))[:-1]
         border = border & ~((border << jnp.uint32(1)) & known.as_left) & ~(above & known.as_above)
-    return met_by(labels, border, num_obstacles)
+    return met_by(labels, border, len(among)) & among
 
 
 def nearest_of(labels: Labels, cells: Array, goal: Array, num_obstacles: int) -> Array:
@@ -418,13 +421,13 @@ def _visit_owners(
     """
     nobody = len(out) - 1
 
-    def visit(out: Array, row: Array, col: Array, is_set: Array) -> Array:
+    def visit(out: Array, row: Array, col: Array) -> Array:
         row, col = row.astype(jnp.int32), col.astype(jnp.int32)
         for layer in range(labels.all.shape[1]):
             owner = apart(lambda labels, row, col, layer=layer: labels.at(layer, row, col))(
                 labels, row, col
             )
-            owner = jnp.where(is_set & (owner >= 0), owner, nobody).astype(jnp.uint32)
+            owner = jnp.where(owner >= 0, owner, nobody).astype(jnp.uint32)
             out = note(out, owner, row, col)
         return out
 

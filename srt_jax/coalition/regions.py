@@ -192,15 +192,14 @@ def _list_runs(labels: Labels, room: Scratch) -> tuple[Array, Array, Scratch]:
 
     starts = lax.map(begins, jnp.arange(height, dtype=jnp.int32))
 
-    def note(out: tuple, row: Array, col: Array, is_set: Array) -> tuple:
+    def note(out: tuple, row: Array, col: Array) -> tuple:
         num, second, first, parent, head = out
         row, col = row.astype(jnp.int32), col.astype(jnp.int32)
         cell = row * width + col
-        # one place further is overwritten by the next run
         first, parent = put(first, cell, num), put(parent, num, num)
         head = put(head, jnp.int32(-1), num)
-        second = jnp.where(is_set & (cell == width), num, second)
-        return num + is_set.astype(jnp.int32), second, first, parent, head
+        second = jnp.where(cell == width, num, second)
+        return num + 1, second, first, parent, head
 
     out = (jnp.int32(0), jnp.int32(-1), room.first, room.parent, room.head)
     num, second, first, parent, head = packing.for_each_cell(starts, note, out)

@@ -11,7 +11,7 @@ quads: uint32 [B, H, W / 4], W a multiple of 32: the bytes of the bool mask as t
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -43,6 +43,17 @@ def pack(mask: Array) -> Array:
     byte = jnp.pad(mask.astype(jnp.uint8), ((0, 0), (0, 0), (0, words * WORD - width)))
     quad = lax.bitcast_convert_type(byte.reshape(batch, height, words, 8, 4), jnp.uint32)
     return _joined(_nibble(quad))
+
+
+def pack_row(tests: Array) -> Array:
+    """Returns one row, bool [W], as words, uint32 [ceil(W / 32)]; a third of the time of `pack`
+    where the cells are tests that have just been made, and no bytes in memory.
+    """
+    bits = jnp.pad(tests.astype(jnp.uint32), (0, -len(tests) % WORD))
+    for length in (1, 2, 4, 8, 16):  # neighbours become one, twice as long
+        pairs = bits.reshape(-1, 2)
+        bits = pairs[:, 0] | (pairs[:, 1] << np.uint32(length))
+    return bits
 
 
 def _joined(nibbles: Array) -> Array:
@@ -164,49 +175,34 @@ def dilate(masks: Array, group: int = 1) -> Array:
     return here | (here << one) | (here >> one) | (before >> top) | (behind << top)
 
 
-class _Scan(NamedTuple):
-    """next_word: uint32 [], index of the word after the one in work; word: uint32 [], what is left
-    of that one; out: what the caller builds.
-    """
+def for_each_cell(mask: Array, visit: Callable[[Any, Array, Array], Any], out: Any) -> Any:
+    """Returns `out` after out = visit(out, row, col) for each cell of a mask in row order.
 
-    next_word: Array
-    word: Array
-    out: Any
-
-
-def for_each_cell(mask: Array, visit: Callable[[Any, Array, Array, Array], Any], out: Any) -> Any:
-    """Returns `out` after out = visit(out, row, col, is_set) for each cell of a mask in row order.
-
-    An empty word costs one visit with is_set False, whose column may lie past the word. The arrays
-    in `out` stay in place in a marked call (see `in_place`).
+    The arrays in `out` stay in place in a marked call (see `in_place`).
 
     Args:
       mask: uint32 [H, words], packed.
-      visit: takes row and col as uint32 [], is_set as bool [].
+      visit: takes row and col as uint32 [].
       out: a pytree of arrays.
     """
     per_row, one = jnp.uint32(mask.shape[1]), jnp.uint32(1)
-    words = jnp.pad(mask.reshape(-1), (0, 1))
-    num_all = jnp.uint32(words.shape[0])
+    # behind the last word one that is not empty, where every search for the next one ends
+    num_all = np.uint32(mask.size)
+    words = jnp.pad(mask.reshape(-1), (0, 1), constant_values=1)
 
-    def step(state: _Scan) -> _Scan:
-        # the lowest bit of the word in work
-        which = state.next_word - one
-        bit = lax.population_count((state.word & -state.word) - one)
-        row, col = which // per_row, which % per_row * jnp.uint32(WORD) + bit
-        out = visit(state.out, row, col, state.word != 0)
-        # without that bit; once the word is empty, the next one
-        word = state.word & (state.word - one)
-        is_spent = word == 0
-        return _Scan(
-            state.next_word + is_spent.astype(jnp.uint32),
-            jnp.where(is_spent, read(words, state.next_word), word),
-            out,
+    def next_filled(at: Array, word: Array) -> tuple[Array, Array]:
+        return lax.while_loop(
+            lambda scan: scan[1] == 0,
+            lambda scan: (scan[0] + one, read(words, scan[0] + one)),
+            (at, word),
         )
 
-    # ends: every step takes a bit or an empty word away
-    return lax.while_loop(
-        lambda state: (state.next_word < num_all) | (state.word != 0),
-        step,
-        _Scan(one, words[0], out),
-    ).out
+    def step(state: tuple[Array, Array, Any]) -> tuple[Array, Array, Any]:
+        at, word, out = state
+        bit = lax.population_count((word & -word) - one)
+        out = visit(out, at // per_row, at % per_row * jnp.uint32(WORD) + bit)
+        return *next_filled(at, word & (word - one)), out
+
+    # ends: every step takes a bit away
+    begin = (*next_filled(jnp.uint32(0), words[0]), out)
+    return lax.while_loop(lambda state: state[0] < num_all, step, begin)[2]

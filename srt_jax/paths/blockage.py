@@ -116,7 +116,13 @@ def blockage_of(
         # to, through corners
         source = packing.words_of_cell(jnp.where(is_piece, ahead, ends.start)[None], height, width)
         passable = jnp.where(is_piece, inside & ~free, free)
-        cells = flood_group(passable, source[0] & passable, group=1, through_corners=is_piece)
+        cells = flood_group(
+            passable,
+            source[0] & passable,
+            group=1,
+            through_corners=is_piece,
+            may_be_small=True,
+        )
         return _Regions(
             jnp.where(is_piece, state.reached, cells),
             jnp.where(is_piece, cells, state.piece),

@@ -27,6 +27,9 @@ _WORTH_A_ROUND = 16
 of the words that may change: in a small region, or among scattered obstacles, few do.
 """
 
+_FEW = 32
+"""Of so many words one may be taken by the queue before the sweeps."""
+
 
 def reach(free: Array, start: Array) -> Array:
     """Returns which cells can be reached from `start`; all False where `start` is blocked or
@@ -158,8 +161,18 @@ def cells_in_group(free: Array, cell: Array) -> Array:
     return repeat(group, mark, jnp.zeros_like(free))
 
 
+class _Phases(NamedTuple):
+    """reached: uint32 [H + 2, lanes + 2 * group]; sweeps: bool [], whether the next phase begins
+    with sweeps, after which a queue is never cut short; is_done: bool [].
+    """
+
+    reached: Array
+    sweeps: Array
+    is_done: Array
+
+
 class _Rounds(NamedTuple):
-    """reached: uint32 [H, lanes + 2 * group]; num_changed: uint32 [], words in the last round;
+    """reached: uint32 [H + 2, lanes + 2 * group]; num_changed: uint32 [], words in the last round;
     num_rounds: int32 [].
     """
 
@@ -171,7 +184,7 @@ class _Rounds(NamedTuple):
 class _Row(NamedTuple):
     """line, bare: uint32 [lanes + 2 * group] and [lanes], the row before with guards and without
     (to cut it out again costs 30 %); changed: uint32 [lanes], how many rows changed; reached:
-    uint32 [H, lanes + 2 * group].
+    uint32 [H + 2, lanes + 2 * group].
     """
 
     line: Array
@@ -181,29 +194,39 @@ class _Row(NamedTuple):
 
 
 class _Swept(NamedTuple):
-    """reached: uint32 [H, lanes + 2 * group]; changed: uint32 [lanes], how often a row changed in
-    this round.
+    """reached: uint32 [H + 2, lanes + 2 * group]; changed: uint32 [lanes], how often a row changed
+    in this round.
     """
 
     reached: Array
     changed: Array
 
 
-def flood_group(free: Array, reached: Array, *, group: int, through_corners: bool | Array) -> Array:
+def flood_group(
+    free: Array,
+    reached: Array,
+    *,
+    group: int,
+    through_corners: bool | Array,
+    may_be_small: bool = False,
+) -> Array:
     """Returns the flood of one group in lanes, uint32 [H, lanes], from `reached`, part of `free`.
 
-    Whether it passes through corners may be decided while it runs (bool []), so that one compiled
-    body serves both.
+    Sweeps down and up while that changes much, some rounds at most; a queue of words does the rest.
+    Inside, the lanes lie between two groups of empty ones, and the rows between two empty ones, so
+    that no word lacks a neighbour.
 
-    Sweeps down and up while that changes anything, some rounds at most; a queue of words does the
-    rest. Inside, the lanes lie between two groups of empty ones, so that every word has two
-    neighbours.
+    Args:
+      through_corners: may be decided while it runs (bool []), so that one compiled body serves
+        both.
+      may_be_small: whether the flood may well add little to `reached`: then a queue that is cut
+        short soon comes before the sweeps, each of which passes over the whole map.
     """
-    # empty lanes on both sides
+    # empty lanes and rows around
     height, lanes = free.shape
-    guarded = jnp.zeros((height, lanes + 2 * group), jnp.uint32)
+    guarded = jnp.zeros((height + 2, lanes + 2 * group), jnp.uint32)
     free, reached = (
-        lax.dynamic_update_slice(guarded, words, (0, group)) for words in (free, reached)
+        lax.dynamic_update_slice(guarded, words, (1, group)) for words in (free, reached)
     )
 
     def one_round(state: _Rounds) -> _Rounds:
@@ -217,40 +240,62 @@ def flood_group(free: Array, reached: Array, *, group: int, through_corners: boo
         reached, changed = repeat(2, one_way, begin)
         return _Rounds(reached, jnp.sum(changed, dtype=jnp.uint32), state.num_rounds + 1)
 
-    def rest(free: Array, reached: Array) -> Array:
-        return flood_rest(
-            free, reached, group=group, through_corners=through_corners, fill_runs=fill_runs
-        )
-
-    # sweeps to the end where a queue does not pay, else some rounds and then the queue
-    state = _Rounds(reached, jnp.uint32(height * lanes), jnp.int32(0))
+    # sweeps to the end where a queue does not pay
+    most = np.uint32(height * lanes)
+    begin = _Rounds(reached, jnp.uint32(most), jnp.int32(0))
     if not runs_in_place():
-        reached = lax.while_loop(lambda state: state.num_changed != 0, one_round, state).reached
-    else:
-        worth_it = np.uint32(max(1, height * lanes // _WORTH_A_ROUND))
-        state = lax.while_loop(
+        reached = lax.while_loop(lambda state: state.num_changed != 0, one_round, begin).reached
+        return reached[1:-1, group:-group]
+    worth_it, few = (np.uint32(max(1, most // share)) for share in (_WORTH_A_ROUND, _FEW))
+
+    # else some rounds and then the queue; or a short queue first, and if that was too short, both
+    def phase(state: _Phases) -> _Phases:
+        begin = _Rounds(state.reached, jnp.where(state.sweeps, most, np.uint32(0)), jnp.int32(0))
+        swept = lax.while_loop(
             lambda state: (state.num_changed >= worth_it) & (state.num_rounds < _MAX_ROUNDS),
             one_round,
-            state,
+            begin,
         )
-        reached = lax.cond(
-            state.num_changed != 0, rest, lambda free, reached: reached, free, state.reached
+
+        def by_queue(reached: Array) -> tuple[Array, Array]:
+            limit = jnp.where(state.sweeps, np.uint32(2**32 - 1), few)
+            return flood_rest(
+                free,
+                reached,
+                group=group,
+                through_corners=through_corners,
+                fill_runs=fill_runs,
+                limit=limit,
+            )
+
+        is_complete = state.sweeps & (swept.num_changed == 0)
+        reached, is_done = lax.cond(
+            is_complete, lambda reached: (reached, jnp.bool_(True)), by_queue, swept.reached
         )
-    return reached[:, group:-group]
+        return _Phases(reached, jnp.bool_(True), is_done)
+
+    no, yes = jnp.bool_(False), jnp.bool_(True)
+    if may_be_small:
+        # the queue needs whole runs; it ends: that of the second phase is not cut short
+        first = _Phases(fill_runs(free, reached), no, no)
+        last = lax.while_loop(lambda state: ~state.is_done, phase, first)
+    else:
+        last = phase(_Phases(reached, yes, no))
+    return last.reached[1:-1, group:-group]
 
 
 def _sweep(
     free: Array, swept: _Swept, *, group: int, through_corners: bool | Array, upwards: Array
 ) -> _Swept:
-    """One pass over the rows of a group, `free` [H, lanes + 2 * group], from the last to the first
-    where `upwards` (bool []).
+    """One pass over the rows of a group, `free` [H + 2, lanes + 2 * group], from the last to the
+    first where `upwards` (bool []).
 
     The carry between words comes from the row before and from the last sweep, not from the row in
     work, which would be a serial chain. That is sound (only reached cells are passed on) and
     complete (when nothing changes, old and new agree).
     """
     inner = slice(group, -group)
-    height, num_lanes = free.shape[0], free.shape[1] - 2 * group
+    height, num_lanes = free.shape[0] - 2, free.shape[1] - 2 * group
     one, top = jnp.uint32(1), jnp.uint32(31)
 
     def row_of(rows: Array, at: tuple[Array, Array]) -> Array:
@@ -259,7 +304,7 @@ def _sweep(
     def row_step(i: Array, state: _Row) -> _Row:
         # The rows in work; the last sweep's row is where the new one is written.
         line, bare, changed, reached = state
-        at = (jnp.where(upwards, height - 1 - i, i), jnp.int32(0))
+        at = (jnp.where(upwards, height - i, i + 1), jnp.int32(0))
         free_line, old_line = row_of(free, at), apart(row_of)(reached, at)
         # what comes in: from above (or below), and from the neighbouring words
         here, old = free_line[inner], old_line[inner]

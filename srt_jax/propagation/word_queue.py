@@ -9,17 +9,22 @@ each due cell, inside the word, and makes the open cells beside these runs due. 
 every word taken loses at least one open cell.
 """
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
+from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import apart
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.types import Array
 
 _ONE, _TOP = 1, 31  # shifts by one cell, and between neighbouring words
+_PARTS = 16
 
 
 class _Flood(NamedTuple):
@@ -41,22 +46,26 @@ def flood_rest(
     group: int,
     through_corners: bool | Array,
     fill_runs: Callable,
-) -> Array:
-    """Returns the flood of a group in lanes, [H, lanes], from what sweeps have reached.
+    limit: Array,
+) -> tuple[Array, Array]:
+    """Returns the flood of a group in lanes from what has been reached, and whether it is complete,
+    bool [].
 
     Args:
-      free, reached: uint32 [H, lanes], see `packing`.
+      free, reached: uint32 [H + 2, lanes], lanes as in `packing`; the first and the last row and
+        `group` lanes on either side are empty, so that no word lacks a neighbour. Inside each word
+        whole runs have been reached.
       through_corners: whether cells that share only a corner are connected.
       fill_runs: (free, reached) -> reached, spread over runs inside each word.
+      limit: uint32 [], how many words may be taken.
     """
-    height, lanes = free.shape
-    # a border of empty rows: no word has a missing neighbour
+    lanes = free.shape[1]
     beside = _beside(lanes, group, through_corners)
-    open_cells = jnp.pad(free & ~reached, ((1, 1), (0, 0)))
-    due = _due(jnp.pad(reached, ((1, 1), (0, 0))), beside, group).reshape(-1) & open_cells.reshape(
-        -1
-    )
-    num, queue = _nonzero(due, lanes)
+    # each computed apart: the compiler would else work out the one in every use of the other
+    open_cells = apart(lambda free, reached: (free & ~reached).reshape(-1))(free, reached)
+    near = functools.partial(_due, beside=beside, margin=lanes + group)
+    due = apart(near)(reached.reshape(-1), open_cells)
+    num, queue = apart(_nonzero)(due)
     mask = jnp.uint32(queue.shape[0] - 1)
 
     def take(state: _Flood) -> _Flood:
@@ -95,10 +104,12 @@ def flood_rest(
             tail = tail + ((had == 0) & (gets != 0)).astype(jnp.uint32)
         return _Flood(head, tail, open_cells, due, queue)
 
-    state = _Flood(jnp.uint32(0), num, open_cells.reshape(-1), due, queue)
+    state = _Flood(jnp.uint32(0), num, open_cells, due, queue)
     # ends with an empty queue: each word taken loses at least one open cell
-    open_cells = lax.while_loop(lambda state: state.head != state.tail, take, state).open_cells
-    return free & ~open_cells.reshape(height + 2, lanes)[1:-1]
+    end = lax.while_loop(
+        lambda state: (state.head != state.tail) & (state.head < limit), take, state
+    )
+    return free & ~end.open_cells.reshape(free.shape), end.head == end.tail
 
 
 def _beside(
@@ -127,26 +138,42 @@ def chosen(words: Array, is_chosen: bool | Array) -> Array:
     return words if is_chosen is True else jnp.where(is_chosen, words, jnp.uint32(0))
 
 
-def _due(reached: Array, beside: list, group: int) -> Array:
-    """The cells that touch reached ones, uint32 [(H + 2) * lanes], from `reached` [H + 2, lanes];
-    what stands in the border has no meaning.
+def _due(reached: Array, open_cells: Array, beside: list, margin: int) -> Array:
+    """The open cells that touch reached ones; flat, as these are. `margin`: words at either end
+    beyond which none is open.
     """
-    flat = jnp.pad(reached.reshape(-1), reached.shape[1] + group)
-    size, margin = reached.size, reached.shape[1] + group
-    due = jnp.zeros(size, jnp.uint32)
+    size = len(reached) - 2 * margin
+    near = jnp.zeros(size, jnp.uint32)
     for offset, moved in beside:
-        due = due | moved(lax.dynamic_slice(flat, (margin - offset,), (size,)))
-    return due
+        first = margin - offset
+        near = near | moved(reached[first : first + size])
+    return jnp.pad(near & open_cells[margin : margin + size], margin)
 
 
-def _nonzero(words: Array, lanes: int) -> tuple[Array, Array]:
+def _nonzero(words: Array) -> tuple[Array, Array]:
     """How many words are not 0, and their indices, in a list whose length is a power of two."""
-    room = next_power_of_two(words.shape[0])
+    size, one = len(words), np.uint32(_ONE)
+    queue = jnp.zeros(next_power_of_two(size), jnp.uint32)
+    # Most are 0: so many at once are passed by, the i-th of each part. One that is not 0 ends it.
+    step = -(-size // _PARTS)
+    words = jnp.pad(words, (0, _PARTS * step - size))
+    parts = [words[part * step : (part + 1) * step] for part in range(_PARTS)]
+    filled = jnp.pad(functools.reduce(jnp.bitwise_or, parts), (0, 1), constant_values=1)
 
-    def step(i: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        num, queue = state
-        return num + (read(words, i) != 0).astype(jnp.uint32), write(queue, i, num)
+    def next_filled(at: Array) -> Array:
+        return lax.while_loop(lambda at: read(filled, at) == 0, lambda at: at + one, at)
 
-    # the border rows hold no cell
-    first, last = jnp.uint32(lanes), jnp.uint32(words.shape[0] - lanes)
-    return lax.fori_loop(first, last, step, (jnp.uint32(0), jnp.zeros(room, jnp.uint32)))
+    def note(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        at, num, queue = state
+
+        def one_part(part: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
+            num, queue = state
+            # what is no entry is overwritten by the next one
+            index = part.astype(jnp.uint32) * np.uint32(step) + at
+            return num + (read(words, index) != 0).astype(jnp.uint32), write(queue, index, num)
+
+        num, queue = repeat(_PARTS, one_part, (num, queue))
+        return next_filled(at + one), num, queue
+
+    begin = (next_filled(jnp.uint32(0)), jnp.uint32(0), queue)
+    return lax.while_loop(lambda state: state[0] < np.uint32(step), note, begin)[1:]

@@ -224,14 +224,18 @@ def _levels(
         is_gone = gone | state.is_open
         passable = obstacles.opened(labels, known, is_gone, state.passable, state.new)
         reached = flood_group(
-            passable, (state.reached | at_source) & passable, group=1, through_corners=False
+            passable,
+            (state.reached | at_source) & passable,
+            group=1,
+            through_corners=False,
+            may_be_small=True,
         )
         is_there = obstacles.holds(reached, target)
 
         # What the flood meets opens at this price and its own cost.
         def opening() -> Array:
-            beside = obstacles.met_beside(labels, known, reached, passable, num_obstacles)
-            return (beside | met) & may_go & ~state.is_met
+            among = may_go & ~state.is_met
+            return obstacles.met_beside(labels, known, reached, passable, among) | (met & among)
 
         is_new = lax.cond(is_there, lambda: jnp.zeros(num_obstacles, bool), opening)
         open_at = sums.with_costs(state.open_at, is_new, state.price, costs)

@@ -12,7 +12,6 @@ the way at one meets no other obstacle, so it pays no other a second time.
 Of any other shape the way through the inside may be longer than leaving it and coming back.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -23,7 +22,6 @@ from sign_model.foundation.loops import repeat
 from sign_model.foundation.marks import apart, runs_in_place
 from sign_model.foundation.words import num_words
 from srt_jax.engine import packing
-from srt_jax.engine.in_place import read
 from srt_jax.obstacles import Labels
 from srt_jax.tolls import entry
 from srt_jax.tolls.paid_sets import Metric, octile, to_boxes
@@ -73,17 +71,17 @@ def places_of(
     least = jnp.full((num_obstacles + 1, 4), _FAR, jnp.int32)
     if runs_in_place():
 
-        def visit(least: Array, row: Array, col: Array, is_set: Array) -> Array:
+        def visit(least: Array, row: Array, col: Array) -> Array:
             row, col = row.astype(jnp.int32), col.astype(jnp.int32)
             new = jnp.stack([row, -row, col, -col])[None]
             for layer in range(labels.all.shape[1]):
                 owner = labels.at(layer, row, col)
-                at = jnp.where(is_set & (owner >= 0), owner, num_obstacles).astype(jnp.uint32)
+                at = jnp.where(owner >= 0, owner, num_obstacles).astype(jnp.uint32)
                 old = apart(_row_of)(least, at)
                 least = lax.dynamic_update_slice(least, jnp.minimum(old, new), (at, jnp.uint32(0)))
             return least
 
-        least = _for_each_set(asked, visit, least)
+        least = packing.for_each_cell(asked, visit, least)
     else:
         owner = labels.all[labels.which]
         is_one = packing.unpack(asked[None], width) & (owner >= 0)
@@ -182,28 +180,6 @@ def rectangles_of(labels: Labels, changes: Changes, boxes: Array, among: Array) 
         return is_even
 
     return lax.map(one, (boxes, among)) & among
-
-
-def _for_each_set(mask: Array, visit: Callable, out: Array) -> Array:
-    """`packing.for_each_cell` for masks of few cells: empty words are passed by."""
-    per_row = jnp.uint32(mask.shape[1])
-    words = jnp.pad(mask.reshape(-1), (0, 1), constant_values=1)
-    num_all = np.uint32(words.size - 1)
-
-    def step(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        at, word, out = state
-        at, word = lax.while_loop(
-            lambda scan: scan[1] == 0,
-            lambda scan: (scan[0] + _ONE, read(words, scan[0] + _ONE)),
-            (at, word),
-        )
-        bit = lax.population_count((word & -word) - _ONE)
-        row, col = at // per_row, at % per_row * np.uint32(32) + bit
-        return at, word & (word - _ONE), visit(out, row, col, at < num_all)
-
-    # Ends: at the word behind the last one, which is not empty.
-    begin = (jnp.uint32(0), words[0], out)
-    return lax.while_loop(lambda state: state[0] < num_all, step, begin)[2]
 
 
 def _row_of(table: Array, row: Array) -> Array:

@@ -82,12 +82,17 @@ def test_dilated_masks_hold_what_touches_a_cell_by_side_or_corner(group):
 def test_each_set_cell_is_visited_once_in_row_order(share):
     mask = np.random.default_rng(4).random((5, 70)) < share
 
-    def note(out, row, col, is_set):
+    def note(out, row, col):
         cells, num = out
-        cells = cells.at[jnp.where(is_set, num, len(cells))].set(jnp.stack([row, col]), mode="drop")
-        return cells, num + is_set.astype(jnp.int32)
+        return cells.at[num].set(jnp.stack([row, col])), num + 1
 
     first = jnp.zeros((5 * 70, 2), jnp.uint32), jnp.int32(0)
     words = jitted.pack(jnp.asarray(mask)[None])[0]
     cells, num = jax.jit(lambda words: packing.for_each_cell(words, note, first))(words)
     assert np.array_equal(cells[:num], np.argwhere(mask))
+
+
+@pytest.mark.parametrize("width", [1, 31, 32, 33, 512])
+def test_a_row_of_tests_is_packed_as_a_mask_is(width):
+    row = np.random.default_rng(width).random(width) < 0.5
+    assert np.array_equal(jitted.pack_row(row), jitted.pack(row[None, None])[0, 0])

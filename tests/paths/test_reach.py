@@ -1,11 +1,15 @@
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import srt_jax
+from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import eager, packing
-from srt_jax.paths.reach import cells_in_group, flood, reach_maps
+from srt_jax.engine.batching import each
+from srt_jax.paths.reach import cells_in_group, flood, flood_group, reach_maps
 from tests.helpers.maps import city, maze, noise, random_maps, read_map, rooms, snake
 from tests.helpers.pictures import drawn
 from tests.helpers.slow_kernels import reach_by_label, reach_by_steps
@@ -157,14 +161,27 @@ def test_a_cell_of_each_map_is_set_where_it_is_free_and_none_outside_the_map():
     assert not cells_in_group(lanes, outside).any()
 
 
+@pytest.mark.parametrize("may_be_small", [False, True])
 @pytest.mark.parametrize("through_corners", [False, True])
-def test_a_flood_from_many_sources_fills_every_piece_that_holds_one(through_corners):
+def test_a_flood_from_many_sources_fills_every_piece_that_holds_one(through_corners, may_be_small):
     from scipy import ndimage
 
     rng = np.random.default_rng(int(through_corners))
     passable, _, _ = random_maps(21, 64, 70, 66)
-    sources = rng.random(passable.shape) < 0.004
-    run = jax.jit(lambda a, b: flood(a, b, through_corners=through_corners))
+    # from many cells to a single one, where a short queue is enough and where not
+    shares = rng.choice([0.004, 1e-4], len(passable))[:, None, None]
+    sources = (rng.random(passable.shape) < shares) & passable
+
+    def one(free, reached):
+        words = (packing.pack(mask[None])[0] for mask in (free, reached))
+        options = {"through_corners": through_corners, "may_be_small": True}
+        return packing.unpack(flood_group(*words, group=1, **options)[None], 66)[0]
+
+    def small(passable, sources):
+        return compiled_whole(functools.partial(each, one))(passable, sources)
+
+    large = functools.partial(flood, through_corners=through_corners)
+    run = jax.jit(small if may_be_small else large)
     for one, source, got in zip(passable, sources, np.asarray(run(passable, sources))):
         labels, _ = ndimage.label(one, np.ones((3, 3)) if through_corners else None)
         assert np.array_equal(got, np.isin(labels, np.setdiff1d(labels[source], [0])))
