@@ -30,7 +30,7 @@ FAR = 2**28
 _ALWAYS_SELECTED = 2
 """Of so few words of obstacles, each is compared with, empty or not."""
 
-MANY = 256
+MANY = 512
 """From which on obstacles may lie scattered; programs for fewer, such as a street has, do without
 what pays among those alone: they would take longer to compile.
 """

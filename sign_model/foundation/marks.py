@@ -62,6 +62,8 @@ _NOT_NEEDED = (
     "small-while-loop-hoisting",
 )
 _FEWER_PASSES = {"xla_disable_hlo_passes": ",".join(_NOT_NEEDED)}
+_LARGE = 1024
+"""Entries from which on a result may be a large step: none of fewer is split among threads."""
 _LONGEST_REASON = 120  # characters of what the compiler says
 
 _marks_apart = contextvars.ContextVar("marks_apart", default=False)
@@ -289,10 +291,17 @@ def apart(fun: Callable) -> Callable:
     wherever it is used.
     """
 
+    def beside_another(*args: Any) -> tuple:
+        out = fun(*args)
+        is_large = any(leaf.size >= _LARGE for leaf in jax.tree.leaves(out))
+        # beside it, no large step is the only result of the call
+        return (out, jnp.uint32(0)) if is_large else (out,)
+
     def run(*args: Any) -> Any:
         if not runs_in_place():
             return fun(*args)
         assert set_xla_metadata is not None
-        return set_xla_metadata(jax.jit(fun)(*args), **_WHOLE)
+        both: Any = set_xla_metadata(jax.jit(beside_another)(*args), **_WHOLE)
+        return both[0]
 
     return run

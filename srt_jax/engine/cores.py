@@ -36,7 +36,7 @@ class Work(NamedTuple):
     fewest: int
 
 
-SOLVE = Work(1 << 22, 1 << 17)
+SOLVE = Work(1 << 23, 1 << 17)
 """The solver. Smaller parts no longer fill the lanes of its floods."""
 
 FIELD = Work(1 << 20, 1 << 17)

@@ -53,7 +53,7 @@ from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
-from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables, next_stop
+from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables, next_stop, walls_at
 from srt_jax.types import Array
 
 NO_COST = np.uint32(2**32 - 1)
@@ -321,21 +321,20 @@ def _runner(
 ) -> Callable[[_Expansion], _Expansion]:
     """A function that tries the lowest of the runs, and queues the corner where it stops."""
     ends_of_legs = jnp.asarray(_ends_of_legs())
+    walls = functools.partial(walls_at, height=height, width=width)
 
     def one_run(state: _Expansion) -> _Expansion:
         place, corners, queue = state
         run, runs = _lowest(place.runs), place.runs & (place.runs - _ONE)
-        at, bit, to, length = next_stop(tables.stop, run, place.row, place.col, height, width)
+        stop = next_stop(tables.stop, run, place.row, place.col, height, width)
+        to, length = stop.to, stop.length
         is_vertical = run & _ONE != 0
         row, col = jnp.where(is_vertical, to, place.row), jnp.where(is_vertical, place.col, to)
         cost = place.cost + length * straight
         leg = (np.uint32(LONGEST_SIDE) - length) << RUN
         leg = leg | read(ends_of_legs, place.part * np.uint32(4) + run)
         best = _less(cost, leg, place.best, (row == goal_row) & (col == goal_col))
-        before, behind = (
-            (read_apart(table, at) >> bit) & _ONE for table in (tables.before, tables.behind)
-        )
-        found = (behind << np.uint32(3)) | (before << np.uint32(2))
+        found = apart(walls)(tables, stop, run)
         cell = row * np.uint32(width) + col
 
         def note(state: tuple[Array, Corners, _Queue]) -> tuple[Array, Corners, _Queue]:

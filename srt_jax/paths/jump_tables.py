@@ -11,14 +11,16 @@ up. Even ones go along the lines of the layout by rows, odd ones along those by 
 they go backwards. So bit maps by run are in four parts of equal size, the layouts taking turns.
 """
 
+import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
 from sign_model.foundation.loops import repeat
+from sign_model.foundation.marks import apart
 from sign_model.foundation.words import WORD
 from srt_jax.engine.in_place import read, read_apart, write
 from srt_jax.types import Array
@@ -79,18 +81,44 @@ def next_stop(
 class JumpTables(NamedTuple):
     """stop: uint32 [4 * size], by run: where it has to stop, at a blocked cell, a corner or the
       goal. A corner is a free cell beside which, to one side, a wall has just ended.
-    before, behind: uint32 [4 * size], by run: the corners whose wall is in the line before, behind.
     ahead: uint32 [4 * size]: from which cells the next stop of a run *across* the lines is a corner
       or the goal; and these themselves. Part 0 down, 1 right, 2 up, 3 left.
     square: uint32 [2 * size], of which the first half counts: the top left cells of 2 x 2 free
       ones.
+    free: uint32 [2 * size + 2 * margin], the free cells in both layouts, with a margin of none.
     """
 
     stop: Array
-    before: Array
-    behind: Array
     ahead: Array
     square: Array
+    free: Array
+
+
+def _margin(tall: int, wide: int) -> int:
+    return max(tall, wide) + 1
+
+
+def walls_at(tables: JumpTables, place: NextStop, run: Array, height: int, width: int) -> Array:
+    """Returns whether the cell where a run stops is a corner with its wall in the line before, bit
+    2, and in the line behind, bit 3; uint32 [].
+    """
+    tall, wide = groups_of(height, width)
+    words = jnp.where(run & _ONE != 0, np.uint32(tall), np.uint32(wide)) if tall != wide else wide
+    # the place of the cell in `free`, where the layouts lie one behind the other
+    first = place.at - (run >> _ONE) * np.uint32(2 * WORD * tall * wide)
+    cell = (first + np.uint32(_margin(tall, wide))) * np.uint32(WORD) + place.bit
+    back = jnp.where(run < np.uint32(2), np.uint32(2**32 - 1), _ONE)
+    line = jnp.uint32(words) * np.uint32(WORD)
+
+    def is_free(cell: Array) -> Array:
+        return read(tables.free, cell >> np.uint32(5)) >> (cell & _TOP)
+
+    above, below = cell - line, cell + line
+    before = is_free(above) & ~is_free(above + back)
+    behind = is_free(below) & ~is_free(below + back)
+    return (((before & _ONE) << np.uint32(2)) | ((behind & _ONE) << np.uint32(3))) * (
+        is_free(cell) & _ONE
+    )
 
 
 def groups_of(height: int, width: int) -> tuple[int, int]:
@@ -109,26 +137,34 @@ def jump_tables(free: Array, goal: Array, width: int) -> JumpTables:
     tall, wide = groups_of(free.shape[0], width)
     size = WORD * tall * wide
     # both layouts, one behind the other, with a margin around them
-    rows = lax.dynamic_update_slice(jnp.zeros((WORD * tall, wide), jnp.uint32), free, (0, 0))
-    margin = max(tall, wide) + 1
-    both = jnp.zeros(2 * size + 2 * margin, jnp.uint32)
-    both = lax.dynamic_update_slice(both, rows.reshape(-1), (margin,))
-    both = lax.dynamic_update_slice(both, transposed(rows).reshape(-1), (margin + size,))
+    margin = _margin(tall, wide)
+
+    def padded(free: Array) -> Array:
+        return _put(jnp.zeros((WORD * tall, wide), jnp.uint32), free, (0, 0))
+
+    def joined(rows: Array, columns: Array) -> Array:
+        both = jnp.zeros(2 * size + 2 * margin, jnp.uint32)
+        return _put(_put(both, rows.reshape(-1), margin), columns.reshape(-1), margin + size)
+
+    rows = apart(padded)(free)
+    both = apart(joined)(rows, transposed(rows))
 
     # squares have lines of one length in both layouts: one loop for all
     parts = [(tall, wide), (wide, tall)] if tall != wide else [(2 * tall, wide)]
-    new = jnp.zeros(4 * size, jnp.uint32)
-    tables = JumpTables(new, new, new, new, jnp.zeros(2 * size, jnp.uint32))
+    # All is overwritten. Were what it is filled with the same, arrays would be copied.
+    stop, ahead = jnp.zeros(4 * size, jnp.uint32), jnp.ones(4 * size, jnp.uint32)
+    tables = JumpTables(stop, ahead, jnp.zeros(2 * size, jnp.uint32), both)
     first = 0
     for groups, words in parts:
-        tables = _corners(tables, both, margin, first, groups, words)
+        tables = _corners(tables, margin, first, groups, words)
         first += groups * WORD * words
     tables = _with_goal(tables, goal, size, tall, wide)
-    first, ahead = 0, jnp.zeros(4 * size, jnp.uint32)
+    first = 0
     for groups, words in parts:
-        ahead = _look_ahead(ahead, tables.ahead, both, margin, first, groups * WORD, words)
+        ahead = _look_ahead(tables.ahead, both, margin, first, groups * WORD, words)
+        tables = tables._replace(ahead=ahead)
         first += groups * WORD * words
-    return tables._replace(ahead=ahead)
+    return tables
 
 
 def transposed(rows: Array) -> Array:
@@ -153,9 +189,7 @@ def transposed(rows: Array) -> Array:
     return repeat(groups, block, new).reshape(WORD * words, groups)
 
 
-def _corners(
-    tables: JumpTables, free: Array, margin: int, first: int, groups: int, words: int
-) -> JumpTables:
+def _corners(tables: JumpTables, margin: int, first: int, groups: int, words: int) -> JumpTables:
     """Fills in all tables, 32 lines at a time: they stay in the first-level cache. In place of
     `ahead` come the stops of runs across the lines that are not blocked.
     """
@@ -165,23 +199,25 @@ def _corners(
         place = i.astype(jnp.uint32) * jnp.uint32(length) + jnp.uint32(first)
         # three lines, each with its words to the left and to the right
         near = [
-            [_slice(free, place + np.uint32(margin + line + word), length) for word in (-1, 0, 1)]
+            [
+                _slice(tables.free, place + np.uint32(margin + line + word), length)
+                for word in (-1, 0, 1)
+            ]
             for line in (-words, 0, words)
         ]
         last = [(here << _ONE) | (left >> _TOP) for left, here, _ in near]
         following = [(here >> _ONE) | (right << _TOP) for _, here, right in near]
         above, here, below = (line[1] for line in near)
-        new = []
+        stops, aheads = [], []
         for beside, line in ((last, 0), (following, 2)):  # forwards, backwards
-            before, behind = here & above & ~beside[0], here & below & ~beside[2]
-            across = here & ((last[1] & ~last[line]) | (following[1] & ~following[line]))
-            new.append((before | behind | ~here, before, behind, across))
-        stop, before, behind, ahead = (
+            stops.append(~here | (above & ~beside[0]) | (below & ~beside[2]))
+            aheads.append(here & ((last[1] & ~last[line]) | (following[1] & ~following[line])))
+        stop, ahead = (
             _put(_put(table, forth, place), back, place + half)
-            for table, forth, back in zip(tables, *new)
+            for table, (forth, back) in ((tables.stop, stops), (tables.ahead, aheads))
         )
         square = here & following[1] & below & following[2]
-        return JumpTables(stop, before, behind, ahead, _put(tables.square, square, place))
+        return JumpTables(stop, ahead, _put(tables.square, square, place), tables.free)
 
     return repeat(groups, strip, tables)
 
@@ -219,21 +255,24 @@ def _with_goal(tables: JumpTables, goal: Array, size: int, tall: int, wide: int)
 
 
 def _look_ahead(
-    ahead: Array, good: Array, free: Array, margin: int, first: int, lines: int, words: int
+    ahead: Array, free: Array, margin: int, first: int, lines: int, words: int
 ) -> Array:
     """Fills in `ahead` of one layout, or of both, line by line against the run: from the last line
-    for runs down, from the first for runs up.
+    for runs down, from the first for runs up. In its place are the stops that are not blocked.
     """
-    half = np.uint32(good.size // 2)
+    half = np.uint32(ahead.size // 2)
     base, margin_ = np.uint32(first), np.uint32(margin)
 
     def line(i: Array, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         down, up, ahead = state
         place = i.astype(jnp.uint32) * jnp.uint32(words)
         at_up, at_down = base + place, base + np.uint32((lines - 1) * words) - place
-        down = _slice(good, at_down, words) | (_slice(free, at_down + margin_, words) & down)
-        up = _slice(good, at_up + half, words) | (_slice(free, at_up + margin_, words) & up)
-        return down, up, _put(_put(ahead, down, at_down), up, at_up + half)
+        own = functools.partial(_slice, length=words)
+        # read after what is written before, else the array would be copied
+        down = apart(own)(ahead, at_down) | (own(free, at_down + margin_) & down)
+        ahead = _put(ahead, down, at_down)
+        up = apart(own)(ahead, at_up + half) | (own(free, at_up + margin_) & up)
+        return down, up, _put(ahead, up, at_up + half)
 
     none = jnp.zeros(words, jnp.uint32)
     return repeat(lines, line, (none, none, ahead))[2]
@@ -243,5 +282,6 @@ def _slice(array: Array, place: Array, length: int) -> Array:
     return lax.dynamic_slice(array, (place,), (length,))
 
 
-def _put(array: Array, part: Array, place: Array) -> Array:
-    return lax.dynamic_update_slice(array, part, (place,))
+def _put(array: Array, part: Array, place: Any) -> Array:
+    """`place`: the index of the first entry, or one of each axis."""
+    return lax.dynamic_update_slice(array, part, place if isinstance(place, tuple) else (place,))

@@ -3,9 +3,9 @@ in CLOSED).
 """
 
 import functools
-from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -64,21 +64,59 @@ class _Best(NamedTuple):
     below: Array
 
 
-def nearest_in_words(reached: Array, goal: Array, width: int) -> Array:
-    """Returns `nearest` of one map from packed rows, uint32 [H, words]: each is unpacked when its
-    turn comes.
+class _Nearest(NamedTuple):
+    """apart: int32 [], how many rows the next ones lie from the goal's. The nearest cell so far: h,
+    its distance in `octile_order`; row, col; int32 [] each.
     """
-    return nearest(
-        reached, goal, lambda words: packing.unpack(words[None, None], width)[0, 0], width
-    )
+
+    apart: Array
+    h: Array
+    row: Array
+    col: Array
 
 
-def nearest(
-    reached: Array,
-    goal: Array,
-    row_of: Callable[[Array], Array] = lambda row: row,
-    width: int | None = None,
-) -> Array:
+def nearest_in_words(reached: Array, goal: Array, width: int) -> Array:
+    """Returns `seed_cell` of one map from packed rows, uint32 [H, words], of W columns: row by row
+    away from the goal, as long as a row may hold a nearer cell.
+    """
+    height, words = reached.shape
+    row, col = goal[0], goal[1]
+    first = packing.WORD * jnp.arange(words, dtype=jnp.int32)
+    until, before = (packing.bits_inside(end, words) for end in (col + 1, col))
+    one, nowhere = jnp.uint32(1), np.int32(2**29)
+
+    def look_at(state: _Nearest, at: Array) -> _Nearest:
+        """Takes the nearest cell of a row if it is nearer, or as near and in an earlier row."""
+        is_there = (at >= 0) & (at < height)
+        line = lax.dynamic_index_in_dim(reached, at.clip(0, height - 1), keepdims=False)
+        left, right = line & until, line & ~before
+        highest = np.int32(packing.WORD - 1) - lax.clz(left).astype(jnp.int32)
+        lowest = lax.population_count((right & -right) - one).astype(jnp.int32)
+        last = jnp.max(jnp.where(left != 0, first + highest, -nowhere))
+        following = jnp.min(jnp.where(right != 0, first + lowest, nowhere))
+        cell = jnp.where(col - last <= following - col, last, following)
+        is_there &= (cell != nowhere) & (cell != -nowhere)
+        h = octile_order(at - row, cell - col)
+        is_nearer = is_there & ((h < state.h) | ((h == state.h) & (at < state.row)))
+        new = _Nearest(state.apart, h, at, cell)
+        return jax.tree.map(lambda new, old: jnp.where(is_nearer, new, old), new, state)
+
+    def two_rows(state: _Nearest) -> _Nearest:
+        state = look_at(look_at(state, row - state.apart), row + state.apart)
+        return state._replace(apart=state.apart + 1)
+
+    def may_be_nearer(state: _Nearest) -> Array:
+        return (state.apart <= last) & (octile_order(state.apart, jnp.int32(0)) <= state.h)
+
+    begin = jnp.maximum(jnp.maximum(-row, row - (height - 1)), 0)
+    last = jnp.maximum(row, height - 1 - row)
+    none = jnp.int32(-1)
+    # Ends: after the row farthest from the goal.
+    found = lax.while_loop(may_be_nearer, two_rows, _Nearest(begin, jnp.int32(_FAR), none, none))
+    return jnp.stack([found.row, found.col])
+
+
+def nearest(reached: Array, goal: Array) -> Array:
     """Returns `seed_cell` of one map: reached bool [H, W], goal int32 [2] -> int32 [2].
 
     The nearest of the cells that are nearest within their column: of those above the goal's row
@@ -87,14 +125,13 @@ def nearest(
     jnp.argmin over the whole map would be a scalar loop on CPU, for its reduction carries a pair;
     here a scan over rows keeps two rows a column.
     """
-    height = reached.shape[0]
-    num_columns = width or reached.shape[1]
+    height, num_columns = reached.shape
     # the narrower, the more columns in one step
     dtype = jnp.int16 if height < 2**15 - 1 else jnp.int32
     none = np.array(height, dtype)
 
     def row_step(best: _Best, row_and_mask: tuple[Array, Array]) -> tuple[_Best, None]:
-        row, mask = row_and_mask[0], row_of(row_and_mask[1])
+        row, mask = row_and_mask
         is_above = row <= goal[0]
         last = jnp.where(is_above, row, -1).astype(dtype)
         first = jnp.where(is_above, height, row).astype(dtype)

@@ -1,8 +1,11 @@
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import srt_jax
+from srt_jax.engine import packing
+from srt_jax.paths.seed import nearest_in_words
 from tests.helpers.maps import random_maps
 from tests.helpers.slow_kernels import seed_by_sorting
 
@@ -13,6 +16,18 @@ def test_it_equals_the_twin_that_compares_distances_without_rounding():
     goals = rng.integers(-10, 50, (150, 2)).astype(np.int32)
     for one, goal, got in zip(reached, goals, np.asarray(srt_jax.seed_cell(reached, goals))):
         assert tuple(got) == seed_by_sorting(one, goal)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.5])
+def test_packed_rows_give_the_same_cell(share):
+    rng = np.random.default_rng(7)
+    for width in (1, 32, 45, 70):
+        reached = rng.random((200, 12, width)) < share * rng.random((200, 1, 1))
+        goals = rng.integers(-5, (17, width + 5), (200, 2)).astype(np.int32)
+        words = packing.pack(jnp.asarray(reached))
+        near = jax.jit(jax.vmap(lambda words, goal, w=width: nearest_in_words(words, goal, w)))
+        for one, goal, got in zip(reached, goals, np.asarray(near(words, goals))):
+            assert tuple(got) == seed_by_sorting(one, goal)
 
 
 def test_near_ties_on_a_large_map_are_distinguished():
