@@ -20,8 +20,9 @@ from srt_jax.engine.buckets import SMALL_MAP, batch_bucket, map_bucket, obstacle
 from srt_jax.engine.entrance import require_task
 from srt_jax.engine.forks import refuse_fork
 from srt_jax.engine.no_gradient import refuse_gradient
-from srt_jax.engine.reuse import MOST, Bucket, Shapes, most_of_parts
+from srt_jax.engine.reuse import MOST, Bucket, Shapes, is_measuring, most_of_parts
 from srt_jax.moves import max_path_cells
+from srt_jax.obstacles import MANY
 from srt_jax.padding import cut, pad_batch, with_cells, with_slots
 from srt_jax.solver_kernel import answer_batch, way_of
 from srt_jax.tolls.toll_option import toll_of_each
@@ -312,16 +313,20 @@ _SHORT_ROUTES = 1024
 compile, and answers take no longer. On 512 x 512 they would take half as long again.
 """
 
-_SMALL_BATCH = 1 << 17
-"""Labels of a batch of small maps up to which tasks are answered before their program is optimised.
-One map of 64 x 64 takes 0.9 ms then instead of 0.35, and the first answer a third less
-time.
+_SMALL_BATCH, _ONE_MAP = 1 << 17, 1 << 20
+"""Labels of a batch of small maps, and of a single map, up to which tasks are answered before their
+program is optimised. One map of 64 x 64 takes 0.9 ms then instead of 0.35, one of 512 x 512 with
+streets 7 instead of 2.5, and the first answer a third less time.
 """
 
 
 def _is_small(task: Task, *_: Array) -> bool:
-    _, _, height, width = task.labels.shape
-    return height * width <= SMALL_MAP and math.prod(task.labels.shape) <= _SMALL_BATCH
+    batch, _, height, width = task.labels.shape
+    num_labels = math.prod(task.labels.shape)
+    is_small_batch = height * width <= SMALL_MAP and num_labels <= _SMALL_BATCH
+    # Among many obstacles an answer would take too long.
+    is_one_map = batch == 1 and num_labels <= _ONE_MAP and task.destroyable.shape[1] < MANY
+    return (is_small_batch or is_one_map) and not is_measuring()
 
 
 @functools.cache
