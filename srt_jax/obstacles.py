@@ -326,19 +326,20 @@ def of_all(fun: Callable[..., Any], labels: Array, *args: Any) -> Any:
     return compiled_whole(all_maps)(labels, *args)
 
 
-def one_by_one(fun: Callable[..., Any], labels: Array, *args: Any) -> Any:
-    """Returns fun(labels of one map, ...) of each map of a batch, in a loop that is in no marked
-    call: `fun` makes such calls.
+def one_by_one(fun: Callable[..., Any], labels: Array, kept: Any, *args: Any) -> Any:
+    """Returns fun(labels of one map, kept, ...)[0] of each map of a batch, in a loop that is in no
+    marked call: `fun` makes such calls. Its second result is `kept` for the next map.
     """
-    count = len(labels)
 
-    def one_map(which: Array, args: Any) -> Any:
-        return fun(Labels(labels, which), *args)
+    def one_map(kept: Any, which_and_args: tuple) -> tuple[Any, Any]:
+        which, args = which_and_args
+        out, kept = fun(Labels(labels, which), kept, *args)
+        return kept, out
 
-    if count == 1:
-        out = one_map(jnp.int32(0), jax.tree.map(lambda arg: arg[0], args))
+    if len(labels) == 1:
+        out = one_map(kept, (jnp.int32(0), jax.tree.map(lambda arg: arg[0], args)))[1]
         return jax.tree.map(lambda leaf: leaf[None], out)
-    return lax.map(lambda one: one_map(*one), (jnp.arange(count, dtype=jnp.int32), args))
+    return lax.scan(one_map, kept, (jnp.arange(len(labels), dtype=jnp.int32), args))[1]
 
 
 def met_by(labels: Labels, cells: Array, num_obstacles: int) -> Array:

@@ -32,14 +32,24 @@ def in_a_loop(fun: Callable) -> Callable:
     computed from all arguments: so none of them is unused in a marked call, whichever results the
     compiler finds that nobody needs.
     """
+    keeping = in_a_loop_keeping(lambda _, *args: (fun(*args), ()))
+    return lambda *args: keeping((), *args)[0]
 
-    def run(*args: Any) -> Any:
+
+def in_a_loop_keeping(fun: Callable) -> Callable:
+    """`in_a_loop` for a function that also takes, first, and returns, second, arrays that stay in
+    place.
+    """
+
+    def run(kept: Any, *args: Any) -> tuple[Any, Any]:
         once = jax.jit(fun, inline=True)  # traced once for both, the shapes and the step
-        empty = jax.tree.map(
-            lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(once, *args)
-        )
+        shapes = jax.eval_shape(once, kept, *args)[0]
+        empty = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
         return lax.fori_loop(
-            jnp.int32(0), jnp.int32(1) + _zero_of_all(args), lambda _, out: once(*args), empty
+            jnp.int32(0),
+            jnp.int32(1) + _zero_of_all((kept, args)),
+            lambda _, state: once(state[1], *args),
+            (empty, kept),
         )
 
     return run

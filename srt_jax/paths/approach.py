@@ -111,7 +111,7 @@ def _approach_of_map(free: Array, start: Array, goal: Array, max_cells: int) -> 
 
     nowhere = jnp.full(2, -1, jnp.int32)
     _, begin, end = lax.fori_loop(jnp.int32(0), jnp.int32(2), nearest_of, (words, nowhere, nowhere))
-    cells, num_cells, cost = path_of_map(words, begin, end, width, max_cells)
+    (cells, num_cells, cost), _ = path_of_map(words, begin, end, width, max_cells)
     gap = jnp.where(num_cells > 0, octile_distance(end, goal), jnp.inf)
     return {
         "cells": cells,

@@ -53,10 +53,18 @@ from sign_model.foundation.sizes import next_power_of_two
 from srt_jax import moves
 from srt_jax.engine import packing
 from srt_jax.engine.in_place import read, read_apart, write
+from srt_jax.paths.corners import (
+    NO_COST,
+    Corners,
+    Room,
+    corner_at,
+    is_corner,
+    none_of,
+    room_of,
+    with_corner,
+)
 from srt_jax.paths.jump_tables import JumpTables, groups_of, jump_tables, next_stop, walls_at
 from srt_jax.types import Array
-
-NO_COST = np.uint32(2**32 - 1)
 
 LONGEST_SIDE = 2**22 - 1
 """The longest side of a map that can be searched: a leg has room for so long a run."""
@@ -103,13 +111,6 @@ def _ends_of_legs() -> np.ndarray:
     order = np.array([1, 0, 2, 3]) << COMES
     side = [[1 + (part & 1 if run & 1 else part >> 1) for run in range(4)] for part in range(4)]
     return (order | np.array([*side, [0] * 4]) << SIDE).astype(np.uint32).reshape(-1)
-
-
-class Corners(NamedTuple):
-    """cost, leg: uint32 [H * W], of each cell that has been reached as a corner; NO_COST and 0."""
-
-    cost: Array
-    leg: Array
 
 
 class Best(NamedTuple):
@@ -181,7 +182,8 @@ def search(
     straight: Array,
     diagonal: Array,
     width: int,
-    room: int | None = None,
+    places: int | None = None,
+    room: Room | None = None,
 ) -> tuple[Best, Corners]:
     """Returns the cost of a shortest path of one map and what `jump_walk` needs; for use inside a
     marked call.
@@ -191,11 +193,12 @@ def search(
       start, goal: int32 [2]; may be blocked or lie outside: then NO_COST.
       straight, diagonal: uint32 [], the fixed point.
       width: W.
-      room: of the queue, a power of two; by default enough for most maps.
+      places: of the queue, a power of two; by default enough for most maps.
+      room: used, and returned in the corners; by default new.
     """
     height = free.shape[0]
     num_cells = height * width
-    room = room or max(64, next_power_of_two(num_cells // 16))
+    places = places or max(64, next_power_of_two(num_cells // 16))
     buckets, wider = _buckets(height, width)
     shift = np.uint32(31) - lax.clz(straight) + np.uint32(wider)
     # all that follows begins here, and would else hold these reads once more
@@ -218,7 +221,7 @@ def search(
 
     def expand(search: _Search) -> _Search:
         row, col = search.cell // np.uint32(width), search.cell % np.uint32(width)
-        here = read_apart(search.corners.cost, search.cell)
+        here = read_apart(search.corners.room.cost, search.cell)
 
         def try_one(state: _Expansion) -> _Expansion:
             state = one_run(state)
@@ -243,19 +246,19 @@ def search(
         return take(search._replace(best=done.place.best, corners=done.corners, queue=done.queue))
 
     # the start, by all eight moves
-    cell = (start[0] * width + start[1]).astype(jnp.uint32)
-    cost = write(jnp.full(num_cells, NO_COST, jnp.uint32), jnp.uint32(0), cell)
-    best = Best(jnp.where(least == 0, jnp.uint32(0), NO_COST), jnp.uint32(0))
     zero = jnp.uint32(0)
-    # entry 0 stands for none; 1 to room - 1 are spare, one after the other
-    after = (jnp.arange(room, dtype=jnp.uint32) + _ONE) & np.uint32(room - 1)
+    cell = (start[0] * width + start[1]).astype(jnp.uint32)
+    corners = with_corner(none_of(room or room_of(height, width)), cell, zero, zero)
+    best = Best(jnp.where(least == 0, jnp.uint32(0), NO_COST), jnp.uint32(0))
+    # entry 0 stands for none; 1 to places - 1 are spare, one after the other
+    after = (jnp.arange(places, dtype=jnp.uint32) + _ONE) & np.uint32(places - 1)
     queue = _Queue(
         zero,
         zero,
         jnp.uint32(_ONE),
         jnp.zeros(buckets, jnp.uint32),
         write(after, zero, zero),
-        jnp.zeros(room, jnp.uint32),
+        jnp.zeros(places, jnp.uint32),
     )
     begin = _Search(
         is_open & (least != 0),
@@ -264,7 +267,7 @@ def search(
         cell,
         jnp.uint32(255),
         best._replace(cost=jnp.where(is_open, best.cost, NO_COST)),
-        Corners(cost, jnp.zeros(num_cells, jnp.uint32)),
+        corners,
         queue,
     )
     done = lax.while_loop(lambda search: search.is_on, expand, begin)
@@ -340,7 +343,7 @@ def _runner(
         def note(state: tuple[Array, Corners, _Queue]) -> tuple[Array, Corners, _Queue]:
             """Runs at most once, where there is a corner."""
             _, corners, queue = state
-            old, old_leg = read_apart(corners.cost, cell), read_apart(corners.leg, cell)
+            old, old_leg = corner_at(corners, cell)
             least = cost + to_goal(row, col)
             is_less = (cost < old) & (least <= best.cost)
             is_tie = cost == old
@@ -354,10 +357,7 @@ def _runner(
             is_outside = is_new & (spare == 0)
             new_flag = is_outside & (old_leg & _WAITS == 0)
             new = jnp.where(is_outside, new | _WAITS, new)
-            corners = Corners(
-                write(corners.cost, jnp.where(is_less, cost, old), cell),
-                write(corners.leg, new, cell),
-            )
+            corners = with_corner(corners, cell, jnp.where(is_less, cost, old), new)
             bucket = (least >> shift) & np.uint32(buckets - 1)
             head, next_spare = read_apart(queue.first, bucket), read_apart(queue.after, spare)
             queue = _Queue(
@@ -443,8 +443,11 @@ def _taker(
     table = jnp.asarray(moves_to_try())
     ring = np.uint32(buckets - 1)
 
+    def waits(corners: Corners, cell: Array) -> Array:
+        return (read(corners.room.leg, cell) & _WAITS != 0) & is_corner(corners, cell)
+
     def take(search: _Search) -> _Search:
-        queue, leg = search.queue, search.corners.leg
+        queue, corners = search.queue, search.corners
         is_filled = queue.num != 0
         bucket = lax.while_loop(
             lambda bucket: is_filled & (read(queue.first, bucket & ring) == 0),
@@ -461,17 +464,16 @@ def _taker(
         links = write(queue.after, jnp.where(is_queued, queue.first_spare, after), index)
         # from outside: the next one flagged, or cell 0 again once all have been looked at
         next_cell = lax.while_loop(
-            lambda cell: (
-                is_outside & (cell < np.uint32(num_cells)) & (read(leg, cell) & _WAITS == 0)
-            ),
+            lambda cell: is_outside & (cell < np.uint32(num_cells)) & ~waits(corners, cell),
             lambda cell: cell + _ONE,
             search.next_cell,
         )
         next_cell = jnp.where(next_cell < np.uint32(num_cells), next_cell, jnp.uint32(0))
         cell = jnp.where(is_queued, entry >> np.uint32(4), next_cell)
-        own = read_apart(leg, cell)
+        _, own = corner_at(corners, cell)
         is_outside = is_outside & (own & _WAITS != 0)
-        leg = write(leg, jnp.where(is_outside, own & ~_WAITS, own), cell)
+        # a cell that is no corner is not seen, whatever is written
+        leg = write(corners.room.leg, jnp.where(is_outside, own & ~_WAITS, own), cell)
         # an entry is out of date where a shorter way has come by another run
         is_current = is_queued & ((own >> (entry & np.uint32(3))) & _ONE != 0)
         todo = jnp.where(is_current, read(table, entry & np.uint32(15)), jnp.uint32(0))
@@ -484,7 +486,7 @@ def _taker(
             cell,
             jnp.where(is_outside, jnp.uint32(255), todo),
             search.best,
-            Corners(search.corners.cost, leg),
+            corners._replace(room=corners.room._replace(leg=leg)),
             _Queue(
                 queue.num - is_queued.astype(jnp.uint32),
                 num_outside,

@@ -9,7 +9,16 @@ import numpy as np
 from jax import lax
 
 from srt_jax.engine.in_place import read
-from srt_jax.paths.jump_points import COMES, LONGEST_SIDE, NO_COST, RUN, SIDE, Best, Corners
+from srt_jax.paths.jump_points import (
+    COMES,
+    LONGEST_SIDE,
+    NO_COST,
+    RUN,
+    SIDE,
+    Best,
+    Corners,
+    corner_at,
+)
 from srt_jax.types import Array
 
 _BACK = np.array([(-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)], np.int32)
@@ -71,8 +80,8 @@ def walk_back(
         left = walk.left - is_run.astype(jnp.uint32)
         # a corner on the way, reached by a run that comes first
         cell = (row * width + col).astype(jnp.uint32)
-        other = read(corners.leg, cell)
-        is_other = (read(corners.cost, cell) == here) & ((left == 0) | (other >> COMES < comes))
+        cost, other = corner_at(corners, cell)
+        is_other = (cost == here) & ((left == 0) | (other >> COMES < comes))
         cells = lax.dynamic_update_slice(
             walk.cells, jnp.stack([row, col])[None], (max_cells - 1 - walk.num, np.int32(0))
         )

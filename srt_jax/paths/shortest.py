@@ -7,20 +7,23 @@ step, the whole field is computed by sweeps, and the path read off it. The cells
 they are defined by the costs.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
 from sign_model.foundation.loops import repeat
-from sign_model.foundation.marks import apart, compiled_whole, runs_in_place
+from sign_model.foundation.marks import apart, compiled_whole, is_marking, runs_in_place
 from sign_model.foundation.sizes import next_power_of_two
 from srt_jax.engine import arguments, cores, eager, packing
-from srt_jax.engine.batching import batch_kernel, each_or_all
+from srt_jax.engine.batching import batch_kernel, each_keeping
 from srt_jax.moves import is_on_map, max_path_cells
 from srt_jax.obstacles import MANY
 from srt_jax.paths import cell_search, jump_points
+from srt_jax.paths.corners import NO_COST, Room, room_of
 from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front, first_path
 from srt_jax.propagation import fixed_point
@@ -116,19 +119,42 @@ def path_length(free: Array, start: Array, goal: Array) -> Array:
 
 @batch_kernel
 def _length_maps(free: Array, start: Array, goal: Array) -> Array:
-    def one_map(free: Array, start: Array, goal: Array) -> Array:
-        return length_of_map(packing.pack(free[None])[0], start, goal, free.shape[1])
+    def one_map(free: Array, start: Array, goal: Array, room: Room | None) -> tuple:
+        return length_of_map(packing.pack(free[None])[0], start, goal, free.shape[1], room)
 
-    return compiled_whole(each_or_all(one_map))(free, start, goal)
+    return compiled_whole(_with_room(one_map))(free, start, goal)
 
 
 def _path_maps(free: Array, start: Array, goal: Array, *, max_cells: int) -> dict[str, Array]:
-    def one_map(free: Array, start: Array, goal: Array) -> dict[str, Array]:
+    def one_map(free: Array, start: Array, goal: Array, room: Room | None) -> tuple:
         words = packing.pack(free[None])[0]
-        cells, num_cells, cost = path_of_map(words, start, goal, free.shape[1], max_cells)
-        return {"cells": cells, "num_cells": num_cells, "cost": cost}
+        path, room = path_of_map(words, start, goal, free.shape[1], max_cells, room=room)
+        cells, num_cells, cost = path
+        return {"cells": cells, "num_cells": num_cells, "cost": cost}, room
 
-    return batch_kernel(compiled_whole(each_or_all(one_map)))(free, start, goal)
+    return batch_kernel(compiled_whole(_with_room(one_map)))(free, start, goal)
+
+
+def _with_room(one_map: Callable) -> Callable:
+    """Returns one_map(free, start, goal, room) -> (result, room) of one map as a function of a
+    batch: in a marked call the maps are searched in the same room one after the other.
+    """
+
+    def run(free: Array, start: Array, goal: Array) -> Any:
+        if not runs_in_place():
+            return jax.vmap(lambda *args: one_map(*args, None)[0])(free, start, goal)
+        room = room_for(*free.shape[1:])
+        return each_keeping(lambda room, *args: one_map(*args, room), room, free, start, goal)
+
+    return run
+
+
+def room_for(height: int, width: int) -> Room | None:
+    """Returns room to search maps of a size in, one after the other; None where no marked call
+    would use it.
+    """
+    is_used = is_marking() and max(height, width) <= jump_points.LONGEST_SIDE
+    return room_of(height, width) if is_used else None
 
 
 def path_of_map(
@@ -138,9 +164,10 @@ def path_of_map(
     width: int,
     max_cells: int,
     num_obstacles: int | None = None,
-) -> tuple[Array, Array, Array]:
-    """Returns the path of one map, as in `types.Path`: (cells, num_cells, cost); for use inside a
-    marked call.
+    room: Room | None = None,
+) -> tuple[tuple[Array, Array, Array], Room | None]:
+    """Returns the path of one map, as in `types.Path`: (cells, num_cells, cost), and the room; for
+    use inside a marked call.
 
     Args:
       free: uint32 [H, words], packed.
@@ -148,12 +175,12 @@ def path_of_map(
       width: W.
       num_obstacles: M, if known: among few obstacles jump points serve, and there is less to
         compile.
+      room: from `room_for`; without it, the search makes its own, which takes longer.
     """
-    cells, num_cells, units, scale = exact_path_of_map(
-        free, start, goal, width, max_cells, num_obstacles
-    )
+    path, scale, room = exact_path_of_map(free, start, goal, width, max_cells, num_obstacles, room)
+    cells, num_cells, units = path
     is_there = units != UNREACHED
-    return cells, num_cells, fixed_point.length_where(is_there, units, scale)
+    return (cells, num_cells, fixed_point.length_where(is_there, units, scale)), room
 
 
 def exact_path_of_map(
@@ -163,28 +190,33 @@ def exact_path_of_map(
     width: int,
     max_cells: int,
     num_obstacles: int | None = None,
-) -> tuple[Array, Array, Array, Array]:
-    """Returns the path of one map, its length in units, int32 [], UNREACHED where there is none,
-    and the scale of these, int32 []; args as of `path_of_map`.
+    room: Room | None = None,
+) -> tuple[tuple[Array, Array, Array], Array, Room | None]:
+    """Returns the path of one map with its length in units, int32 [], UNREACHED where there is
+    none; the scale of these, int32 []; and the room; args as of `path_of_map`.
     """
     if not _is_searched(free.shape[0], width):
         cost, scale = solve_map(packing.unpack(free[None], width)[0], start)
-        return *first_path(cost, scale, goal, max_cells), _cost_at(cost, goal), scale
+        return (*first_path(cost, scale, goal, max_cells), _cost_at(cost, goal)), scale, room
     straight, diagonal, scale = _fixed_point(free, width)
     may_be_rough = num_obstacles is None or num_obstacles >= MANY
-    found = _found(free, start, goal, straight, diagonal, width, max_cells, may_be_rough)
+    found = _found(free, start, goal, straight, diagonal, width, max_cells, may_be_rough, room)
     is_there = found.units != UNREACHED
     cells = at_front(found.cells, found.num, is_there)
-    return cells, jnp.where(is_there, found.num, 0), found.units, scale
+    path = cells, jnp.where(is_there, found.num, 0), found.units
+    return path, scale, found.room
 
 
-def length_of_map(free: Array, start: Array, goal: Array, width: int) -> Array:
-    """Returns the cost alone of `path_of_map`, float32 []."""
+def length_of_map(
+    free: Array, start: Array, goal: Array, width: int, room: Room | None = None
+) -> tuple[Array, Room | None]:
+    """Returns the cost alone of `path_of_map`, float32 [], and the room."""
     if not _is_searched(free.shape[0], width):
-        return _length_at(*solve_map(packing.unpack(free[None], width)[0], start), goal)
+        return _length_at(*solve_map(packing.unpack(free[None], width)[0], start), goal), room
     straight, diagonal, scale = _fixed_point(free, width)
-    units = _found(free, start, goal, straight, diagonal, width, 0).units
-    return fixed_point.length_where(units != UNREACHED, units, scale)
+    found = _found(free, start, goal, straight, diagonal, width, 0, room=room)
+    length = fixed_point.length_where(found.units != UNREACHED, found.units, scale)
+    return length, found.room
 
 
 def _is_searched(height: int, width: int) -> bool:
@@ -195,13 +227,14 @@ def _is_searched(height: int, width: int) -> bool:
 class _Found(NamedTuple):
     """is_sought: bool [], whether the path is yet to be found; units: int32 [], its length,
     UNREACHED where there is none; num: int32 [], of the cells at the end of `cells`, int32
-    [max_cells, 2].
+    [max_cells, 2]; room: what was worked in.
     """
 
     is_sought: Array
     units: Array
     num: Array
     cells: Array
+    room: Room | None
 
 
 def _found(
@@ -213,6 +246,7 @@ def _found(
     width: int,
     max_cells: int,
     may_be_rough: bool = True,
+    room: Room | None = None,
 ) -> _Found:
     """The path by the way that is faster on the map; without cells where `max_cells` is 0. By jump
     points also where the other way has no room.
@@ -229,22 +263,27 @@ def _found(
         return found._replace(cells=cells, num=num)
 
     def by_jump_points(found: _Found) -> _Found:
-        best, corners = jump_points.search(free, start, goal, *pair, width)
-        is_there = best.cost != jump_points.NO_COST
+        best, corners = jump_points.search(free, start, goal, *pair, width, room=found.room)
+        is_there = best.cost != NO_COST
         units = jnp.where(is_there, best.cost.astype(jnp.int32), UNREACHED)
         found = found._replace(is_sought=jnp.bool_(False), units=units)
+        if room is not None:
+            found = found._replace(room=corners.room)
         if not max_cells:
             return found
         cells, num = walk_back(best, corners, goal, *pair, width, found.cells)
         return found._replace(cells=cells, num=num)
 
     none = jnp.full((max_cells, 2), -1, jnp.int32)
-    found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none)
+    found = _Found(jnp.bool_(True), jnp.int32(UNREACHED), jnp.int32(0), none, room)
     if not may_be_rough:
         return by_jump_points(found)
     # compiled apart: within the loops of `solve` they would take the compiler half as long again
+    found = found._replace(room=None)
     found = lax.cond(_is_rough(free), apart(by_cells), lambda found: found, found)
-    return lax.cond(found.is_sought, apart(by_jump_points), lambda found: found, found)
+    # a loop that runs at most once: the room stays in place
+    found = found._replace(room=room)
+    return lax.while_loop(lambda found: found.is_sought, apart(by_jump_points), found)
 
 
 def _is_rough(free: Array) -> Array:

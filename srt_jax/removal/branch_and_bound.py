@@ -33,11 +33,13 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from sign_model.foundation.loops import in_a_loop
+from sign_model.foundation.loops import in_a_loop, in_a_loop_keeping
 from sign_model.foundation.marks import compiled_whole
 from srt_jax import obstacles
 from srt_jax.engine.buckets import SMALL_MAP
 from srt_jax.obstacles import Labels, Survey
+from srt_jax.paths.corners import Room
+from srt_jax.paths.shortest import room_for
 from srt_jax.removal import sums
 from srt_jax.removal.nodes import (
     Decisions,
@@ -90,8 +92,10 @@ def search_least(
     is_whole = height * width <= SMALL_MAP
     search = functools.partial(_search, capacity=capacity, max_nodes=max_nodes, is_whole=is_whole)
     args = (task.destroyable, task.removal_cost, task.start, task.goal, room, among)
-    run = obstacles.of_all if is_whole else obstacles.one_by_one
-    return Removal(*run(search, task.labels, *args))
+    if is_whole:
+        one_map = lambda labels, *args: search(labels, None, *args)[0]  # noqa: E731
+        return Removal(*obstacles.of_all(one_map, task.labels, *args))
+    return Removal(*obstacles.one_by_one(search, task.labels, room_for(height, width), *args))
 
 
 class _Best(NamedTuple):
@@ -152,6 +156,7 @@ class _Node(NamedTuple):
 
 def _search(
     labels: Labels,
+    place: Room | None,
     may_go: Array,
     cost: Array,
     start: Array,
@@ -162,8 +167,8 @@ def _search(
     capacity: int,
     max_nodes: int,
     is_whole: bool,
-) -> tuple:
-    """The search on one map; may_go bool [M], cost float32 [M].
+) -> tuple[tuple, Room | None]:
+    """The search on one map; place: where routes are sought, may_go bool [M], cost float32 [M].
 
     Either as a whole in a marked call, or each step is a marked call of its own, and the loops
     round them are not: LLVM takes twice as long for one function as for its steps.
@@ -179,7 +184,10 @@ def _search(
     )
     costs = all_costs._replace(lowest=())
 
-    def expand(state: _State) -> _State:
+    walk_in = _try_walk if is_whole else compiled_whole(in_a_loop_keeping(_try_walk))
+
+    def expand(both: tuple[_State, Room | None]) -> tuple[_State, Room | None]:
+        state, place = both
         nodes = state.nodes
         node, reached, walk = marked(_look, capacity=capacity)(
             labels,
@@ -194,26 +202,27 @@ def _search(
             state.reached,
         )
 
-        def try_walk(walk: _Walk) -> _Walk:
+        def try_walk(both: tuple[_Walk, Room | None]) -> tuple[_Walk, Room | None]:
+            walk, place = both
             before = walk._replace(cost=(), continues=())
             at_node = node._replace(is_worth_it=())
-            return marked(_try_walk)(before, labels, known, all_costs, start, goal, room, at_node)
+            return walk_in(place, before, labels, known, all_costs, start, goal, room, at_node)
 
         # Ends: after the second set of obstacles; or thinning, where each time there is one less
         # that may not be needed.
-        walk = lax.while_loop(lambda walk: walk.continues, try_walk, walk)
+        walk, place = lax.while_loop(lambda both: both[0].continues, try_walk, (walk, place))
         own = _Best(walk.cost, walk.route, walk.needed)
         kept = (state.num, nodes, state.best, state.at)
         settled = marked(_settle, max_nodes=max_nodes)(
             *kept, own, node.gone, node.bound, node.is_worth_it, costs, room
         )
-        return state._replace(reached=reached, **settled)
+        return state._replace(reached=reached, **settled), place
 
     # Ends: no open node has a bound below the best cost, or `max_nodes` are expanded, or a route
     # does not fit. The least bound of the open nodes, or the best cost, is then proven.
-    end = lax.while_loop(lambda state: state.continues, expand, state)
+    end, place = lax.while_loop(lambda both: both[0].continues, expand, (state, place))
     bound, cost = marked(_proven)(end.low, end.best.cost, Costs((), (), all_costs.lowest, ()))
-    return known.free, end.reached, bound, cost, end.best.route, end.best.needed
+    return (known.free, end.reached, bound, cost, end.best.route, end.best.needed), place
 
 
 def _begin(
@@ -348,6 +357,7 @@ def _proven(low: Array, best_cost: Array, costs: Costs) -> tuple[Array, Array]:
 
 
 def _try_walk(
+    place: Room | None,
     state: _Walk,
     labels: Labels,
     known: Survey,
@@ -356,7 +366,7 @@ def _try_walk(
     goal: Array,
     room: Array,
     node: _Node,
-) -> _Walk:
+) -> tuple[_Walk, Room | None]:
     """Walks once: over the tight obstacles, then if that leads nowhere over all affordable ones,
     then without the dearest one that may not be needed.
     """
@@ -368,7 +378,7 @@ def _try_walk(
     opened = jnp.where(state.is_thinning, without, tight_or_more)
     capacity = state.route.cells.shape[0]
     free = obstacles.opened(labels, known, opened, known.free, opened)
-    found = route_through(labels, free, start, goal, len(node.gone), capacity)
+    found, place = route_through(labels, free, start, goal, len(node.gone), capacity, place)
 
     # If nothing leads round the spared obstacle, the route before it is kept.
     is_there = found[0].num_cells > 0
@@ -384,7 +394,8 @@ def _try_walk(
     is_least = ~sums.is_less(node.bound, own) & ~jnp.any(left & (costs.digits == 0))
     is_thinning = (route.num_cells > 0) & (route.num_cells <= room) & ~is_least & jnp.any(left)
     continues = is_thinning | (~is_there & (state.num_tried == 0))
-    return _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, continues)
+    walk = _Walk(state.num_tried + 1, route, needed, own, left, is_thinning, continues)
+    return walk, place
 
 
 def _nowhere(capacity: int) -> Route:

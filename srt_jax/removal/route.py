@@ -16,6 +16,7 @@ from jax import lax
 from sign_model.foundation.marks import compiled_whole, runs_in_place
 from srt_jax.engine.batching import each
 from srt_jax.obstacles import Labels
+from srt_jax.paths.corners import Room
 from srt_jax.paths.shortest import path_of_map
 from srt_jax.types import Array
 
@@ -37,10 +38,16 @@ class Route(NamedTuple):
 
 
 def route_through(
-    labels: Labels, free: Array, start: Array, goal: Array, num_obstacles: int, capacity: int
-) -> tuple[Route, Array]:
-    """Returns the shortest route of one map over the cells `free` (a mask), and when it needs each
-    obstacle gone.
+    labels: Labels,
+    free: Array,
+    start: Array,
+    goal: Array,
+    num_obstacles: int,
+    capacity: int,
+    place: Room | None = None,
+) -> tuple[tuple[Route, Array], Room | None]:
+    """Returns the shortest route of one map over the cells `free` (a mask), when it needs each
+    obstacle gone, and the `place` it was sought in, as of `path_of_map`.
 
     For use inside a marked call.
 
@@ -50,8 +57,9 @@ def route_through(
       none.
     """
     width = labels.all.shape[3]
-    route = Route(*path_of_map(free, start, goal, width, capacity, num_obstacles))
-    return route, needed_on(labels, route, num_obstacles)
+    path, place = path_of_map(free, start, goal, width, capacity, num_obstacles, place)
+    route = Route(*path)
+    return (route, needed_on(labels, route, num_obstacles)), place
 
 
 def needed_on(labels: Labels, route: Route, num_obstacles: int) -> Array:

@@ -145,9 +145,10 @@ def _of_map(
 
         def walk() -> tuple[Route, Array, Array]:
             passable = obstacles.opened(labels, known, found.gone, known.free, found.gone)
-            cells, num_cells, units, own_scale = exact_path_of_map(
+            path, own_scale, _ = exact_path_of_map(
                 passable, start, goal, width, capacity, num_obstacles
             )
+            cells, num_cells, units = path
             is_there = units != NO_PATH
             cost = fixed_point.length_where(is_there, units, own_scale)
             # In other units than tolls are it is no bound.

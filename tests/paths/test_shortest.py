@@ -10,9 +10,10 @@ import pytest
 import srt_jax
 from sign_model.foundation.marks import compiled_whole
 from srt_jax.engine import packing
-from srt_jax.engine.batching import each
+from srt_jax.engine.batching import each, each_keeping
 from srt_jax.moves import FIXED_POINTS, max_path_cells
 from srt_jax.paths import jump_points
+from srt_jax.paths.corners import NO_COST, Room
 from srt_jax.paths.jump_walk import walk_back
 from srt_jax.paths.path import at_front
 from srt_jax.reference.first_path import first_path
@@ -111,18 +112,21 @@ def test_where_the_queue_is_too_short_corners_wait_outside():
     )
     starts, goals = ends_on(5, free)
 
-    def one_map(words, start, goal, room):
+    def one_map(room, words, start, goal, places):
         pair = jnp.uint32(STRAIGHT), jnp.uint32(DIAGONAL)
-        best, corners = jump_points.search(words, start, goal, *pair, 70, room)
-        is_there = best.cost != jump_points.NO_COST
+        best, corners = jump_points.search(words, start, goal, *pair, 70, places, room)
+        is_there = best.cost != NO_COST
         cells, num = walk_back(best, corners, goal, *pair, 70, _no_cells(400))
-        return at_front(cells, num, is_there), best.cost
+        return (at_front(cells, num, is_there), best.cost), corners.room
 
     words = packing.pack(free)
     cells, costs = srt_jax.shortest_path(free, starts, goals, max_cells=400).cells, None
-    for room in (1 << 10, 8, 2):
-        run = functools.partial(each, functools.partial(one_map, room=room))
-        got = jax.jit(compiled_whole(run))(words, starts, goals)
+    # what the room holds does not matter
+    room = Room(*rng.integers(0, 2**32, (2, 60 * 70), dtype=np.uint32))
+    for places in (1 << 10, 8, 2):
+        search = functools.partial(one_map, places=places)
+        run = functools.partial(each_keeping, search)
+        got = jax.jit(compiled_whole(run))(room, words, starts, goals)
         costs = got[1] if costs is None else costs
         assert np.array_equal(got[0], cells) and np.array_equal(got[1], costs)
 
@@ -147,7 +151,7 @@ def test_each_fixed_point_gives_its_own_first_path():
     def one_map(words, start, goal, pair):
         best, corners = jump_points.search(words, start, goal, pair[0], pair[1], 70)
         cells, num = walk_back(best, corners, goal, pair[0], pair[1], 70, _no_cells(400))
-        is_there = best.cost != jump_points.NO_COST
+        is_there = best.cost != NO_COST
         return at_front(cells, num, is_there), jnp.where(is_there, num, 0)
 
     run = jax.jit(compiled_whole(functools.partial(each, one_map)))
