@@ -524,6 +524,51 @@ def test_a_signal_that_is_swallowed_ends_the_program_all_the_same(tmp_path, how,
     assert process.returncode == 128 + number and err.count("\n") == 1 and word in err
 
 
+@pytest.mark.parametrize("when", ["while a module is imported", "when all is printed"])
+def test_no_signal_unwinds_an_import_or_kills_the_end(tmp_path, when):
+    """Extension modules in C++ abort the process where an exception meets them (exit code 134);
+    the interpreter's last steps have no handler any more.
+    """
+    (tmp_path / "slow_module.py").write_text(
+        "import time\nprint('ready', flush=True)\n"
+        "try: time.sleep(30)\n"
+        "except BaseException: print('unwound', flush=True)\n"
+    )
+    module = str(ROOT / "srt_jax" / "commands" / "shared" / "interrupts.py")
+    lines = [
+        "import importlib.util, os, sys",
+        f"spec = importlib.util.spec_from_file_location('interrupts', {module!r})",
+        "interrupts = importlib.util.module_from_spec(spec)",
+        "spec.loader.exec_module(interrupts)",
+        "interrupts.begin_work()",
+        *(
+            ["import slow_module"]
+            if when == "while a module is imported"
+            else [
+                "import time",
+                "class Last:",
+                "    def __del__(self, write=os.write, sleep=time.sleep):",
+                "        write(1, b'ready\\n')",
+                "        sleep(1)",
+                "sys.last = Last()",
+            ]
+        ),
+    ]
+    script = tmp_path / "srt-jax"
+    script.write_text("\n".join(lines) + "\n")
+    process = subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    if when == "while a module is imported":
+        assert (process.returncode, out) == (130, "")
+        assert err.count("\n") == 1 and "interrupted" in err
+    else:
+        assert (process.returncode, out, err) == (0, "", "")
+
+
 def test_as_a_library_no_handler_is_installed():
     code = (
         "import signal, srt_jax; print(signal.getsignal(signal.SIGINT) is"

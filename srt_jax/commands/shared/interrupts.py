@@ -8,9 +8,11 @@ alone, so that importing JAX can be interrupted, too.
 An exception raised by a signal handler is not enough. Callbacks of JAX and of the garbage collector
 swallow it, worker threads continue without it, and no handler runs while the main thread waits for
 a compiler. Therefore a thread that sleeps until a signal comes gives the exception some seconds to
-unwind the stack, and then ends the process itself.
+unwind the stack, and then ends the process itself. While a module is imported nothing is raised at
+all: extension modules in C++ abort the process where an exception meets their first lines.
 """
 
+import atexit
 import contextlib
 import itertools
 import os
@@ -122,23 +124,42 @@ def _install() -> None:
     is_background = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
+    sys.excepthook = _on_crash  # before the thread: the first signal may come right after it
+    sys.unraisablehook = _on_unraisable
+    threading.excepthook = _in_thread
+    if not is_background:
+        atexit.register(_let_it_end)  # the first that is registered is the last that runs
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(reading,), name="srt-jax-interrupts", daemon=True).start()
     for number in (signal.SIGTERM,) if is_background else (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _on_signal)
-    sys.excepthook = _on_crash
-    sys.unraisablehook = _on_unraisable
-    threading.excepthook = _in_thread
 
 
 def _on_signal(number: int, frame: FrameType | None) -> None:
     """In the main thread, between two steps of the interpreter."""
     if _State.stopped_by is None:
         _State.stopped_by = number
-    if not _State.is_working:
+    if not _State.is_working or _is_importing(frame):
         _end()
     if not _State.is_reported:
         raise Stopped
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported, at any depth of the stack."""
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _let_it_end() -> None:
+    """At the very end, when all is written and printed, Ctrl-C has nothing left to stop: it is
+    ignored, as the interpreter would otherwise be killed by it without a line.
+    """
+    if _State.stopped_by is None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _watch(reading: int) -> None:
@@ -197,7 +218,7 @@ def _on_crash(kind: type[BaseException], error: BaseException, trace: Any) -> No
     """What goes wrong while modules are imported, such as no room for temporary files: one line,
     and no exit code 1.
     """
-    if _State.stopped_by is not None:
+    if _State.stopped_by is not None or issubclass(kind, KeyboardInterrupt):
         _end()
     if "--debug" in sys.argv or os.environ.get("SRT_JAX_DEBUG", "") not in ("", "0"):
         sys.__excepthook__(kind, error, trace)
