@@ -11,8 +11,10 @@ Every value is taken as text and read as map_server reads it, since the versions
 in 1.1 "5e-2" is a text and "010" is 8, for map_server these are the numbers 0.05 and 10.
 """
 
+import itertools
 import math
 import pathlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,8 @@ _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 _MOST_BYTES = 1 << 14
 """Of the YAML file, which has a few lines."""
 _MOST_BRACKETS = 100
+_MOST_VALUES = 1000
+"""Of the YAML file, where one that is named and used again counts each time."""
 _THRESHOLDS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
 
 
@@ -126,12 +130,15 @@ def _document(path: PathLike) -> Any:
         )
     try:
         node = yaml.compose(content, Loader=yaml.SafeLoader)
-        return _value(yaml, node, 0)
+        return _value(yaml, node, 0, itertools.count(1))
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: no YAML: {plain_reason(error)}") from error
 
 
-def _value(yaml: Any, node: Any, depth: int) -> Any:
+def _value(yaml: Any, node: Any, depth: int, numbers: Iterator[int]) -> Any:
+    """Returns a value of the file; every value within it takes one of the numbers."""
+    if next(numbers) > _MOST_VALUES:
+        raise ValueError(f"more than {_MOST_VALUES} values are in it: a map has a few")
     if node is not None and not node.tag.startswith("tag:yaml.org,2002:"):
         raise ValueError(f"the tag {node.tag!r} is not read: maps hold plain values")
     if node is not None and (
@@ -143,12 +150,12 @@ def _value(yaml: Any, node: Any, depth: int) -> Any:
     if isinstance(node, yaml.ScalarNode):
         return node.value
     if isinstance(node, yaml.SequenceNode):
-        return [_value(yaml, item, depth + 1) for item in node.value]
-    names = [str(_value(yaml, name, depth + 1)) for name, _ in node.value]
+        return [_value(yaml, item, depth + 1, numbers) for item in node.value]
+    names = [str(_value(yaml, name, depth + 1, numbers)) for name, _ in node.value]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"the member {name!r} is given twice")
-    return dict(zip(names, (_value(yaml, item, depth + 1) for _, item in node.value)))
+    return dict(zip(names, (_value(yaml, item, depth + 1, numbers) for _, item in node.value)))
 
 
 def _fields(path: PathLike, document: Any, notes: Notes) -> dict[str, Any]:

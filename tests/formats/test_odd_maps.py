@@ -555,3 +555,14 @@ def test_paths_with_a_slip_are_refused_with_their_name(tmp_path, text):
     (tmp_path / "s.svg").write_text(scene(f'<path id="crooked" type="wall" d="{text}"/>'))
     with pytest.raises(ValueError, match=r"s\.svg: the path 'crooked'"):
         read_namo(tmp_path / "s.svg")
+
+
+def test_names_for_values_do_not_multiply_them(here):
+    """Nine lists of nine, each of the one before, would be 400 million values."""
+    lines = ["v0: &v0 [" + "1," * 8 + "1]"]
+    lines += [f"v{n}: &v{n} [" + f"*v{n - 1}," * 8 + f"*v{n - 1}]" for n in range(1, 9)]
+    pathlib.Path("laughs.yaml").write_text(yaml_text() + "\n".join(lines) + "\n")
+    with pytest.raises(ValueError, match=r"laughs\.yaml: .*more than 1000 values"):
+        read_ros_map("laughs.yaml")
+    pathlib.Path("named.yaml").write_text(yaml_text(negate="&no 0") + "more: *no\n")
+    assert (read_ros_map("named.yaml").free == read_ros_map("scientific.yaml").free).all()
