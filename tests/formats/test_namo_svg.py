@@ -141,7 +141,9 @@ def test_transforms_are_matrices_from_right_to_left():
     assert of("matrix(1,2,3,4,5,6)", (1, 1)) == [9, 12]
     assert of("skewX(45)", (0, 1)) == [1, 1] and of("skewY(45)", (1, 0)) == [1, 1]
     assert of("", (7, 8)) == [7, 8]
-    for text in ("turn(3)", "scale()", "translate(1", "matrix(1 2 3)"):
+    wrong = ("turn(3)", "scale()", "translate(1", "matrix(1 2 3)")
+    units = ("translate(10px, 5)", "scale(nan 2)", "rotate(90deg)", "translate(inf 1 2)")
+    for text in (*wrong, *units, "rotate(1e400)", "translate(1e999 0)", "skewX(-1e400)"):
         with pytest.raises(ValueError, match="transform"):
             transform_of(text)
 

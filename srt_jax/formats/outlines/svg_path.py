@@ -18,6 +18,7 @@ _PIECES = 16
 """Lines to a curve, or to a quarter of an arc's circle."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _PATH = re.compile(r"\s*(?:[Mm](?:[MmLlHhVvCcSsQqTtAaZzeE0-9+\-.,\s])*)?")
+_BETWEEN = re.compile(r"[\s,]*")
 _AFTER_END = re.compile(r"[Zz][\s,]*[-+.0-9]")
 _TRANSFORM = re.compile(r"\s*,?\s*(matrix|translate|scale|rotate|skewX|skewY)\s*\(([^)]*)\)")
 
@@ -71,6 +72,10 @@ def transform_of(text: str) -> np.ndarray:
         if match is None:
             raise ValueError(f"the transform {text[:40]!r} is not known")
         numbers = [float(number) for number in _NUMBER.findall(match[2])]
+        if not _BETWEEN.fullmatch(_NUMBER.sub("", match[2])):  # units, or words: nothing is skipped
+            raise ValueError(f"the transform {match[0].strip()[:40]!r} holds more than numbers")
+        if not np.isfinite(numbers).all():
+            raise ValueError(f"a number of the transform {match[0].strip()[:40]!r} is too large")
         result = result @ _matrix(match[1], numbers)
         place = match.end()
     return result
