@@ -380,9 +380,10 @@ def _as_costs(costs: np.ndarray, num_obstacles: int) -> np.ndarray:
         result = np.broadcast_to(costs.astype(np.float32), num_obstacles)
     wrong = np.flatnonzero(~(np.isfinite(result) & (result > 0)))
     if wrong.size:
+        given = np.broadcast_to(costs, num_obstacles)[wrong[0]]
         raise ValueError(
-            f"removal_cost of obstacle {wrong[0]} is {result[wrong[0]]} in float32: it must be"
-            " positive and finite"
+            f"removal_cost of obstacle {wrong[0]} is {given}, {result[wrong[0]]} in float32: it"
+            " must be positive and finite"
         )
     return result
 

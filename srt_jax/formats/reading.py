@@ -2,11 +2,12 @@
 it.
 """
 
+import contextlib
 import dataclasses
 import math
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -408,20 +409,23 @@ def _between(path: str, task: Task, ends: tuple[Cell, Cell]) -> Task:
 
 
 def _on_place(path: str, place: Place, how: Reading, notes: Notes) -> Source:
-    if how.cell_side is not None:
-        grid = grid_over(place.bounds, how.cell_side)
-    else:
-        grid = square_grid(place.bounds, SIZE if how.size is None else how.size)
-    labels = cover(place.obstacles, grid, rule=how.rule)
+    with _naming(path):
+        if how.cell_side is not None:
+            grid = grid_over(place.bounds, how.cell_side)
+        else:
+            grid = square_grid(place.bounds, SIZE if how.size is None else how.size)
+        labels = cover(place.obstacles, grid, rule=how.rule)
     notes.tell(f"{grid.height} x {grid.width} cells of {grid.side:.3f} m")
     frame = Frame(grid, projection=place.projection)
     ends = named_ends(path, how.start, how.goal, frame)
-    task = make_task(
-        labels,
-        *(ends or ((0, 0), (0, 0))),
-        destroyable=np.array([obstacle.destroyable for obstacle in place.obstacles], bool),
-        removal_cost=np.array([obstacle.removal_cost for obstacle in place.obstacles], np.float64),
-    )
+    obstacles = place.obstacles
+    with _naming(path):
+        task = make_task(
+            labels,
+            *(ends or ((0, 0), (0, 0))),
+            destroyable=np.array([obstacle.destroyable for obstacle in obstacles], bool),
+            removal_cost=np.array([obstacle.removal_cost for obstacle in obstacles], np.float64),
+        )
     task = _of_robot(path, task if ends is None else with_free_start(path, task), how, frame, notes)
     if ends is None:
         task = _between(path, task, _chosen(path, task, how, notes))
@@ -436,11 +440,22 @@ def _of_world(path: str, world: World, how: Reading) -> Source:
             f"{path}: --radius is for maps and places; the robot of this file has a radius of"
             f" {world.radius:g} m"
         )
-    task = with_free_start(path, rasterize(world, rule=how.rule))
-    frame = Frame(grid_over(world.bounds, world.goal_side))
+    with _naming(path):
+        task = rasterize(world, rule=how.rule)
+        frame = Frame(grid_over(world.bounds, world.goal_side))
+    task = with_free_start(path, task)
     return Source(
         [NamedTask(_stem(path), task)], Place(world.bounds, world.obstacles), frame, world=world
     )
+
+
+@contextlib.contextmanager
+def _naming(path: str) -> Iterator[None]:
+    """Puts the file's name before what is wrong with the grid or the task that is made of it."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _is_geojson(path: str) -> bool:

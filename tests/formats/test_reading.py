@@ -4,6 +4,7 @@ written in another format.
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -255,3 +256,33 @@ def test_notes_count_and_keep_the_first_example():
         "example": "way 1",
     }
     assert json.loads(json.dumps(notes.records("f")))[1]["count"] == 0
+
+
+@pytest.mark.parametrize("cost", [1e39, 1e-60])
+def test_a_cost_that_float32_cannot_hold_is_refused_with_its_file_and_number(here, cost):
+    write_geojson(
+        "dear.geojson", Place(TOWN.bounds, (dataclasses.replace(FENCE, removal_cost=cost),))
+    )
+    world = {
+        "format": "srt-jax world",
+        "version": 1,
+        "bounds": [0, 0, 10, 10],
+        "agent": {"position": [1, 5], "radius": 0.4},
+        "goal": {"centre": [8.5, 5.5], "side": 1},
+        "obstacles": [{"polygon": [[[4, 0], [5, 0], [5, 10]]], "removal_cost": cost}],
+    }
+    (here / "dear.json").write_text(json.dumps(world))
+    for name in ("dear.geojson", "dear.json"):
+        with pytest.raises(
+            ValueError, match=re.escape(f"{name}: removal_cost of obstacle 0 is {cost}, ")
+        ):
+            read_tasks(name)
+
+
+def test_a_grid_or_an_end_that_does_not_fit_is_refused_with_its_file(here):
+    with pytest.raises(ValueError, match=r"^town\.geojson: a grid of .* is too large"):
+        read_tasks("town.geojson", reading=Reading(size=10**9))
+    with pytest.raises(ValueError, match=r"^town\.geojson: no cell with side 500 m fits"):
+        read_tasks("town.geojson", reading=Reading(cell_side=500))
+    with pytest.raises(ValueError, match=r"^town\.geojson: goal \(5, 900\) lies outside the map"):
+        read_tasks("town.geojson", reading=Reading(start=(0, 0), goal=(5, 900), cell_side=1))
