@@ -228,7 +228,8 @@ def _solved(
 
 def _toll_of_each(toll: float | Sequence[float], number: int) -> np.ndarray:
     """Returns the toll of each task, float32 [number]; their values are checked by `solve`."""
-    given = np.asarray(toll, np.float32)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, which is refused
+        given = np.asarray(toll, np.float32)
     if given.shape not in ((), (number,)):
         raise ValueError(
             f"toll must be a number, or one for each of {number} tasks, got {list(given.shape)}"

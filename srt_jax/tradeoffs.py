@@ -51,7 +51,8 @@ def tradeoffs(
       42.83 0.0 () (100.0, 100.0)
     """
     require_single("tradeoffs", task)
-    chosen = np.asarray(default_tolls(task) if tolls is None else tolls, np.float32).reshape(-1)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, which is refused
+        chosen = np.asarray(default_tolls(task) if tolls is None else tolls, np.float32).reshape(-1)
     if not len(chosen):
         raise ValueError("tolls is empty: give at least one")
     batch = stack([task] * len(chosen))

@@ -41,6 +41,8 @@ def test_no_route_no_point_and_wrong_input_is_refused(walls):
         tradeoffs(stack([walls]))
     with pytest.raises(ValueError, match="tolls is empty"):
         tradeoffs(walls, tolls=[])
+    with pytest.raises(ValueError, match="toll is inf"):  # in float32, without a warning
+        tradeoffs(walls, tolls=[1e300])
 
 
 def test_a_picture_of_the_front_appears(walls, tmp_path):

@@ -19,7 +19,8 @@ def toll_of_each(toll: float | Array, batch: tuple[int, ...], mode: str) -> Arra
     if mode != "shortest":
         return np.zeros(count, np.float32)
     xp = jnp if is_traced(toll) and isinstance(toll, jax.Array) else np
-    given = xp.asarray(toll, np.float32)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, which is refused
+        given = xp.asarray(toll, np.float32)
     if given.shape not in ((), batch):
         raise ValueError(
             f"toll must be a number, or float32 of shape {list(batch)}, one for each task, got"

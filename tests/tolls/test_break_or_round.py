@@ -164,6 +164,10 @@ def test_a_toll_that_makes_no_sense_is_refused():
     for toll in (-1.0, np.inf, np.nan):
         with pytest.raises(ValueError, match="toll is"):
             solve(task, mode="shortest", toll=toll)
+    with pytest.raises(ValueError, match="toll is inf"):  # in float32, without a warning
+        solve(task, mode="shortest", toll=1e300)
+    with pytest.raises(ValueError, match="toll is inf"):
+        solve_many([task], mode="shortest", toll=1e300)
     with pytest.raises(ValueError, match="toll must be a number"):
         solve(task, mode="shortest", toll=np.ones(3, np.float32))
     with pytest.raises(ValueError, match="toll must be a number"):
