@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from sign_model.foundation.collector import paused_collector
-from srt_jax.formats.containers.json_text import fields_of, read_json
+from srt_jax.formats.containers.json_text import fields_of, is_version, read_json
 from srt_jax.formats.shared.whole_files import PathLike, atomic_write
 from srt_jax.geometry.rings import Parts, as_rings, conflicts
 from srt_jax.geometry.world import Obstacle, World
@@ -67,7 +67,7 @@ def _world(document: object, repair: bool) -> World:
     fields = fields_of(
         "the file", document, "format", "version", "bounds", "agent", "goal", "obstacles"
     )
-    if (fields["format"], fields["version"]) != (FORMAT, VERSION):
+    if fields["format"] != FORMAT or not is_version(fields["version"], VERSION):
         raise ValueError(
             f"format {fields['format']!r} version {fields['version']!r} is not read, only"
             f" {FORMAT!r} version {VERSION}"

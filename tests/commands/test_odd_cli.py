@@ -414,6 +414,13 @@ def test_a_missing_device_is_an_error_in_one_line(here):
     assert process.returncode == 70 and err.count("\n") == 1 and "Traceback" not in err
 
 
+@pytest.mark.parametrize("rows", ["9" * 5000 + ":", "\u00b2:", "x:", "-1:", "1"])
+def test_rows_that_are_no_numbers_are_refused_by_the_name_of_their_option(here, capsys, rows):
+    code, out, err = printed(capsys, "solve", "base.map", f"--rows={rows}")
+    assert (code, out, err.count("\n")) == (2, "", 1) and len(err) < 250
+    assert "--rows must be two numbers A:B" in err
+
+
 # Interrupts.
 
 

@@ -101,6 +101,7 @@ def changed(*places, to):
         (": the file lacks 'goal'", changed("goal", to=None)),
         (": the file has the unknown member 'color'", changed("color", to=1)),
         (": format 'srt-jax world' version 2 is not read", changed("version", to=2)),
+        (": format 'srt-jax world' version True is not read", changed("version", to=True)),
         (": agent lacks 'radius'", changed("agent", "radius", to=None)),
         (": agent must be an object", changed("agent", to=[0, 0])),
         (": goal has the unknown member 'center'", changed("goal", "center", to=[1, 1])),

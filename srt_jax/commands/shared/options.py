@@ -2,6 +2,7 @@
 
 import contextlib
 import pathlib
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -90,15 +91,18 @@ AddressOption = Annotated[
 ]
 
 
+_ROW = re.compile(r"\s*[0-9]{0,18}\s*")
+
+
 def row_range(text: str | None) -> tuple[int | None, int | None] | None:
     """Returns the rows typed after --rows, as the two ends of a slice; None where nothing was."""
     if text is None:
         return None
     first, colon, last = text.partition(":")
-    if not colon or not all(end.strip() == "" or end.strip().isdigit() for end in (first, last)):
+    if not colon or not all(_ROW.fullmatch(end) for end in (first, last)):
         raise ValueError(
             "--rows must be two numbers A:B, such as 100:200, or 100: for all from there on, got"
-            f" {text!r}"
+            f" {text[:60]!r}"
         )
     ends = [int(end) if end.strip() else None for end in (first, last)]
     return ends[0], ends[1]

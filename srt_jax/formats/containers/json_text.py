@@ -77,6 +77,11 @@ def fields_of(where: str, value: object, *required: str, **defaults: object) -> 
     return {name: value.get(name, defaults.get(name)) for name in names}
 
 
+def is_version(value: object, version: int) -> bool:
+    """Whether a member of an object is this number; `true`, which Python takes for 1, is not."""
+    return value == version and not isinstance(value, bool)
+
+
 def _whole(text: str) -> int | float:
     """Returns a whole number; inf where no float can hold it, which the readers of finite
     numbers refuse by name.

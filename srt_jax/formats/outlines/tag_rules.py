@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from srt_jax.formats.containers.json_text import fields_of, read_json
+from srt_jax.formats.containers.json_text import fields_of, is_version, read_json
 from srt_jax.formats.shared.whole_files import PathLike
 
 FORMAT, VERSION = "srt-jax tag rules", 1
@@ -129,9 +129,8 @@ def read_rules(path: PathLike) -> tuple[TagRule, ...]:
     document = read_json(path, "table of tag rules")
     try:
         fields = fields_of("the file", document, "format", "version", "rules")
-        if (fields["format"], fields["version"]) != (FORMAT, VERSION) or not isinstance(
-            fields["rules"], list
-        ):
+        is_known = fields["format"] == FORMAT and is_version(fields["version"], VERSION)
+        if not (is_known and isinstance(fields["rules"], list)):
             raise ValueError(
                 f"a table of tag rules has the format {FORMAT!r}, version {VERSION}, and a list of"
                 " rules"
