@@ -7,7 +7,7 @@ import os
 import sys
 
 from srt_jax import __version__
-from srt_jax.commands.shared import interrupts
+from srt_jax.commands.shared import interrupts, xla_flags
 from srt_jax.commands.short_plan import plain_call
 
 
@@ -46,6 +46,13 @@ def _run(arguments: list[str]) -> int:
         )
         return 2
     interrupts.begin_work()
+    try:
+        wrong = xla_flags.what_is_wrong(os.environ)
+    except BaseException as error:  # an interrupt
+        return run(arguments, failed=error)
+    if wrong is not None:
+        print(f"srt-jax: error: {wrong}", file=sys.stderr)
+        return 2
     return run(arguments, failed=failed)
 
 
