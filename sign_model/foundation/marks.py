@@ -294,7 +294,7 @@ def apart(fun: Callable) -> Callable:
     def beside_another(*args: Any) -> tuple:
         out = fun(*args)
         is_large = any(leaf.size >= _LARGE for leaf in jax.tree.leaves(out))
-        # beside it, no large step is the only result of the call
+        # beside another, no large step is the only result of the call
         return (out, jnp.uint32(0)) if is_large else (out,)
 
     def run(*args: Any) -> Any:
@@ -302,6 +302,7 @@ def apart(fun: Callable) -> Callable:
             return fun(*args)
         assert set_xla_metadata is not None
         both: Any = set_xla_metadata(jax.jit(beside_another)(*args), **_WHOLE)
-        return both[0]
+        # the other one is not used, and the compiler would drop it
+        return lax.optimization_barrier(both)[0] if len(both) > 1 else both[0]
 
     return run

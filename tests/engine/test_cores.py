@@ -80,7 +80,7 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
         return [cores.part_size(batch, cells, work) for batch in (1, 2, 16, 64, 256)]
 
     monkeypatch.setattr(cores, "num_cores", lambda: 1)
-    assert sizes(cores.SOLVE) == [1, 2, 16, 16, 16]
+    assert sizes(cores.SOLVE) == [1, 2, 16, 32, 32]
     assert sizes(cores.FIELD) == [1, 2, 16, 4, 4]
     assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
     monkeypatch.setattr(cores, "num_cores", lambda: 2)

@@ -161,10 +161,11 @@ def test_the_compiler_takes_more_obstacles_than_it_once_did(fun, args):
 
 
 @needs_marks
+@pytest.mark.parametrize("sides", [(1, 640, 640), (64, 130, 97)], ids=str)
 @pytest.mark.parametrize("fun", [srt_jax.reach, srt_jax.contour, srt_jax.seed_cell])
-def test_the_compiler_takes_one_large_map_outside_any_jit(fun):
-    free = np.ones((1, 640, 640), bool)
-    ends = [np.zeros((1, 2), np.int32)] * (2 if fun is srt_jax.contour else 1)
+def test_the_compiler_takes_a_large_map_and_many_outside_any_jit(fun, sides):
+    free = np.ones(sides, bool)
+    ends = [np.zeros((sides[0], 2), np.int32)] * (2 if fun is srt_jax.contour else 1)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         jax.block_until_ready(fun(free, *ends))
