@@ -84,7 +84,7 @@ def test_a_batch_is_cut_for_the_cores_and_for_memory_but_one_map_never(monkeypat
     assert sizes(cores.FIELD) == [1, 2, 16, 4, 4]
     assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
     monkeypatch.setattr(cores, "num_cores", lambda: 2)
-    assert sizes(cores.SOLVE) == [1, 1, 8, 16, 16]
+    assert sizes(cores.SOLVE) == [1, 1, 8, 16, 32]
     assert sizes(cores.FIELD) == [1, 1, 4, 4, 4]
     assert sizes(cores.LIGHT) == [1, 2, 16, 8, 8]
     assert [
